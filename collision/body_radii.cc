@@ -1,7 +1,7 @@
-#include "counterpoint/collision/collider.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "counterpoint/collision/collider.h"
 
 namespace counterpoint::collision {
 

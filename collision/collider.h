@@ -14,7 +14,8 @@ namespace counterpoint::collision {
 
 struct PairMotion;  // pairs/pair_motion.h
 
-/// Where two geometries touch, overlap, or come close. All in the world frame W. Geometry A has the lower index.
+/// Where two geometries touch, overlap, or come close. All in the world frame W. Geometry A has the
+/// lower index.
 struct Candidate {
   int geometry_a = 0, geometry_b = 0;
   Vector3 position = Vector3::Zero();  ///< halfway between the two surface points [m]
@@ -25,7 +26,8 @@ struct Candidate {
 /// Of the smallest ball about the shape's origin that holds it [m]; 0 of planes and terrain.
 double bounding_radius(const Shape& shape);
 
-/// By body, the world first: of a ball about the body's origin that holds all its shapes [m]; 0 without shapes.
+/// By body, the world first: of a ball about the body's origin that holds all its shapes [m]; 0
+/// without shapes.
 std::vector<double> body_radii(const Model& model);
 
 /// How the bodies move within the step; one entry a body, the world first. Empty: not at all.
@@ -79,8 +81,8 @@ class Collider {
                                                         std::span<const double> margin,
                                                         std::span<const char> idle = {});
 
-  /// What compute_candidates finds of one of the pairs that find_close_pairs has just found, with the
-  /// poses and margins given there, added to `out`.
+  /// What compute_candidates finds of one of the pairs that find_close_pairs has just found, with
+  /// the poses and margins given there, added to `out`.
   void add_candidates(const BodyPlaces& at, const std::pair<int, int>& pair,
                       std::vector<Candidate>& out);
 
@@ -128,18 +130,19 @@ std::vector<Note> all_notes(const Model& model);
 //     collision::SceneQuery query(model);
 //     query.set_poses(body_poses(model, q));
 //     const auto hit = query.cast_ray({0, 0, 2}, {0, 0, -1});  // straight down from 2 m
-//     if (hit) std::cout << model.geometries()[hit->geometry].name << " at " << hit->distance << " m\n";
+//     if (hit) std::cout << model.geometries()[hit->geometry].name << " at " << hit->distance << "
+//     m\n";
 
 /// Signed distance of shapes A and B, in the frame their poses are given in.
 struct Distance {
   double gap = 0.0;  ///< [m]; negative: minus the length of the least translation that parts them
-  Vector3 normal = Vector3::UnitZ();    ///< unit, from A to B
-  Vector3 point_a = Vector3::Zero();    ///< on the surface of A, nearest to B (deepest in B) [m]
-  Vector3 point_b = Vector3::Zero();    ///< on the surface of B: point_a + gap normal [m]
+  Vector3 normal = Vector3::UnitZ();  ///< unit, from A to B
+  Vector3 point_a = Vector3::Zero();  ///< on the surface of A, nearest to B (deepest in B) [m]
+  Vector3 point_b = Vector3::Zero();  ///< on the surface of B: point_a + gap normal [m]
 };
 
-/// Signed distance of two shapes at any distance; nothing for two planes, or if a pose is not finite.
-/// Right to 1e-9 of the shapes' size.
+/// Signed distance of two shapes at any distance; nothing for two planes, or if a pose is not
+/// finite. Right to 1e-9 of the shapes' size.
 std::optional<Distance> distance(const Shape& a, const Pose& X_WA, const Shape& b,
                                  const Pose& X_WB);
 
@@ -153,9 +156,10 @@ struct RayHit {
   Vector3 normal = Vector3::UnitZ();   ///< unit, out of the surface
 };
 
-/// First point of the shape on the ray from `origin` [m] along `direction` (any length but zero), no
-/// farther than `max_distance` [m]; nothing if there is none. A ray that starts inside hits where it
-/// starts, at distance 0, with its own direction reversed as the normal. In closed form for every shape.
+/// First point of the shape on the ray from `origin` [m] along `direction` (any length but zero),
+/// no farther than `max_distance` [m]; nothing if there is none. A ray that starts inside hits
+/// where it starts, at distance 0, with its own direction reversed as the normal. In closed form
+/// for every shape.
 /// @throws InputError if the origin is not finite, or the direction is zero or not finite.
 std::optional<RayHit> cast_ray(const Shape& shape, const Pose& X_WS, const Vector3& origin,
                                const Vector3& direction,
@@ -177,7 +181,8 @@ class SceneQuery {
   void set_poses(std::span<const Pose> X_WB);
   const Pose& pose(int geometry) const { return X_WG_[geometry]; }
 
-  /// The nearest hit over all geometries (of equals the one of lowest index); as cast_ray of a shape.
+  /// The nearest hit over all geometries (of equals the one of lowest index); as cast_ray of a
+  /// shape.
   std::optional<SceneRayHit> cast_ray(
       const Vector3& origin, const Vector3& direction,
       double max_distance = std::numeric_limits<double>::infinity()) const;
@@ -191,8 +196,8 @@ class SceneQuery {
   /// Pairs of geometries that overlap, ascending, of those that may touch at all (see Collider).
   std::vector<std::pair<int, int>> overlaps();
 
-  /// Contacts of the pose: points with gap < margin [m] of all pairs that may touch; what a step of the
-  /// engine would see at that margin.
+  /// Contacts of the pose: points with gap < margin [m] of all pairs that may touch; what a step of
+  /// the engine would see at that margin.
   std::vector<Candidate> contacts(double margin = 0.0);
 
  private:

@@ -1,4 +1,5 @@
-// What a Collider holds; its functions are in collider.cc (contacts) and near_pairs.cc (which pairs are near).
+// What a Collider holds; its functions are in collider.cc (contacts) and near_pairs.cc (which pairs
+// are near).
 #pragma once
 
 #include <span>

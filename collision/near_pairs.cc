@@ -44,8 +44,7 @@ void Collider::Impl::add_plane_pairs(int plane, std::span<const double> margin) 
         std::min(enclosures[i].radius,
                  (X_WG[i].rotation.transpose() * normal).cwiseAbs().dot(enclosures[i].half));
     if (height - reach >= plane_margin + margin[placements[i].body]) continue;
-    if (filter.enabled(plane, i))
-      ground_pairs.emplace_back(std::min(plane, i), std::max(plane, i));
+    if (filter.enabled(plane, i)) ground_pairs.emplace_back(std::min(plane, i), std::max(plane, i));
   }
 }
 

@@ -1,10 +1,9 @@
-#include "counterpoint/collision/collider.h"
-
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "counterpoint/collision/broadphase/default_poses.h"
+#include "counterpoint/collision/collider.h"
 #include "counterpoint/collision/pairs/pair_contacts.h"
 #include "counterpoint/collision/rays/ray.h"
 

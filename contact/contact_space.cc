@@ -1,11 +1,10 @@
-#include "counterpoint/contact/solver.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include "counterpoint/contact/inverse.h"
 #include "counterpoint/contact/linear/semidefinite_factor.h"
 #include "counterpoint/contact/problem.h"
+#include "counterpoint/contact/solver.h"
 
 namespace counterpoint::contact {
 namespace {

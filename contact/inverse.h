@@ -1,4 +1,5 @@
-// The inverse of a whole Problem, the check of any answer against the hard laws, and the laws' derivatives.
+// The inverse of a whole Problem, the check of any answer against the hard laws, and the laws'
+// derivatives.
 #pragma once
 
 #include "counterpoint/contact/problem.h"

@@ -1,5 +1,3 @@
-#include "counterpoint/contact/problem.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,6 +5,7 @@
 #include "counterpoint/contact/laws/cone.h"
 #include "counterpoint/contact/laws/coulomb.h"
 #include "counterpoint/contact/laws/scalar_law.h"
+#include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact {
 namespace {
@@ -206,8 +205,8 @@ void evaluate(const Law& law, const double* y, double* f, double* hessian) {
       }
       const Cone cone(law, y);
       friction_impulse(law, cone.n, cone.b, y, f);
-      return friction_hessian(
-          law, {cone.mean, cone.mean, cone.b, cone.difference, cone.difference}, cone.e, hessian);
+      return friction_hessian(law, {cone.mean, cone.mean, cone.b, cone.difference, cone.difference},
+                              cone.e, hessian);
     }
     case LawType::kEquality:
       std::fill(hessian, hessian + law.rows * law.rows, 0.0);

@@ -41,15 +41,16 @@ enum class LawType : unsigned char {
 struct Law {
   LawType type = LawType::kUnilateral;
   int rows = 1;
-  bool coulomb = false;  ///< kFrictionCone: exact Coulomb friction bounded by mu f_N
+  bool coulomb = false;      ///< kFrictionCone: exact Coulomb friction bounded by mu f_N
   double regularizer = 0.0;  ///< r [1/kg]; cone: R_T = r, R_N = friction[0]^2 r
-  double smoothing = 0.0;  ///< k [N m]: k -> 0 is the hard law
+  double smoothing = 0.0;    ///< k [N m]: k -> 0 is the hard law
   /// coulomb: friction reaches its bound at so much more slip [m/s], whatever the load.
   double slip_speed = 0.0;
   double bound = 0.0;  ///< kDryFriction: largest impulse [N s]
   /// kFrictionCone: coefficient of friction row i + 1; sliding [-], torsional and rolling [m].
   std::array<double, kMaxRows - 1> friction{};
-  /// coulomb: sliding friction is this share of f_N less, f_T = -lean f_N + what the cone gives [-].
+  /// coulomb: sliding friction is this share of f_N less, f_T = -lean f_N + what the cone gives
+  /// [-].
   std::array<double, 2> lean{};
   /// b [m/s]: y = J w+ + b.
   std::array<double, kMaxRows> bias{};
@@ -104,7 +105,8 @@ class Problem {
   int num_rows_ = 0;
 };
 
-// ---- The law of one constraint: impulse, potential, Hessian as functions of contact-space velocity.
+// ---- The law of one constraint: impulse, potential, Hessian as functions of contact-space
+// velocity.
 //
 // Friction cone. With z = (y_N, mu_1 y_1, mu_2 y_2, ...), tau = |z_T|, t = z_T / tau and the scalar
 // law g, a of scalar_law.h at the two eigenvalues lambda+- = z_N +- tau, regularizer rho (below),

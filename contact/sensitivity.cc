@@ -1,7 +1,6 @@
-#include "counterpoint/contact/inverse.h"
-
 #include <cmath>
 
+#include "counterpoint/contact/inverse.h"
 #include "counterpoint/contact/laws/cone.h"
 #include "counterpoint/contact/laws/coulomb.h"
 #include "counterpoint/contact/laws/scalar_law.h"

@@ -1,5 +1,5 @@
-// Newton solver for the contact problem: problem in, next velocity and impulses out. The same for contacts given as
-// matrices, without bodies.
+// Newton solver for the contact problem: problem in, next velocity and impulses out. The same for
+// contacts given as matrices, without bodies.
 #pragma once
 
 #include <memory>
@@ -15,9 +15,9 @@ enum class Factorization { kAutomatic, kDense, kSparse };
 
 /// How an island was solved; each is tried where those before it did not do.
 enum class Method {
-  kVelocity,   ///< Newton's method on velocities, from the start
-  kMixed,  ///< mixed Newton from the impulses given, in turn with sweeps of Gauss and Seidel
-  kSofter,     ///< with softer laws
+  kVelocity,  ///< Newton's method on velocities, from the start
+  kMixed,     ///< mixed Newton from the impulses given, in turn with sweeps of Gauss and Seidel
+  kSofter,    ///< with softer laws
 };
 const char* method_name(Method method);
 
@@ -120,8 +120,9 @@ struct ContactSpaceProblem {
 
 struct ContactSpaceOptions {
   bool coulomb = false;  ///< exact Coulomb friction; else the convex law
-  double compliance = 1e-8;  ///< eps: r of a contact is eps times the mean diagonal of its block of A
-  double smoothing = 0.0;    ///< k of every contact [N m]
+  double compliance =
+      1e-8;                ///< eps: r of a contact is eps times the mean diagonal of its block of A
+  double smoothing = 0.0;  ///< k of every contact [N m]
   /// Pivots of A below this share of their own diagonal entry count as zero.
   double rank_tolerance = 1e-14;
 };

@@ -1,5 +1,5 @@
-// Many independent problems over all cores: states of a scene stepped, trajectories run or inverted; lists of numbered
-// tasks that a caller runs where it likes.
+// Many independent problems over all cores: states of a scene stepped, trajectories run or
+// inverted; lists of numbered tasks that a caller runs where it likes.
 #pragma once
 
 #include <cstdint>
@@ -149,7 +149,8 @@ inline ListResults run_here(const TaskList& list) {
   return results;
 }
 
-// Results of tasks as bytes, in the order in which they are written; for processes on machines of one kind.
+// Results of tasks as bytes, in the order in which they are written; for processes on machines of
+// one kind.
 
 class BytesWriter {
  public:

@@ -1,5 +1,3 @@
-#include "counterpoint/engine/batch.h"
-
 #include <sched.h>
 
 #include <algorithm>
@@ -9,6 +7,8 @@
 #include <limits>
 #include <sstream>
 #include <thread>
+
+#include "counterpoint/engine/batch.h"
 
 namespace counterpoint {
 namespace {

@@ -17,7 +17,8 @@ namespace counterpoint {
 //
 // A displacement dq (nv) of a configuration means q (+) dq, as integrate_configuration with h = 1
 // moves it: along the joint's axes, rotations of quaternions in the axes of the body, as the
-// velocities of the state are. docs/explanation/derivatives.md has formulas and says where they jump.
+// velocities of the state are. docs/explanation/derivatives.md has formulas and says where they
+// jump.
 
 /// How derivatives are found.
 enum class DerivativeMethod {
@@ -46,16 +47,16 @@ struct InverseDerivatives {
 /// at most 1e-4 m/s. 0: 1e-6, with constraints 1e-5 of their smoothing length, at least 1e-10.
 /// Looked at by differences only.
 /// @throws InputError where step_inverse does.
-void step_inverse_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
-                              VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
-                              Workspace& workspace, Inverse& out, InverseDerivatives& d,
-                              DerivativeMethod method = DerivativeMethod::kAnalytic,
-                              double difference_step = 0.0);  // Parameters: what it depends on, one by one
-inline void step_inverse_derivatives(const Model& model, const SimulationOptions& options,
-                                     VectorRef q, VectorRef v, VectorRef v_next, const Input& known,
-                                     Workspace& workspace, Inverse& out, InverseDerivatives& d,
-                                     DerivativeMethod method = DerivativeMethod::kAnalytic,
-                                     double difference_step = 0.0) {  // Parameters: what it depends on, one by one
+void step_inverse_derivatives(
+    const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
+    VectorRef q_next, VectorRef v_next, const Input& known, Workspace& workspace, Inverse& out,
+    InverseDerivatives& d, DerivativeMethod method = DerivativeMethod::kAnalytic,
+    double difference_step = 0.0);  // Parameters: what it depends on, one by one
+inline void step_inverse_derivatives(
+    const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
+    VectorRef v_next, const Input& known, Workspace& workspace, Inverse& out, InverseDerivatives& d,
+    DerivativeMethod method = DerivativeMethod::kAnalytic,
+    double difference_step = 0.0) {  // Parameters: what it depends on, one by one
   step_inverse_derivatives(model, options, q, v, VectorX(), v_next, known, workspace, out, d,
                            method, difference_step);
 }
@@ -84,7 +85,8 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
                               DerivativeMethod method = DerivativeMethod::kAnalytic);
 inline bool step_forward_derivatives(const Model& model, const SimulationOptions& options,
                                      VectorRef q, VectorRef v, VectorRef v_next, const Input& known,
-                                     Workspace& workspace, Inverse& inverse,  // Parameters: all it depends on
+                                     Workspace& workspace,
+                                     Inverse& inverse,  // Parameters: all it depends on
                                      InverseDerivatives& d_inverse, ForwardDerivatives& d,
                                      DerivativeMethod method = DerivativeMethod::kAnalytic) {
   return step_forward_derivatives(model, options, q, v, VectorX(), v_next, known, workspace,

@@ -1,8 +1,8 @@
-#include "counterpoint/engine/step.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
+
+#include "counterpoint/engine/step.h"
 
 namespace counterpoint {
 namespace {
@@ -52,7 +52,7 @@ Found geometries_that(const Model& model, Property has) {
 }
 
 /// Those with a friction beside the sliding one, which does nothing without that.
-Found rubbing_geometries_that(const Model& model, double Material::* have) {
+Found rubbing_geometries_that(const Model& model, double Material::*have) {
   return geometries_that(model,
                          [=](const Material& m) { return m.*have > 0.0 && m.friction > 0.0; });
 }

@@ -1,8 +1,7 @@
-#include "counterpoint/engine/step.h"
-
 #include <fmt/format.h>
 
 #include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/step.h"
 
 namespace counterpoint {
 namespace {

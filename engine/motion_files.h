@@ -17,9 +17,9 @@
 
 namespace counterpoint {
 
-// ---- Tables of numbers in files: rows under named columns. The file's ending says the format, in reading as in writing:
-// .h5 or .hdf5 (HDF5), .npz (NumPy), .mcap (MCAP), read only .trc (TRC) and .c3d (C3D) of motion capture; all others are
-// CSV (docs/reference/trajectory-format.md).
+// ---- Tables of numbers in files: rows under named columns. The file's ending says the format, in
+// reading as in writing: .h5 or .hdf5 (HDF5), .npz (NumPy), .mcap (MCAP), read only .trc (TRC) and
+// .c3d (C3D) of motion capture; all others are CSV (docs/reference/trajectory-format.md).
 
 enum class CellType : unsigned char {
   kNumber,   ///< a double, may be empty
@@ -47,7 +47,7 @@ struct TableOptions {
   /// Cells that hold no finite number are errors only where one is asked for, and so are names of
   /// several columns: all columns are numbers.
   bool any_cells = false;
-  bool nan_is_empty = false;  ///< cells of CSV files that say nan are empty, with any_cells
+  bool nan_is_empty = false;       ///< cells of CSV files that say nan are empty, with any_cells
   std::vector<std::string> names;  ///< of the columns of a CSV file without a header
   std::string topic;               ///< of an MCAP file of several ROS topics
   std::map<std::string, std::string>
@@ -57,10 +57,10 @@ struct TableOptions {
 /// Reads a table row by row, of any length: it keeps one block of rows in memory.
 class TableReader {
  public:
-  /// @throws InputError naming file and what was expected when the file cannot be read, is not of the
-  /// format that its ending says, has no columns or a repeated column name; naming the package that
-  /// is missing where the format was not built in. `label_columns`: those that hold names in CSV,
-  /// where nothing says so; their labels are what was met so far.
+  /// @throws InputError naming file and what was expected when the file cannot be read, is not of
+  /// the format that its ending says, has no columns or a repeated column name; naming the package
+  /// that is missing where the format was not built in. `label_columns`: those that hold names in
+  /// CSV, where nothing says so; their labels are what was met so far.
   explicit TableReader(const std::filesystem::path& file,
                        const std::vector<std::string>& label_columns = {},
                        const TableOptions& options = {});
@@ -95,8 +95,8 @@ class TableReader {
   std::unique_ptr<TableBlock> block_;
   std::vector<int> slots_;  ///< of each column, among those of its kind
   int num_numbers_ = 0, num_integers_ = 0;
-  int row_ = -1;              ///< in the block
-  long rows_before_ = 0;      ///< the block
+  int row_ = -1;          ///< in the block
+  long rows_before_ = 0;  ///< the block
 };
 
 /// Is told now and then how many rows have been read.
@@ -140,7 +140,7 @@ class Table {
   std::vector<std::string> columns_;
   std::map<int, std::string> refused_;  // TableReader::refused
   std::vector<double> cells_;           // row by row
-  std::vector<int> lines_;     // of each row, counted from 1; empty where there are none
+  std::vector<int> lines_;              // of each row, counted from 1; empty where there are none
   int num_rows_ = 0;
   int names_line_ = 0;  // the line that names the columns; 0: the file has no lines
 };
@@ -149,8 +149,9 @@ class Table {
 /// bits. What was written stays readable if the process dies, but for the last rows (64 kB).
 class TableWriter {
  public:
-  /// @throws InputError when the file cannot be created, when the format is only read, when a column
-  /// holds text and the format cannot, and naming the package that is missing where the format was not built in.
+  /// @throws InputError when the file cannot be created, when the format is only read, when a
+  /// column holds text and the format cannot, and naming the package that is missing where the
+  /// format was not built in.
   TableWriter(const std::filesystem::path& file, std::vector<Column> columns);
   /// As finish, without errors.
   ~TableWriter();
@@ -180,7 +181,8 @@ class TableWriter {
 /// Copies all rows into a file of another format. @throws InputError, std::runtime_error as both.
 long copy_table(const std::filesystem::path& from, const std::filesystem::path& to);
 
-// ---- Servo targets and wrenches on links as columns of a CSV file (docs/reference/trajectory-format.md).
+// ---- Servo targets and wrenches on links as columns of a CSV file
+// (docs/reference/trajectory-format.md).
 //
 //   J.target, J.target_velocity    of the servo of joint J
 //   L.fx L.fy L.fz L.tx L.ty L.tz  on link L, about its origin, in world axes. Of a link that hangs
@@ -253,7 +255,8 @@ class TrajectoryWriter {
   /// that it reported, and its taut links.
   void write_step(const State& state, const Input& input, double time_step,
                   const Softening& softening = {}, const std::vector<TautLink>& taut_links = {});
-  /// The last state: no step starts from it, its force and time_step cells are empty. Ends the file.
+  /// The last state: no step starts from it, its force and time_step cells are empty. Ends the
+  /// file.
   void write_end(const State& state);
 
  private:
@@ -277,8 +280,8 @@ struct Trajectory {
   MatrixX applied_force;  ///< nv x (rows - 1) [N, N m]; 0 x 0 if the file has no such columns
   std::vector<Softening> softening;  ///< by step; empty if the file has no such columns
   std::vector<std::vector<TautLink>> taut_links;  ///< the same
-  InputColumns columns;              ///< of servo targets and wrenches
-  MatrixX known;                     ///< their values x (rows - 1)
+  InputColumns columns;                           ///< of servo targets and wrenches
+  MatrixX known;                                  ///< their values x (rows - 1)
   /// Rows whose numbers are not those that were written, by their state_hash; 0 without that
   /// column.
   int altered_rows = 0;
@@ -305,7 +308,8 @@ Trajectory read_trajectory(const std::filesystem::path& file, const Model& model
 std::vector<double> step_lengths(const Trajectory& trajectory, std::optional<double> given,
                                  double scene_step);
 
-// ---- A state in a file, from which a run is resumed to the same bits (docs/reference/trajectory-format.md, State files).
+// ---- A state in a file, from which a run is resumed to the same bits
+// (docs/reference/trajectory-format.md, State files).
 
 /// Of all in a model that shapes its motion: joints, inertias, shapes, surfaces, what acts in
 /// joints, closures, gravity, pairs left out.

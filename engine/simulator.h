@@ -50,16 +50,17 @@ struct ControlledReport {
 ControlledReport step_controlled(const Model& model, const SimulationOptions& options,
                                  const contact::Settings& settings, const State& state,
                                  const Input& input, double until, Workspace& workspace,
-                                 double& proposal, State& middle, State& next);  // Parameters: all it depends on
+                                 double& proposal, State& middle,
+                                 State& next);  // Parameters: all it depends on
 
 /// The first time [s] after `time` that steps have to end at: `end`, or a multiple of the interval.
 double next_landing(const StepControlOptions& control, double time, double end);
 
-// ---- Constraints that nothing can meet: closures and mimic joints that stay open. Each step of such a
-// one is a valid solution (what holds the bodies apart yields as much as compliance lets it), so
-// only a run shows it. A closure that is far open is to close at contact.max_recovery_speed;
-// one that has closed by less than a tenth of that over closing_time, which is long enough to
-// leave a singular pose (links in one line), is named.
+// ---- Constraints that nothing can meet: closures and mimic joints that stay open. Each step of
+// such a one is a valid solution (what holds the bodies apart yields as much as compliance lets
+// it), so only a run shows it. A closure that is far open is to close at
+// contact.max_recovery_speed; one that has closed by less than a tenth of that over closing_time,
+// which is long enough to leave a singular pose (links in one line), is named.
 
 struct Data;
 
@@ -117,8 +118,9 @@ class Simulator {
   Input& input() { return input_; }
 
   /// One step. If it fails (see the report) the state is left as it was. Unlike step_forward it
-  /// also sees where a closure or mimic joint stays open (StalledClosureDetector): the report's fault
-  /// names it, once in closing_time; with settings().soften_after = 0 (strict) the step fails.
+  /// also sees where a closure or mimic joint stays open (StalledClosureDetector): the report's
+  /// fault names it, once in closing_time; with settings().soften_after = 0 (strict) the step
+  /// fails.
   StepReport step();
 
   /// Two steps, as long as options().step_control allows, not beyond `until` [s] (step_controlled).

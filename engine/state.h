@@ -1,4 +1,5 @@
-// State and Input: all that a step depends on beside the model and its options. Hash: of their bits.
+// State and Input: all that a step depends on beside the model and its options. Hash: of their
+// bits.
 #pragma once
 
 #include <bit>
@@ -15,8 +16,8 @@ namespace counterpoint {
 struct RememberedForce {
   enum class Kind : unsigned char { kContact, kClosure, kJoint, kTautLink };
   Kind kind = Kind::kContact;
-  int a = 0, b = 0;  ///< geometries; closure and first row; velocity and its row; body
-  Vector3 at = Vector3::Zero();      ///< of a contact: in the frame of the body that moves [m]
+  int a = 0, b = 0;              ///< geometries; closure and first row; velocity and its row; body
+  Vector3 at = Vector3::Zero();  ///< of a contact: in the frame of the body that moves [m]
   /// In W [N]; of a joint row its only entry is the first. A taut link has the factor and the kept
   /// factor of TautLink here, and the square of the rate at which its forces would turn it [1/s^2].
   Vector3 force = Vector3::Zero();

@@ -46,8 +46,8 @@ struct EffectUse {
 std::vector<EffectUse> list_effects(const Model& model, const collision::Collider& collider,
                                     const SimulationOptions& options);
 
-// ---- Why a step failed: the kind of fault, the body, joint, contact, closure or coordinate at fault,
-// how large it is, and what a user can do.
+// ---- Why a step failed: the kind of fault, the body, joint, contact, closure or coordinate at
+// fault, how large it is, and what a user can do.
 
 enum class FaultKind : unsigned char {
   kNone,
@@ -100,10 +100,11 @@ struct Fault {
   int other_body = -1;  ///< the other one of a contact, closure or mimic; 0: the world
   int coordinate = -1;  ///< of q for the positions, else of v
   int geometry_a = -1, geometry_b = -1;  ///< of a contact
-  int index = -1;      ///< closure in Model::closures, wrench in Input, servo in Model::servos
-  double value = 0.0;  ///< of what is named, SI; kUnsolved: by how much the velocity there is off
-                       ///< [m/s, rad/s]; kSpeed: of the mass moved [m/s]; kSingularInertia:
-                       ///< inertia; kTolerance: over what is allowed [-]; kStaysOpen: how far [m or rad]
+  int index = -1;  ///< closure in Model::closures, wrench in Input, servo in Model::servos
+  double value =
+      0.0;  ///< of what is named, SI; kUnsolved: by how much the velocity there is off
+            ///< [m/s, rad/s]; kSpeed: of the mass moved [m/s]; kSingularInertia:
+            ///< inertia; kTolerance: over what is allowed [-]; kStaysOpen: how far [m or rad]
   double bound = 0.0;  ///< in force: kSpeed: max_speed [m/s]; kTolerance: min_step [s];
                        ///< kStaysOpen: closing_time [s]
 
@@ -145,8 +146,8 @@ struct PhaseTimes {
 
 class Workspace;
 
-/// Steps with this workspace add to `times` from here on, which must live as long; null: to none, and no
-/// clock is read.
+/// Steps with this workspace add to `times` from here on, which must live as long; null: to none,
+/// and no clock is read.
 void measure_phases(Workspace& workspace, PhaseTimes* times);
 
 /// Adds the time of its own life to one of them.
@@ -156,7 +157,8 @@ class PhaseTimer {
     if (times_ != nullptr) start_ = Clock::now();
   }
   ~PhaseTimer() {
-    if (times_ != nullptr) times_->*phase_ += std::chrono::duration<double>(Clock::now() - start_).count();
+    if (times_ != nullptr)
+      times_->*phase_ += std::chrono::duration<double>(Clock::now() - start_).count();
   }
   PhaseTimer(const PhaseTimer&) = delete;
   PhaseTimer& operator=(const PhaseTimer&) = delete;
@@ -221,7 +223,8 @@ struct FailedStep {
 /// the sizes are not the model's, or the time step is not positive.
 StepReport step_forward(const Model& model, const SimulationOptions& options,
                         const contact::Settings& settings, const State& state, const Input& input,
-                        Workspace& workspace, State& next);  // Parameters: what it depends on, one by one
+                        Workspace& workspace,
+                        State& next);  // Parameters: what it depends on, one by one
 
 /// One contact as the inverse (or the last forward step) saw it.
 struct ContactForce {
@@ -263,12 +266,13 @@ struct Inverse {
 
 /// Recovers the applied force from (q, v) at the start and v_next at the end of a step. Needs no
 /// optimization, no mass matrix: O(bodies + contacts), but for linkages with closures, whose
-/// velocity-dependent forces take a linear solve (velocity_predictor.h). All sizes as in State. `known`: what
-/// is known of the input, wrenches and servo targets (its applied force is not used); without it
-/// there are no wrenches, and the targets are the model's. Where a motor was at its effort limit
-/// the force recovered is the one on the limit (limit_applied_forces; of servos: their effort limits). q_next: coordinates at
-/// the end, needed by implicit_midpoint where there are constraints, else not looked at and may be
-/// null. @throws InputError for an integrator without inverse.
+/// velocity-dependent forces take a linear solve (velocity_predictor.h). All sizes as in State.
+/// `known`: what is known of the input, wrenches and servo targets (its applied force is not used);
+/// without it there are no wrenches, and the targets are the model's. Where a motor was at its
+/// effort limit the force recovered is the one on the limit (limit_applied_forces; of servos: their
+/// effort limits). q_next: coordinates at the end, needed by implicit_midpoint where there are
+/// constraints, else not looked at and may be null. @throws InputError for an integrator without
+/// inverse.
 void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
                   VectorRef q_next, VectorRef v_next, const Input& known, Workspace& workspace,
                   Inverse& out);  // Parameters: what it depends on, one by one

@@ -1,4 +1,5 @@
-// Collision geometry: shapes, convex meshes, terrain, surface materials; meshes and height fields in files.
+// Collision geometry: shapes, convex meshes, terrain, surface materials; meshes and height fields
+// in files.
 #pragma once
 
 #include <array>
@@ -53,7 +54,7 @@ struct ConvexMesh {
   /// Farthest that the surface of the full hull stands off its mesh [m] (hull_standoff.h).
   double standoff = 0.0;
   double deviation = 0.0;  ///< how far the full hull reaches out of this one [m]; 0: this is it
-  std::string source;  ///< file it came from, empty if built in memory
+  std::string source;      ///< file it came from, empty if built in memory
 };
 
 struct Terrain;
@@ -93,22 +94,23 @@ struct Material {
 
 /// A shape attached to a body.
 struct Geometry {
-  std::string name;  ///< "<link>/<collision name or index>", unique in a model
-  int body = 0;      ///< index of the body it moves with; 0 is the world
+  std::string name;   ///< "<link>/<collision name or index>", unique in a model
+  int body = 0;       ///< index of the body it moves with; 0 is the world
   int frame = -1;     ///< of the link that it came from; -1 for environment geometry, as the ground
   int instance = -1;  ///< model instance it belongs to; -1 for environment geometry
   /// Number of the links that joints hold together, other than through the world and by floating
   /// joints: the links of a robot, one free object; -1 for environment geometry and shapes of a
   /// link that is the world.
   int assembly = -1;
-  Pose X_BG;          ///< pose in the body frame
+  Pose X_BG;  ///< pose in the body frame
   Shape shape;
   Material material;
 };
 
-/// Material of a pair: geometric mean of the sliding frictions (MuJoCo takes the maximum, Bullet the product, ODE
-/// one value a pair); the larger restitution, torsional and rolling friction (the last two as MuJoCo). Torsional and
-/// rolling friction do nothing without sliding friction, and a pair with a side without that has none.
+/// Material of a pair: geometric mean of the sliding frictions (MuJoCo takes the maximum, Bullet
+/// the product, ODE one value a pair); the larger restitution, torsional and rolling friction (the
+/// last two as MuJoCo). Torsional and rolling friction do nothing without sliding friction, and a
+/// pair with a side without that has none.
 Material combine_materials(const Material& a, const Material& b);
 
 /// The smallest z [m] that a shape reaches when its frame G is at X_WG; -infinity for a plane.
@@ -162,19 +164,20 @@ TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale =
 std::shared_ptr<const ConvexMesh> make_convex_hull(const std::vector<Vector3>& points,
                                                    const std::string& source = "");
 
-/// The convex hull of a mesh file, with its standoff, and with source_volume set if the mesh is closed.
-/// Errors as above.
+/// The convex hull of a mesh file, with its standoff, and with source_volume set if the mesh is
+/// closed. Errors as above.
 std::shared_ptr<const ConvexMesh> load_convex_mesh(const std::filesystem::path& file,
                                                    const Vector3& scale = Vector3::Ones());
 
-/// A hull of at most `max_vertices` of the hull's vertices, each chosen as the one farthest outside those
-/// before; it lies within the hull, `deviation` says how deep. The hull itself if it has no more.
+/// A hull of at most `max_vertices` of the hull's vertices, each chosen as the one farthest outside
+/// those before; it lies within the hull, `deviation` says how deep. The hull itself if it has no
+/// more.
 /// @throws InputError for fewer than 4 vertices.
 std::shared_ptr<const ConvexMesh> reduce_hull(const std::shared_ptr<const ConvexMesh>& hull,
                                               int max_vertices);
 
-/// True if the hull has 5 % more volume than a closed mesh, or stands off any mesh by more than 5 % of
-/// its diameter (twice its radius).
+/// True if the hull has 5 % more volume than a closed mesh, or stands off any mesh by more than 5 %
+/// of its diameter (twice its radius).
 bool is_visibly_concave(const ConvexMesh& hull);
 
 /// What a reader must know about a visibly concave mesh that became its hull; "" for others.
@@ -225,14 +228,15 @@ struct TriangleTree {
 /// Triangles that push bodies off the side from which they run counter-clockwise. Made by
 /// make_terrain; shared between instances. Everything in the geometry frame.
 struct Terrain {
-  /// How a triangle's edge is shared. At flat and concave edges bodies touch the faces only; contact
-  /// with the edge itself is possible where the surface bends away from them, and at its rim.
+  /// How a triangle's edge is shared. At flat and concave edges bodies touch the faces only;
+  /// contact with the edge itself is possible where the surface bends away from them, and at its
+  /// rim.
   enum class Edge : unsigned char { kFlat, kConcave, kConvex, kRim };
 
   struct Triangle {
     std::array<int, 3> vertices;
-    Vector3 normal;                  ///< unit, outward
-    std::array<int, 3> neighbors;    ///< across the edge from vertex i to i + 1; -1 at a rim
+    Vector3 normal;                ///< unit, outward
+    std::array<int, 3> neighbors;  ///< across the edge from vertex i to i + 1; -1 at a rim
     std::array<Edge, 3> edges;
   };
 
@@ -265,13 +269,13 @@ struct HeightGrid {
 };
 
 /// A grayscale PNG of 1 to 16 bits a pixel, black 0, white 1, no gamma applied. @throws InputError
-/// naming the file when it is missing, no PNG, in colour or with an alpha channel, damaged, or larger
-/// than limits::kMaxHeights.
+/// naming the file when it is missing, no PNG, in colour or with an alpha channel, damaged, or
+/// larger than limits::kMaxHeights.
 HeightGrid load_height_image(const std::filesystem::path& file);
 
 /// Comma-separated heights [m], one row a line, no header; blank lines and lines that begin with #
-/// are skipped. @throws InputError naming file and line when a row has another length than the first, a
-/// cell is no finite number, or there are more than limits::kMaxHeights.
+/// are skipped. @throws InputError naming file and line when a row has another length than the
+/// first, a cell is no finite number, or there are more than limits::kMaxHeights.
 HeightGrid load_height_table(const std::filesystem::path& file);
 
 /// Two triangles a cell, over size_x by size_y [m] around the origin, heights times `scale`.

@@ -1,5 +1,3 @@
-#include "counterpoint/model/model.h"
-
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
@@ -8,6 +6,7 @@
 #include <vector>
 
 #include "counterpoint/model/limits.h"
+#include "counterpoint/model/model.h"
 
 namespace counterpoint {
 namespace {

@@ -19,8 +19,8 @@ inline constexpr std::uintmax_t kMaxYamlBytes = 8'000'000;
 inline constexpr int kMaxYamlDepth = 32;
 inline constexpr std::size_t kMaxYamlNodes = 2'000'000;
 
-// Tables: trajectories, recordings, inputs, contact problems. A cell takes 8 bytes; what reads row by row
-// (TableReader) has no limit of cells.
+// Tables: trajectories, recordings, inputs, contact problems. A cell takes 8 bytes; what reads row
+// by row (TableReader) has no limit of cells.
 inline constexpr std::size_t kMaxTableLine = 64'000'000;  // bytes, also of all names of columns
 inline constexpr std::size_t kMaxTableCells = 200'000'000;
 

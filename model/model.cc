@@ -49,11 +49,10 @@ double mimic_error(const Model& model, const Mimic& mimic, const VectorRef& q) {
 
 const PairMaterial* Model::find_pair_material(int geometry_a, int geometry_b) const {
   const std::pair wanted = std::minmax(geometry_a, geometry_b);
-  const auto it = std::lower_bound(
-      pair_materials_.begin(), pair_materials_.end(), wanted,
-      [](const PairMaterial& p, const std::pair<int, int>& key) {
-        return std::pair(p.geometry_a, p.geometry_b) < key;
-      });
+  const auto it = std::lower_bound(pair_materials_.begin(), pair_materials_.end(), wanted,
+                                   [](const PairMaterial& p, const std::pair<int, int>& key) {
+                                     return std::pair(p.geometry_a, p.geometry_b) < key;
+                                   });
   const bool found = it != pair_materials_.end() && it->geometry_a == wanted.first &&
                      it->geometry_b == wanted.second;
   return found ? &*it : nullptr;

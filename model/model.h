@@ -1,5 +1,6 @@
-// What a scene is made of: bodies in kinematic trees, joints, inertias, shapes. Immutable once built
-// (model_builder.h is the only way to make one); shared by const reference between any number of threads.
+// What a scene is made of: bodies in kinematic trees, joints, inertias, shapes. Immutable once
+// built (model_builder.h is the only way to make one); shared by const reference between any number
+// of threads.
 #pragma once
 
 #include <algorithm>
@@ -21,22 +22,27 @@ namespace counterpoint {
 //   type        nq nv  q                       v
 //   kRevolute    1  1  angle [rad]             rate [rad/s], about z
 //   kPrismatic   1  1  displacement [m]        rate [m/s], along z
-//   kPlanar      3  3  x, y [m], angle [rad]   rates, x and y in the axes of J (not turning with the body)
-//   kSpherical   4  3  qw qx qy qz             angular velocity [rad/s], in the axes of the body
-//   kFloating    7  6  x y z [m] qw qx qy qz   linear [m/s] in the axes of J, angular [rad/s] in the axes of the body
+//   kPlanar      3  3  x, y [m], angle [rad]   rates, x and y in the axes of J (not turning with
+//   the body) kSpherical   4  3  qw qx qy qz             angular velocity [rad/s], in the axes of
+//   the body kFloating    7  6  x y z [m] qw qx qy qz   linear [m/s] in the axes of J, angular
+//   [rad/s] in the axes of the body
 //
-// Velocities of planar and floating joints are kept in the parent's axes so that a free body's centre
-// flies straight in discrete time as well.
+// Velocities of planar and floating joints are kept in the parent's axes so that a free body's
+// centre flies straight in discrete time as well.
 
 enum class JointType : unsigned char { kRevolute, kPrismatic, kPlanar, kSpherical, kFloating };
 
 constexpr int joint_nq(JointType type) {
   switch (type) {
     case JointType::kRevolute:
-    case JointType::kPrismatic: return 1;
-    case JointType::kPlanar: return 3;
-    case JointType::kSpherical: return 4;
-    case JointType::kFloating: return 7;
+    case JointType::kPrismatic:
+      return 1;
+    case JointType::kPlanar:
+      return 3;
+    case JointType::kSpherical:
+      return 4;
+    case JointType::kFloating:
+      return 7;
   }
   return 0;
 }
@@ -44,10 +50,13 @@ constexpr int joint_nq(JointType type) {
 constexpr int joint_nv(JointType type) {
   switch (type) {
     case JointType::kRevolute:
-    case JointType::kPrismatic: return 1;
+    case JointType::kPrismatic:
+      return 1;
     case JointType::kPlanar:
-    case JointType::kSpherical: return 3;
-    case JointType::kFloating: return 6;
+    case JointType::kSpherical:
+      return 3;
+    case JointType::kFloating:
+      return 6;
   }
   return 0;
 }
@@ -56,10 +65,14 @@ constexpr int joint_nv(JointType type) {
 constexpr int joint_num_linear(JointType type) {
   switch (type) {
     case JointType::kRevolute:
-    case JointType::kSpherical: return 0;
-    case JointType::kPrismatic: return 1;
-    case JointType::kPlanar: return 2;
-    case JointType::kFloating: return 3;
+    case JointType::kSpherical:
+      return 0;
+    case JointType::kPrismatic:
+      return 1;
+    case JointType::kPlanar:
+      return 2;
+    case JointType::kFloating:
+      return 3;
   }
   return 0;
 }
@@ -103,14 +116,15 @@ const char* joint_type_name(JointType type);
 /// exactly one joint on a body of lower index (links held by fixed joints are merged). Bodies of a
 /// tree, and of every subtree, are contiguous, and so are their velocity indices.
 struct Body {
-  int parent = 0;          ///< -1 for the world
+  int parent = 0;  ///< -1 for the world
   JointType joint_type = JointType::kFloating;
-  int q_index = 0;         ///< first coordinate of the joint in q
-  int v_index = 0;         ///< first coordinate of the joint in v
-  int tree = -1;           ///< kinematic tree, 0-based; -1 for the world
-  int subtree_end = 0;     ///< one past the last body of the subtree rooted here
-  Pose X_PJ;               ///< joint frame at q = 0 in the parent body's frame
-  SpatialInertia inertia;  ///< of all links merged into the body, in the body frame; the world's is zero
+  int q_index = 0;      ///< first coordinate of the joint in q
+  int v_index = 0;      ///< first coordinate of the joint in v
+  int tree = -1;        ///< kinematic tree, 0-based; -1 for the world
+  int subtree_end = 0;  ///< one past the last body of the subtree rooted here
+  Pose X_PJ;            ///< joint frame at q = 0 in the parent body's frame
+  SpatialInertia
+      inertia;  ///< of all links merged into the body, in the body frame; the world's is zero
 };
 
 /// A tree's range of bodies and velocities.
@@ -121,13 +135,16 @@ struct Tree {
 
 /// What is said about the joint of body i + 1 (joints and moving bodies are numbered alike).
 struct JointInfo {
-  std::string name;       ///< unique; "<instance>/<joint>" in scenes of several models
-  std::string link;       ///< child link as named in the URDF, with the same prefix
-  double lower = -std::numeric_limits<double>::infinity();  ///< [rad or m], joints of one coordinate only
+  std::string name;  ///< unique; "<instance>/<joint>" in scenes of several models
+  std::string link;  ///< child link as named in the URDF, with the same prefix
+  double lower =
+      -std::numeric_limits<double>::infinity();  ///< [rad or m], joints of one coordinate only
   double upper = std::numeric_limits<double>::infinity();
-  double effort_limit = std::numeric_limits<double>::infinity();    ///< [N m or N] in each coordinate
-  double velocity_limit = std::numeric_limits<double>::infinity();  ///< [rad/s or m/s] in each coordinate
-  bool actuated = true;   ///< false: a floating joint, or one that holds a base; forces there count as unactuated
+  double effort_limit = std::numeric_limits<double>::infinity();  ///< [N m or N] in each coordinate
+  double velocity_limit =
+      std::numeric_limits<double>::infinity();  ///< [rad/s or m/s] in each coordinate
+  bool actuated = true;  ///< false: a floating joint, or one that holds a base; forces there count
+                         ///< as unactuated
 };
 
 /// A spring in a joint of one coordinate: force -stiffness (q - reference).
@@ -167,7 +184,8 @@ struct BodyDrag {
   Drag drag;
 };
 
-/// A force that carries a share of a link's weight (MJCF gravcomp): -mass gravity at its centre of mass.
+/// A force that carries a share of a link's weight (MJCF gravcomp): -mass gravity at its centre of
+/// mass.
 struct GravityCompensation {
   int body = 0;
   Vector3 center = Vector3::Zero();  ///< the link's centre of mass, in the body frame [m]
@@ -208,8 +226,8 @@ struct Closure {
   std::string name;  ///< unique
   ClosureType type = ClosureType::kBall;
   int body_a = 0, body_b = 0;  ///< either may be the world
-  Pose X_AC, X_BC;             ///< anchor frame in the body's frame; orientation matters to kWeld only
-  double length = 0.0;         ///< [m], kDistance
+  Pose X_AC, X_BC;      ///< anchor frame in the body's frame; orientation matters to kWeld only
+  double length = 0.0;  ///< [m], kDistance
 };
 
 /// Something the reader of a model must know and that did not stop it from loading.
@@ -239,7 +257,8 @@ class Model {
   /// Those of two geometries: what is given for the pair, else combine_materials of both.
   Material pair_material(int geometry_a, int geometry_b) const {
     if (!pair_materials_.empty())
-      if (const PairMaterial* given = find_pair_material(geometry_a, geometry_b)) return given->material;
+      if (const PairMaterial* given = find_pair_material(geometry_a, geometry_b))
+        return given->material;
     return combine_materials(geometries_[geometry_a].material, geometries_[geometry_b].material);
   }
   /// What is given for a pair, or null.
@@ -250,15 +269,21 @@ class Model {
   /// Index into servos() of a joint; -1 if it has none.
   int find_servo(int joint) const;
   const std::vector<BodyDrag>& drags() const { return drags_; }
-  const std::vector<GravityCompensation>& gravity_compensations() const { return gravity_compensations_; }
+  const std::vector<GravityCompensation>& gravity_compensations() const {
+    return gravity_compensations_;
+  }
   const std::vector<Closure>& closures() const { return closures_; }
   const std::vector<Note>& notes() const { return notes_; }
 
-  const Vector3& gravity() const { return gravity_; }                ///< [m/s^2] in W
-  const VectorX& default_q() const { return default_q_; }            ///< nq; valid quaternions, within limits not enforced
-  const VectorX& damping() const { return damping_; }                ///< nv, viscous [N m s/rad or N s/m]
-  const VectorX& armature() const { return armature_; }              ///< nv, rotor inertia seen at the joint [kg m^2 or kg]
-  const VectorX& dry_friction() const { return dry_friction_; }      ///< nv [N m or N]
+  const Vector3& gravity() const { return gravity_; }  ///< [m/s^2] in W
+  const VectorX& default_q() const {
+    return default_q_;
+  }  ///< nq; valid quaternions, within limits not enforced
+  const VectorX& damping() const { return damping_; }  ///< nv, viscous [N m s/rad or N s/m]
+  const VectorX& armature() const {
+    return armature_;
+  }  ///< nv, rotor inertia seen at the joint [kg m^2 or kg]
+  const VectorX& dry_friction() const { return dry_friction_; }  ///< nv [N m or N]
 
   /// The tree that a coordinate of v belongs to.
   int tree_of_velocity(int v_index) const;
@@ -266,8 +291,11 @@ class Model {
   /// Index of the named joint, frame, geometry; -1 if there is none.
   int find_joint(const std::string& name) const;
   int find_frame(const std::string& name) const;
-  /// Pairs of geometries (first < second) excluded from collision by name: scene file, SRDF, closures.
-  const std::vector<std::pair<int, int>>& excluded_geometry_pairs() const { return excluded_pairs_; }
+  /// Pairs of geometries (first < second) excluded from collision by name: scene file, SRDF,
+  /// closures.
+  const std::vector<std::pair<int, int>>& excluded_geometry_pairs() const {
+    return excluded_pairs_;
+  }
   /// Why, one for each of these pairs; may be empty.
   const std::vector<std::string>& exclusion_reasons() const { return exclusion_reasons_; }
   /// Pairs of geometries (first < second), ascending, that touch even if a joint joins their links
@@ -317,8 +345,8 @@ CoordinateRange coordinates(const Model& model, const Tree& tree);
 /// All but the world.
 inline BodyRange moving_bodies(const Model& model) { return {1, model.num_bodies()}; }
 
-/// X_WB of every body at q (nq), the world first. For loading and for tests: it allocates; steps use
-/// engine/dynamics/kinematics.h.
+/// X_WB of every body at q (nq), the world first. For loading and for tests: it allocates; steps
+/// use engine/dynamics/kinematics.h.
 std::vector<Pose> body_poses(const Model& model, const VectorX& q);
 
 /// How far a closure is from closed at these poses: distance of the anchors, for kDistance less the

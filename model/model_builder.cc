@@ -26,9 +26,10 @@ RobotSpec object_of(const std::string& name, const Shape& shape, double mass,
                     const Material& material) {
   if (shape.type == ShapeType::kPlane || shape.type == ShapeType::kTerrain ||
       shape.type == ShapeType::kConvexMesh)
-    throw InputError(fmt::format("object '{}': a sphere, box, capsule or cylinder has the inertia of "
-                                 "its mass; describe others by their links",
-                                 name));
+    throw InputError(
+        fmt::format("object '{}': a sphere, box, capsule or cylinder has the inertia of "
+                    "its mass; describe others by their links",
+                    name));
   RobotSpec object;
   object.name = name;
   LinkSpec link;
@@ -184,8 +185,9 @@ int ModelBuilder::add_environment(const std::string& name, const Shape& shape, c
 
 void ModelBuilder::fill_inertia(double mass) {
   if (!(mass >= limits::kMinMass && mass <= limits::kMaxMass))
-    throw InputError(fmt::format("inertia to fill in: the mass is {} kg; {:g} ... {:g} kg are taken",
-                                 mass, limits::kMinMass, limits::kMaxMass));
+    throw InputError(
+        fmt::format("inertia to fill in: the mass is {} kg; {:g} ... {:g} kg are taken", mass,
+                    limits::kMinMass, limits::kMaxMass));
   filled_mass_ = mass;
 }
 
@@ -195,14 +197,15 @@ bool ModelBuilder::fill_body(int body) {
   const JointInfo& joint = model_.joints_[body - 1];
   const std::string at = located_at(joint_where_[body - 1], "link '" + joint.link + "'");
   const auto same = [&](const Note& note) { return note.where == at; };
-  const std::string message =
-      fmt::format("has no inertia along the motion of joint '{}'; filled in: {:g} kg, a ball of the "
-                  "density of water about its origin",
-                  joint.name, filled_mass_);
+  const std::string message = fmt::format(
+      "has no inertia along the motion of joint '{}'; filled in: {:g} kg, a ball of the "
+      "density of water about its origin",
+      joint.name, filled_mass_);
   for (const Note& note : model_.notes_)
     if (same(note) && note.message == message) return false;
   constexpr double kPi = 3.14159265358979323846, kDensity = 1000.0;  // [kg/m^3]
-  Shape ball{ShapeType::kSphere, {std::cbrt(0.75 * filled_mass_ / (kPi * kDensity)), 0, 0}, nullptr};
+  Shape ball{
+      ShapeType::kSphere, {std::cbrt(0.75 * filled_mass_ / (kPi * kDensity)), 0, 0}, nullptr};
   Body& filled = model_.bodies_[body];
   filled.inertia = filled.inertia + solid_inertia(ball, filled_mass_);
   model_.notes_.push_back({at, message});
@@ -216,9 +219,10 @@ void ModelBuilder::check_inertias() {
     if (coordinates > limits::kMaxTreeCoordinates) {
       throw InputError(located_at(
           joint_where_[root - 1],
-          fmt::format("the tree of joints from '{}' on has {} coordinates; at most {} are taken: cut "
-                      "it, and join the parts by closures",
-                      model_.joints_[root - 1].name, coordinates, limits::kMaxTreeCoordinates)));
+          fmt::format(
+              "the tree of joints from '{}' on has {} coordinates; at most {} are taken: cut "
+              "it, and join the parts by closures",
+              model_.joints_[root - 1].name, coordinates, limits::kMaxTreeCoordinates)));
     }
     const int k = find_coordinate_without_inertia(model_, t, model_.default_q_);
     if (k < 0) continue;
@@ -235,7 +239,8 @@ void ModelBuilder::check_inertias() {
     std::string message = fmt::format(
         "joint '{}' ({}) moves link '{}', which has no inertia along that motion, nor have the "
         "links it carries: the motion would be undefined. Give the link an <inertial> with mass "
-        "and inertia, the joint an armature, or hold it by a fixed joint (a fixed base); the option "
+        "and inertia, the joint an armature, or hold it by a fixed joint (a fixed base); the "
+        "option "
         "fill_inertia (--fill-inertia 1e-3kg) goes on with a small mass there",
         joint.name, joint_type_name(model_.bodies_[body].joint_type), joint.link);
     for (int i = body; i < model_.bodies_[body].subtree_end; ++i) {

@@ -1,4 +1,5 @@
-// The only way to make a Model: links and joints in, validated flat arrays out; and copies of one with other parameters.
+// The only way to make a Model: links and joints in, validated flat arrays out; and copies of one
+// with other parameters.
 #pragma once
 
 #include <map>
@@ -17,7 +18,8 @@ struct LinkSpec {
   std::string name;
   SpatialInertia inertia;  ///< in the link frame
   Drag drag;
-  double gravity_compensation = 0.0;  ///< share of the link's weight that a force carries: GravityCompensation
+  double gravity_compensation =
+      0.0;  ///< share of the link's weight that a force carries: GravityCompensation
   struct Collision {
     std::string name;  ///< empty: numbered
     Pose X_LG;
@@ -51,7 +53,7 @@ struct JointSpec {
   double damping = 0.0, dry_friction = 0.0, armature = 0.0;
   double stiffness = 0.0, reference = 0.0;  ///< of a spring, joints of one coordinate only
   ServoSpec servo;                          ///< joints of one coordinate that mimic none
-  std::string mimic_master;  ///< empty: none
+  std::string mimic_master;                 ///< empty: none
   double mimic_multiplier = 1.0, mimic_offset = 0.0;
   std::string where;
 };
@@ -70,7 +72,7 @@ struct RobotSpec {
 struct ClosureSpec {
   std::string name;  ///< empty: numbered
   ClosureType type = ClosureType::kBall;
-  std::string link_a, link_b;  ///< with prefix; "world" is the world unless a link is named so
+  std::string link_a, link_b;       ///< with prefix; "world" is the world unless a link is named so
   std::optional<Vector3> anchor_a;  ///< in the frame of link a [m]; else its origin
   /// In the frame of link b [m]; else where anchor_a is at the start, for a distance b's origin.
   std::optional<Vector3> anchor_b;
@@ -104,8 +106,8 @@ class ModelBuilder {
 
   /// Adds a robot whose root link is welded to the world at X_WL, or floats or turns about its
   /// origin, starting there. `prefix` ("arm/" say, or empty) goes before every name. Returns the
-  /// instance index. The joint of a base that is not fixed is named after the root link. Links welded to the world add
-  /// nothing to the world's inertia, which is zero.
+  /// instance index. The joint of a base that is not fixed is named after the root link. Links
+  /// welded to the world add nothing to the world's inertia, which is zero.
   /// @throws InputError naming link or joint when the spec is no tree, a value is not finite or out
   /// of range, a name is taken.
   int add_robot(const RobotSpec& robot, Base base, const Pose& X_WL,
@@ -140,7 +142,8 @@ class ModelBuilder {
 
   /// Gives inertia to what build() would refuse for moving none: the link of the joint gets a ball
   /// of this mass [kg] and the density of water (1000 kg/m^3) about its origin, from the outermost
-  /// link on, until motion is defined. Each is noted. @throws InputError unless positive and finite.
+  /// link on, until motion is defined. Each is noted. @throws InputError unless positive and
+  /// finite.
   void fill_inertia(double mass);
 
   /// Ties two links together. To be called after all robots with these links. @throws InputError
@@ -205,8 +208,8 @@ class ModelBuilder {
   std::vector<PlacedClosure> closure_specs_;  // of Model::closures
 };
 
-// ---- A copy of a model with other parameters: same bodies, joints and names, so that a state of one is
-// a state of the other. For identification and sensitivities.
+// ---- A copy of a model with other parameters: same bodies, joints and names, so that a state of
+// one is a state of the other. For identification and sensitivities.
 
 /// Starts from a built model and changes values in it; structure stays. Every function @throws
 /// InputError for a value that is not finite or that no model may have; indices are the caller's.

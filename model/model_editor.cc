@@ -1,10 +1,9 @@
-#include "counterpoint/model/model_builder.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
 
 #include "counterpoint/model/geometry.h"
+#include "counterpoint/model/model_builder.h"
 
 namespace counterpoint {
 namespace {

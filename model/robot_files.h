@@ -1,4 +1,5 @@
-// Robots and scenes in the formats of other programs: URDF, MJCF and SDF are read, MJCF and URDF written.
+// Robots and scenes in the formats of other programs: URDF, MJCF and SDF are read, MJCF and URDF
+// written.
 #pragma once
 
 #include <filesystem>
@@ -110,8 +111,8 @@ MeshPath find_mesh(const std::string& name, const std::filesystem::path& urdf_fo
 /// A package not listed is searched for upwards from the URDF.
 struct UrdfOptions : ModelFileOptions {
   /// Opt-in: exchanges limits whose lower is above the upper, and lets a joint go by itself that is
-  /// to follow one that does not exist, is fixed or has several coordinates (or is so itself); notes
-  /// each. Off: refused.
+  /// to follow one that does not exist, is fixed or has several coordinates (or is so itself);
+  /// notes each. Off: refused.
   bool repair_joints = false;
   /// For what a collision's file does not say.
   Material default_material;
@@ -161,8 +162,8 @@ struct MjcfModel : ModelParts {
   std::string integrator = "semi_implicit_euler";
 };
 
-/// Reads an MJCF file (docs/reference/mjcf.md). @throws InputError naming file, line, element, what was
-/// expected and what to do, also for what the engine does not have and would change the motion.
+/// Reads an MJCF file (docs/reference/mjcf.md). @throws InputError naming file, line, element, what
+/// was expected and what to do, also for what the engine does not have and would change the motion.
 MjcfModel load_mjcf(const std::filesystem::path& file, const MjcfOptions& options = {});
 
 /// True if the root element of an XML file is <mujoco>. @throws InputError if it is no XML.

@@ -194,8 +194,9 @@ Scene load_scene(const fs::path& file, const SceneOverrides& overrides) {
     return load_lone_sdf(file, overrides);
   if (extension == ".xml") return load_lone_urdf(file, overrides);
   if (extension != ".yaml" && extension != ".yml") {
-    throw InputError(fmt::format("{}: a scene (.yaml) or a model (.urdf, .xml, .mjcf, .sdf, .world) is expected",
-                                 file.string()));
+    throw InputError(
+        fmt::format("{}: a scene (.yaml) or a model (.urdf, .xml, .mjcf, .sdf, .world) is expected",
+                    file.string()));
   }
   if (overrides.base || overrides.ground || overrides.ground_friction || !overrides.srdf.empty() ||
       overrides.hull_vertices > 0) {

@@ -16,8 +16,8 @@
 
 namespace counterpoint {
 
-// ---- Effects: forces and constraints by name. A scene calls for some of them; a step runs those and no
-// others; a scene file's `effects:` section switches any of them off. Equations:
+// ---- Effects: forces and constraints by name. A scene calls for some of them; a step runs those
+// and no others; a scene file's `effects:` section switches any of them off. Equations:
 // docs/explanation/effects.md.
 
 enum class Effect : unsigned char {
@@ -149,7 +149,8 @@ struct ContactOptions {
   /// what applied forces may add to the velocities of (q, w), which say nothing of them.
   double reach_acceleration = 500.0;
   /// [s]: exact Coulomb friction of bodies whose fastest contact slides at s [m/s] reaches its
-  /// bound at a slip of s h / slip_time more (engine/constraints/friction_slip.h); infinite: no more.
+  /// bound at a slip of s h / slip_time more (engine/constraints/friction_slip.h); infinite: no
+  /// more.
   double slip_time = 2.0;
 
   bool operator==(const ContactOptions&) const = default;
@@ -203,8 +204,8 @@ struct SimulationOptions {
   /// Effects that are on where the scene calls for them.
   EffectSet effects = kDefaultEffects;
   /// Velocity-dependent forces of trees of several bodies are those in the middle of the step, and
-  /// keep its energy (engine/forces/mid_velocity.h, energy_projection.h). False: those at its start; cheaper, and
-  /// with derivatives in closed form. Of semi_implicit_euler.
+  /// keep its energy (engine/forces/mid_velocity.h, energy_projection.h). False: those at its
+  /// start; cheaper, and with derivatives in closed form. Of semi_implicit_euler.
   bool mean_velocity_forces = true;
   /// Velocities push apart what overlaps, however deep, as `optimize` needs to find its way out of
   /// the ground. False: what is deep is parted by displacement (engine/constraints/contact_law.h).
@@ -247,8 +248,8 @@ struct SceneOverrides {
 /// element, what was expected and what to do.
 Scene load_scene(const std::filesystem::path& file, const SceneOverrides& overrides = {});
 
-// ---- A scene as bytes, all of it, to be read by the same version of this library: for copies in other
-// processes. To keep a scene, use scene files.
+// ---- A scene as bytes, all of it, to be read by the same version of this library: for copies in
+// other processes. To keep a scene, use scene files.
 
 /// Model, start and options, meshes and terrains included (each once).
 std::string archive_scene(const Scene& scene);

@@ -1,5 +1,5 @@
-// Vectors, rotations and spatial algebra, in double precision: Eigen types; quaternions and the exponential map; poses,
-// spatial velocities (motions), spatial forces (wrenches), inertias.
+// Vectors, rotations and spatial algebra, in double precision: Eigen types; quaternions and the
+// exponential map; poses, spatial velocities (motions), spatial forces (wrenches), inertias.
 //
 // Monogram notation: X_AB is the pose of frame B in frame A; V_WB the spatial velocity of B in W.
 // A spatial quantity is written at the origin of, and in the axes of, the frame it is expressed in.
@@ -23,7 +23,8 @@ using Quaternion = Eigen::Quaterniond;
 using VectorRef = Eigen::Ref<const VectorX>;
 using VectorOut = Eigen::Ref<VectorX>;
 
-/// Standard gravity [m/s^2], ISO 80000-3. Also the g0 of the contact smoothing, with or without gravity.
+/// Standard gravity [m/s^2], ISO 80000-3. Also the g0 of the contact smoothing, with or without
+/// gravity.
 inline constexpr double kStandardGravity = 9.80665;
 
 /// Input a user can correct: a file, an element, a value. The message says where, what was expected
@@ -45,7 +46,8 @@ inline Matrix3 skew(const Vector3& a) {
 /// Rotation matrix of URDF's fixed-axis roll, pitch, yaw [rad]: Rz(yaw) Ry(pitch) Rx(roll).
 Matrix3 rotation_from_rpy(double roll, double pitch, double yaw);
 
-/// Unit quaternion of a rotation vector [rad] (axis times angle), exact to round-off at every angle.
+/// Unit quaternion of a rotation vector [rad] (axis times angle), exact to round-off at every
+/// angle.
 inline Quaternion quaternion_exp(const Vector3& rotation_vector) {
   const double angle2 = rotation_vector.squaredNorm();
   // sin(a/2)/a by series below 1e-4 rad: the next term is a^4/3840 < 1e-19.
@@ -70,8 +72,8 @@ Vector3 quaternion_log(const Quaternion& q);
 Matrix3 rotation_z_to(const Vector3& axis);
 
 /// A right-handed frame (t1, t2, n), as columns, whose third axis is the unit vector n.
-/// A pure function of n, continuous but at n = -z (Duff et al. 2017, "Building an orthonormal basis,
-/// revisited").
+/// A pure function of n, continuous but at n = -z (Duff et al. 2017, "Building an orthonormal
+/// basis, revisited").
 inline Matrix3 frame_from_normal(const Vector3& n) {
   const double sign = std::copysign(1.0, n.z());
   const double a = -1.0 / (sign + n.z());
@@ -85,7 +87,8 @@ inline Matrix3 frame_from_normal(const Vector3& n) {
 
 // ---- Spatial algebra.
 
-/// Spatial velocity or acceleration: angular [rad/s, rad/s^2], linear [m/s, m/s^2] of the frame origin.
+/// Spatial velocity or acceleration: angular [rad/s, rad/s^2], linear [m/s, m/s^2] of the frame
+/// origin.
 struct Motion {
   Vector3 angular = Vector3::Zero();
   Vector3 linear = Vector3::Zero();
@@ -102,7 +105,8 @@ struct Motion {
   Vector3 at(const Vector3& p) const { return linear + angular.cross(p); }
 };
 
-/// Spatial force: torque [N m] about the frame origin, force [N]. Also spatial momentum and impulse.
+/// Spatial force: torque [N m] about the frame origin, force [N]. Also spatial momentum and
+/// impulse.
 struct Force {
   Vector3 torque = Vector3::Zero();
   Vector3 force = Vector3::Zero();
@@ -127,7 +131,8 @@ inline double dot(const Motion& v, const Force& f) {
   return v.angular.dot(f.torque) + v.linear.dot(f.force);
 }
 
-/// Motion cross product v x m: rate of change of m carried along by v (Featherstone 2008, eq. 2.31).
+/// Motion cross product v x m: rate of change of m carried along by v (Featherstone 2008,
+/// eq. 2.31).
 inline Motion cross(const Motion& v, const Motion& m) {
   return {v.angular.cross(m.angular), v.angular.cross(m.linear) + v.linear.cross(m.angular)};
 }
@@ -147,9 +152,7 @@ struct Pose {
   Pose operator*(const Pose& X_BC) const {
     return {rotation * X_BC.rotation, rotation * X_BC.translation + translation};
   }
-  Pose inverse() const {
-    return {rotation.transpose(), -(rotation.transpose() * translation)};
-  }
+  Pose inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
   /// A motion expressed in B, expressed in A.
   Motion operator*(const Motion& v_B) const {
     const Vector3 angular = rotation * v_B.angular;
@@ -174,9 +177,9 @@ struct Pose {
 
 /// Inertia of one rigid body about its centre of mass, in the axes of the body frame.
 struct SpatialInertia {
-  double mass = 0.0;                      ///< [kg]
-  Vector3 center = Vector3::Zero();       ///< centre of mass in the body frame [m]
-  Matrix3 rotational = Matrix3::Zero();   ///< about the centre of mass [kg m^2], symmetric
+  double mass = 0.0;                     ///< [kg]
+  Vector3 center = Vector3::Zero();      ///< centre of mass in the body frame [m]
+  Matrix3 rotational = Matrix3::Zero();  ///< about the centre of mass [kg m^2], symmetric
 
   /// Spatial momentum of the body moving with v, at the body origin.
   Force operator*(const Motion& v) const {

@@ -1,4 +1,5 @@
-// Text as users and files write it: whole files up to a limit of size, numbers, nearest names, YAML with line numbers.
+// Text as users and files write it: whole files up to a limit of size, numbers, nearest names, YAML
+// with line numbers.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -84,8 +85,8 @@ std::string root_element_name(const std::filesystem::path& file);
 
 // ---- A number as a user or a file writes it.
 
-/// The whole text as a number, a sign + before it allowed, whatever the locale (unlike strtod); may be infinite or NaN
-/// where the text says so. Nothing if it is none.
+/// The whole text as a number, a sign + before it allowed, whatever the locale (unlike strtod); may
+/// be infinite or NaN where the text says so. Nothing if it is none.
 inline std::optional<double> parse_number(std::string_view text) {
   if (text.size() > 1 && text.front() == '+') text.remove_prefix(1);
   double value = 0.0;
@@ -111,10 +112,11 @@ inline int edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-// ---- YAML with line numbers: every wrong value is reported as "file:line: what, what was expected".
+// ---- YAML with line numbers: every wrong value is reported as "file:line: what, what was
+// expected".
 
-/// A whole YAML file, of the extent that model/limits.h allows. @throws InputError with file and line.
-/// `missing`: what to say when there is no such file.
+/// A whole YAML file, of the extent that model/limits.h allows. @throws InputError with file and
+/// line. `missing`: what to say when there is no such file.
 YAML::Node load_yaml_file(const std::filesystem::path& file, const char* missing);
 
 /// A YAML value together with the file it stands in. All readers throw InputError with file and

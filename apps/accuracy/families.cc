@@ -51,7 +51,8 @@ class Maker {
 
   Family over(const std::string& vary, const std::string& name, const std::string& parameter,
               const Change& change, const std::vector<double>& values, const EngineSetting& setting,
-              const std::function<std::string(double)>& text) const {  // Parameters: what it depends on, one by one
+              const std::function<std::string(double)>& text)
+      const {  // Parameters: what it depends on, one by one
     Family family{vary, name, parameter, {}};
     for (const double value : values) {
       EngineSetting changed = setting;

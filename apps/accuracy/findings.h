@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "recommendation.h"
 #include "measure.h"
+#include "recommendation.h"
 #include "report/html_page.h"
 #include "report/report.h"
 

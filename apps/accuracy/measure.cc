@@ -17,8 +17,8 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Errors of one run of all pieces; false if one failed.
-bool run_for_error(EngineAdapter& adapter, const Model& model, const Plan& plan, const Reference& reference,
-                   Point& point) {
+bool run_for_error(EngineAdapter& adapter, const Model& model, const Plan& plan,
+                   const Reference& reference, Point& point) {
   double seconds = 0.0;
   for (const Piece& piece : reference.pieces) {
     const Passage passage = adapter.advance(piece.start, plan.length);
@@ -265,8 +265,7 @@ std::vector<MeasuredFamily> measure_errors(const Scene& scene, const Plan& plan,
   list.count = static_cast<std::int64_t>(settings.places.size());
   list.fingerprint = options.fingerprint;
   list.make_task = [&]() -> tasks::Task {
-    const auto worker =
-        std::make_shared<ErrorWorker>(scene, plan, reference, families, options);
+    const auto worker = std::make_shared<ErrorWorker>(scene, plan, reference, families, options);
     return [&, worker](std::int64_t i) {
       try {
         const Place& place = settings.places[static_cast<size_t>(i)];

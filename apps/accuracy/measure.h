@@ -58,16 +58,16 @@ struct MeasureOptions {
 };
 
 /// Every piece by every setting, for its error: the same bits whoever runs it. Settings with equal
-/// keys are measured once. Physics is added to those at the scene's own time step. Where options.stop
-/// ends it: without the settings that were not reached. Costs are those of this one run, of threads
-/// beside others.
+/// keys are measured once. Physics is added to those at the scene's own time step. Where
+/// options.stop ends it: without the settings that were not reached. Costs are those of this one
+/// run, of threads beside others.
 std::vector<MeasuredFamily> measure_errors(const Scene& scene, const Plan& plan,
                                            const Reference& reference,
                                            const std::vector<Family>& families,
                                            const MeasureOptions& options);
 
-/// Their costs: in this thread alone, in `repeats` rounds over all settings, after a piece of each to
-/// warm up. Where options.stop ends it: of as many rounds as there were.
+/// Their costs: in this thread alone, in `repeats` rounds over all settings, after a piece of each
+/// to warm up. Where options.stop ends it: of as many rounds as there were.
 void measure_times(const Plan& plan, const Reference& reference, const MeasureOptions& options,
                    std::vector<MeasuredFamily>& families);
 

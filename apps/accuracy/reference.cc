@@ -158,7 +158,8 @@ std::string refusal(const Scene& scene, Integrator integrator) {
   EngineSetting setting{scene.options, {}};
   setting.options.integrator = integrator;
   try {
-    counterpoint_adapter(scene, setting)->advance({0.0, scene.q, scene.v}, setting.options.time_step);
+    counterpoint_adapter(scene, setting)
+        ->advance({0.0, scene.q, scene.v}, setting.options.time_step);
   } catch (const InputError& error) {
     return error.what();
   }

@@ -1,4 +1,5 @@
-// Time of every pair function, near contact, beside FCL's; of the broad phase, and of a large scene.
+// Time of every pair function, near contact, beside FCL's; of the broad phase, and of a large
+// scene.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -56,9 +57,9 @@ Poses draw_poses(const Shape& a, const Shape& b, double gap) {
     };
     const bool on_plane = a.type == ShapeType::kPlane;
     Pose X_A{on_plane ? Matrix3(Matrix3::Identity()) : turn(), Vector3::Zero()};
-    const Vector3 way =
-        on_plane ? Vector3(Vector3::UnitZ())
-                 : Vector3(Vector3(normal(rng), normal(rng), normal(rng)).normalized());
+    const Vector3 way = on_plane
+                            ? Vector3(Vector3::UnitZ())
+                            : Vector3(Vector3(normal(rng), normal(rng), normal(rng)).normalized());
     Pose X_B{turn(), 0.5 * way};
     for (int k = 0; k < 60; ++k) {
       collision::pair_contacts(a, X_A, b, X_B, 10.0, m);
@@ -99,7 +100,8 @@ void pair(benchmark::State& state, const Shape& a, const Shape& b, double gap) {
 void fcl_pair(benchmark::State& state, const Shape& a, const Shape& b, double gap) {
   const Poses poses = draw_poses(a, b, gap);
   std::vector<std::pair<fcl::Transform3d, fcl::Transform3d>> placed;
-  for (const auto& [X_A, X_B] : poses) placed.emplace_back(test::fcl_pose(X_A), test::fcl_pose(X_B));
+  for (const auto& [X_A, X_B] : poses)
+    placed.emplace_back(test::fcl_pose(X_A), test::fcl_pose(X_B));
   const auto fcl_a = test::fcl_geometry(a);
   const auto fcl_b = test::fcl_geometry(b);
   std::size_t i = 0;
@@ -154,8 +156,8 @@ void heap(benchmark::State& state) {
   robot.links.push_back(link);
   std::vector<Pose> X_WB(1);
   for (int i = 0; i < side * side * side; ++i) {
-    X_WB.push_back({Matrix3::Identity(), 0.2 * Vector3(i % side, i / side % side,
-                                                       i / (side * side) + 0.5)});
+    X_WB.push_back(
+        {Matrix3::Identity(), 0.2 * Vector3(i % side, i / side % side, i / (side * side) + 0.5)});
     builder.add_robot(robot, Base::kFloating, X_WB.back(), std::to_string(i) + "/");
   }
   const Model model = builder.build();

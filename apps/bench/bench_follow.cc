@@ -38,8 +38,7 @@ void follow(benchmark::State& state, const std::string& name) {
   const std::vector<VectorX> rows = noisy_rows(scene);
   estimation::ColumnMap map;
   for (int i = 0; i < scene.model.nq(); ++i)
-    map.entries.push_back(
-        {estimation::ColumnMap::Entry::Kind::kPosition, i, "q", {"q", 1.0, 0.0}});
+    map.entries.push_back({estimation::ColumnMap::Entry::Kind::kPosition, i, "q", {"q", 1.0, 0.0}});
   estimation::FollowOptions options;
   options.errors = estimation::RecordingErrors::kWhite;
   for (auto _ : state) {
@@ -51,9 +50,8 @@ void follow(benchmark::State& state, const std::string& name) {
     for (int row = estimation::kFollowedRows; row < kRows; ++row)
       follower.push(row * kInterval, rows[static_cast<std::size_t>(row)]);
   }
-  state.counters["rows_per_second"] =
-      benchmark::Counter(kRows - estimation::kFollowedRows,
-                         benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["rows_per_second"] = benchmark::Counter(
+      kRows - estimation::kFollowedRows, benchmark::Counter::kIsIterationInvariantRate);
 }
 
 }  // namespace
@@ -62,9 +60,9 @@ void follow(benchmark::State& state, const std::string& name) {
 int main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
   for (const char* name : {"quadruped_drop", "humanoid_drop"})
-    benchmark::RegisterBenchmark(
-        name, [=](benchmark::State& state) { counterpoint::apps::follow(state, name); })
-        ->Unit(benchmark::kMillisecond);
+    benchmark::RegisterBenchmark(name, [=](benchmark::State& state) {
+      counterpoint::apps::follow(state, name);
+    })->Unit(benchmark::kMillisecond);
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();
   return 0;

@@ -1,5 +1,6 @@
 // What tasks cost beside themselves, alone and under mpirun (docs/measurements/tasks.md):
-//   counterpoint_bench_tasks [FOLDER]            overhead of a task, in memory and with journals in FOLDER,
+//   counterpoint_bench_tasks [FOLDER]            overhead of a task, in memory and with journals in
+//   FOLDER,
 //                                                memory of each rank, tasks of 1 ms over threads
 //   mpirun -n 2 counterpoint_bench_tasks         the same over ranks, requests that rank 0 answers
 //   counterpoint_bench_tasks scaling             the tasks of 1 ms alone, over 2 threads or 2 ranks
@@ -143,7 +144,8 @@ int main(int argc, char** argv) {
     scaling(*world, threads);
     return 0;
   }
-  const std::filesystem::path folder = what.empty() ? "" : std::filesystem::path(what) / "bench_tasks";
+  const std::filesystem::path folder =
+      what.empty() ? "" : std::filesystem::path(what) / "bench_tasks";
   memory(*world, folder);
   overhead(*world, folder);
   requests(*world);

@@ -1,13 +1,12 @@
 // Derivatives of steps, inverse and forward: closed forms, central differences of our own inverse,
 // and MuJoCo's mjd_inverseFD and mjd_transitionFD, each engine along its own trajectory.
-#include "counterpoint/engine/derivatives.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <limits>
 #include <memory>
 
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/simulator.h"
 #include "measure/median.h"
 #include "peers/mujoco_derivatives.h"
@@ -171,14 +170,12 @@ void add_mujoco(Theirs& peer, std::vector<Row>& rows) {
                  });
                }};
   };
-  rows.push_back({"inverse derivatives", "mujoco one-sided",
-                  peer.errors([](MujocoDerivatives& d, const MujocoMoment& m) {
-                    return d.inverse_error(m);
-                  }),
-                  [&peer](int count) {
-                    peer.each(count,
-                              [](MujocoDerivatives& d, const MujocoMoment& m) { d.inverse(m); });
-                  }});
+  rows.push_back(
+      {"inverse derivatives", "mujoco one-sided",
+       peer.errors([](MujocoDerivatives& d, const MujocoMoment& m) { return d.inverse_error(m); }),
+       [&peer](int count) {
+         peer.each(count, [](MujocoDerivatives& d, const MujocoMoment& m) { d.inverse(m); });
+       }});
   rows.push_back(transition(false));
   rows.push_back(transition(true));
 }

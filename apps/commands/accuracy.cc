@@ -72,7 +72,8 @@ view::Clip clip_at(const Scene& scene, const accuracy::Setting& setting, double 
 
 /// The recommended setting, and beside it those for other errors, the most accurate and the
 /// cheapest of the front. Returns the page's name; empty where there is nothing to show.
-std::string write_settings_replay(const AccuracyArguments& arguments, const accuracy::Findings& findings) {
+std::string write_settings_replay(const AccuracyArguments& arguments,
+                                  const accuracy::Findings& findings) {
   constexpr double kMostSeconds = 60.0;  // of computing, for one ghost
   const Scene& scene = findings.scene;
   if (!view::can_make_pages() || !findings.recommendations[0].place) return "";
@@ -155,9 +156,8 @@ int run(AccuracyArguments& arguments, tasks::World& world) {
   if (!world.is_root()) return kSuccess;
   accuracy::measure_times(plan, reference, options, measured);
   add_run(series.last(), arguments.report);
-  accuracy::Findings findings{
-      scene, plan, reference, std::move(measured), families.left_out, {}, {}, arguments.wants,
-      arguments.repeats};
+  accuracy::Findings findings{scene, plan, reference,       std::move(measured), families.left_out,
+                              {},    {},   arguments.wants, arguments.repeats};
   findings.front = accuracy::pareto_front(findings.measured);
   for (const double want : arguments.wants)
     findings.recommendations.push_back(

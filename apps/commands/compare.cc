@@ -210,8 +210,8 @@ struct Compilation {
 
 /// The curves of one recording, as a page beside the report, with its replay where one can be had.
 /// Links of both.
-std::vector<std::pair<std::string, std::string>> write_recording(const Compilation& of, size_t number,
-                                                                 size_t index) {
+std::vector<std::pair<std::string, std::string>> write_recording(const Compilation& of,
+                                                                 size_t number, size_t index) {
   const auto& [arguments, scene, map, recordings, predictions, replays] = of;
   const Recording& recording = recordings[index];
   const Prediction& prediction = predictions[index];
@@ -256,8 +256,7 @@ void write_page_of(const Compilation& of) {
     std::vector<std::pair<std::string, std::string>> links;
     for (size_t i = 0; i < shown; ++i) {
       const size_t index = replays.worst_first()[i];
-      for (auto& link : write_recording(of, i, index))
-        links.push_back(std::move(link));
+      for (auto& link : write_recording(of, i, index)) links.push_back(std::move(link));
     }
     page.heading("Recorded and simulated, worst first");
     page.paragraph(
@@ -346,7 +345,8 @@ void add_compare(CommandLine& line) {
   Command& command = line.add(
       "compare", "Simulate from the first row of recordings; measure the distance to them");
   arguments->scene.add_to(command);
-  command.add_option("RECORDING", arguments->recordings, "Recordings (.csv, .h5, .npz, .mcap)").required();
+  command.add_option("RECORDING", arguments->recordings, "Recordings (.csv, .h5, .npz, .mcap)")
+      .required();
   command
       .add_option("--columns", arguments->map,
                   "Column map (YAML, docs/guide/recordings.md): which column is which coordinate")

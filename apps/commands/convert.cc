@@ -35,9 +35,11 @@ void add_convert(CommandLine& line) {
   auto arguments = std::make_shared<ConvertArguments>();
   Command& command = line.add(
       "convert", "Write a motion or another table in another format: CSV, HDF5, NumPy, MCAP");
-  command.add_option("INPUT", arguments->input, "Table to read: .csv, .h5, .npz, .mcap, .trc or .c3d")
+  command
+      .add_option("INPUT", arguments->input, "Table to read: .csv, .h5, .npz, .mcap, .trc or .c3d")
       .required();
-  command.add_option("OUTPUT", arguments->output, "Table to write; its ending says the format").required();
+  command.add_option("OUTPUT", arguments->output, "Table to write; its ending says the format")
+      .required();
   arguments->report.add_to(command);
   command.footer(
       "Nothing is rounded. A file of a run that died is read as far as it goes.\n\n"

@@ -1,4 +1,6 @@
 // counterpoint derivatives: how the forces behind each step of a motion change with it.
+#include "counterpoint/engine/derivatives.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +9,6 @@
 #include <optional>
 
 #include "command.h"
-#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/motion_files.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"

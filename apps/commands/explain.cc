@@ -70,8 +70,9 @@ std::vector<Recording> read_recorded(const ExplainArguments& arguments, const Co
                                      const Scene& scene) {
   std::vector<Recording> out = read_with_notes(arguments.recordings, map, scene);
   if (out.size() > 1 && !map.sources.empty())
-    throw InputError("explain: the column map has 'sources', whose files go with one recording; "
-                     "explain the recordings one by one");
+    throw InputError(
+        "explain: the column map has 'sources', whose files go with one recording; "
+        "explain the recordings one by one");
   const std::map<std::string, std::string> files = source_files(arguments.sources);
   for (Recording& recording : out) {
     read_sources(files, map, recording);
@@ -177,8 +178,7 @@ int end_stopped(const ExplainedMotions& motions, std::size_t given,
 
 /// Refuses, in words, what --follow cannot do.
 void check_follow(const ExplainArguments& arguments) {
-  if (arguments.recordings.size() != 1)
-    throw InputError("--follow: one recording is expected");
+  if (arguments.recordings.size() != 1) throw InputError("--follow: one recording is expected");
   const std::string& file = arguments.recordings.front();
   if (file != "-" && !file.ends_with(".csv"))
     throw InputError(file + ": --follow reads a CSV file that grows, or '-', standard input");
@@ -265,7 +265,9 @@ void add_explain(CommandLine& line) {
   Command& command =
       line.add("explain", "Estimate the motion behind a noisy recording and all its forces");
   arguments->scene.add_to(command);
-  command.add_option("RECORDING", arguments->recordings, "Recordings (.csv, .trc, .c3d, .h5, .npz, .mcap)")
+  command
+      .add_option("RECORDING", arguments->recordings,
+                  "Recordings (.csv, .trc, .c3d, .h5, .npz, .mcap)")
       .required();
   command
       .add_option("--columns", arguments->map,

@@ -1,6 +1,4 @@
 // counterpoint export: a scene for other programs, as MJCF or URDF.
-#include "counterpoint/model/robot_files.h"
-
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -8,6 +6,7 @@
 
 #include "command.h"
 #include "counterpoint/collision/collider.h"
+#include "counterpoint/model/robot_files.h"
 #include "input/scene_arguments.h"
 #include "report/report.h"
 

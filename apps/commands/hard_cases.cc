@@ -132,12 +132,8 @@ int hard_cases(HardCasesArguments& arguments, tasks::World& world) {
   if (arguments.views && arguments.folder.empty()) throw InputError("--views: give --report DIR");
   if (arguments.views && !view::can_make_pages())
     throw InputError("--views: " + view::why_no_pages());
-  CaseSettings settings{scene_folder(arguments),
-                        {Engine::kCounterpoint},
-                        arguments.seconds,
-                        arguments.peer_seconds,
-                        arguments.folder,
-                        arguments.views,
+  CaseSettings settings{scene_folder(arguments), {Engine::kCounterpoint}, arguments.seconds,
+                        arguments.peer_seconds,  arguments.folder,        arguments.views,
                         Interrupt::wanted};
   const std::vector<HardCase> cases = chosen_cases(arguments, settings.scenes);
   if (arguments.list) return list_cases(cases);

@@ -1,5 +1,4 @@
-// counterpoint identify: looks for figures of a scene with which it predicts recordings best, on
-// one part of them, and scores them on the other part.
+// counterpoint identify: fits scene parameters to some recordings and scores them on the others.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -171,8 +170,8 @@ void fill_report(const std::vector<Parameter>& parameters, const VectorX& start,
   Json list = Json::array();
   std::string set;
   for (size_t i = 0; i < parameters.size(); ++i) {
-    list.push_back(json_parameter(parameters[i], start[static_cast<Eigen::Index>(i)],
-                                  found.parameters[i]));
+    list.push_back(
+        json_parameter(parameters[i], start[static_cast<Eigen::Index>(i)], found.parameters[i]));
     print_parameter(report.text(), list.back());
     set += fmt::format("{}{}={:.8g}", i == 0 ? "" : ",", parameters[i].name,
                        found.parameters[i].value);
@@ -273,8 +272,9 @@ Fit explained_best(IdentifyArguments& arguments, const Experiment& e,
   const FitOptions &given = arguments.fit, usual;
   if (given.samples != usual.samples || given.refined != usual.refined || given.bootstrap > 0 ||
       given.difference != usual.difference || !given.exact || arguments.loss != "cauchy")
-    throw InputError("--samples, --refined, --bootstrap, --difference, --derivatives, --loss: "
-                     "leave them out, --objective explain has no such settings");
+    throw InputError(
+        "--samples, --refined, --bootstrap, --difference, --derivatives, --loss: "
+        "leave them out, --objective explain has no such settings");
   if (!world.is_root()) return {};
   std::vector<const Recording*> recordings;
   for (const int i : which) recordings.push_back(&e.recordings[static_cast<std::size_t>(i)]);
@@ -341,8 +341,8 @@ void add_identify(CommandLine& line) {
   Command& command =
       line.add("identify", "Find figures of a scene with which it predicts recordings best");
   arguments->scene.add_to(command);
-  command.add_option("RECORDING", arguments->recordings, "Recordings (.csv, .h5, .npz, .mcap)").required();
-  command.add_option("--columns", arguments->map, "Column map (YAML, docs/guide/recordings.md)")
+  command.add_option("RECORDING", arguments->recordings, "Recordings (any table)").required();
+  command.add_option("--columns", arguments->map, "Column map (docs/guide/recordings.md)")
       .required();
   command
       .add_option("--parameters", arguments->parameters,
@@ -352,8 +352,8 @@ void add_identify(CommandLine& line) {
   command.add_option("--substeps", arguments->substeps, "Time steps between two rows");
   command
       .add_option("--train", arguments->train,
-                  "Share of the recordings to fit, spread evenly; the others are scored. "
-                  "Default 0.5, of a single recording 1")
+                  "Share of the recordings to fit, spread evenly; the others are scored "
+                  "(default 0.5; 1 for a single recording)")
       .range(0.0, 1.0);
   command.add_option("--test", arguments->test, "Recordings to score; all others are fitted");
   command

@@ -122,8 +122,8 @@ struct Recovered {
 };
 
 /// Step by step, into the files, until one fails or Ctrl-C.
-Recovered recover(const InverseArguments& arguments, const Scene& scene, const Trajectory& trajectory,
-                  const std::vector<double>& steps) {
+Recovered recover(const InverseArguments& arguments, const Scene& scene,
+                  const Trajectory& trajectory, const std::vector<double>& steps) {
   const Model& model = scene.model;
   Output output(arguments, model);
   Workspace workspace(model);
@@ -146,9 +146,9 @@ Recovered recover(const InverseArguments& arguments, const Scene& scene, const T
       break;
     }
     add_extremes(model, trajectory, k, result, out.extremes);
-    out.extremes.mismatch = std::max(
-        out.extremes.mismatch,
-        velocity_mismatch(model, trajectory, k, steps[k], workspace.free_trees()));
+    out.extremes.mismatch =
+        std::max(out.extremes.mismatch,
+                 velocity_mismatch(model, trajectory, k, steps[k], workspace.free_trees()));
     output.write(trajectory.time[k], steps[k], result);
     progress.update(k + 1);
   }
@@ -207,10 +207,11 @@ void report_forces(const Scene& scene, const Trajectory& trajectory, const Recov
   report["applied_force_error_max"] = extremes.error;
   report["applied_force_relative_error_max"] = relative(extremes.error, extremes.scale);
   report["applied_force_relative_to_applied_max"] = relative(extremes.error, extremes.recorded);
-  fmt::print(report.text(),
-             "applied forces recovered to {:.3g} of the largest force at work, {:.3g} of the largest "
-             "applied\n",
-             relative(extremes.error, extremes.scale), relative(extremes.error, extremes.recorded));
+  fmt::print(
+      report.text(),
+      "applied forces recovered to {:.3g} of the largest force at work, {:.3g} of the largest "
+      "applied\n",
+      relative(extremes.error, extremes.scale), relative(extremes.error, extremes.recorded));
 }
 
 int inverse(InverseArguments& arguments) {

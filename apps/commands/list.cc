@@ -46,7 +46,9 @@ void add_list(CommandLine& line) {
   };
   auto arguments = std::make_shared<Arguments>();
   Command& command = line.add("list", "List what comes with the command, by the names it takes");
-  command.add_option("KIND", arguments->kind, "scenes, robots, problems (of optimize), studies (of sweep) or maps")
+  command
+      .add_option("KIND", arguments->kind,
+                  "scenes, robots, problems (of optimize), studies (of sweep) or maps")
       .required()
       .one_of({"scenes", "robots", "problems", "studies", "maps"});
   command.add_flag("--all", arguments->all, "Those in folders too: hard/arch_falls");

@@ -1,4 +1,6 @@
 // counterpoint optimize: motions of robots that push against the world, from a problem file.
+#include "counterpoint/engine/optimize/optimize.h"
+
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -7,7 +9,6 @@
 #include <optional>
 
 #include "command.h"
-#include "counterpoint/engine/optimize/optimize.h"
 #include "input/data_folder.h"
 #include "interrupt.h"
 #include "optimize/page.h"
@@ -68,7 +69,9 @@ class ProgressLine {
 };
 
 /// Beside the motion: how far its continuation had come.
-std::string resume_file(const OptimizeArguments& arguments) { return arguments.output + ".resume.json"; }
+std::string resume_file(const OptimizeArguments& arguments) {
+  return arguments.output + ".resume.json";
+}
 
 void check(const OptimizeArguments& arguments) {
   arguments.view.check();
@@ -95,7 +98,8 @@ void apply(const OptimizeArguments& arguments, opt::ProblemFile& file) {
 }
 
 /// Writes what there is, so that a run that is stopped has it.
-void keep(const OptimizeArguments& arguments, const opt::ProblemFile& file, const opt::Result& result) {
+void keep(const OptimizeArguments& arguments, const opt::ProblemFile& file,
+          const opt::Result& result) {
   if (arguments.output.empty()) return;
   write_motion(arguments.output, file, result);
   Json json;
@@ -238,7 +242,8 @@ tasks::TaskList task_list(const OptimizeArguments& arguments, const opt::Problem
 }
 
 /// Threads that starts leave over work on each of them: the bits are the same.
-void deal_threads(OptimizeArguments& arguments, const tasks::World& world, opt::Settings& settings) {
+void deal_threads(OptimizeArguments& arguments, const tasks::World& world,
+                  opt::Settings& settings) {
   const int threads = arguments.tasks.threads(world);
   const std::int64_t processes = world.size() * arguments.tasks.settings().share.of;
   const std::int64_t each = (arguments.starts + processes - 1) / processes;
@@ -260,8 +265,7 @@ std::vector<OptimizedStart> run_starts(OptimizeArguments& arguments, tasks::Worl
       arguments.tasks.run_last(world, task_list(arguments, file), Interrupt::wanted, true);
   if (!world.is_root()) return starts;
   add_run(results, arguments.report);
-  results.for_each(
-      [&](std::int64_t, std::string&& bytes) { starts.push_back(start_of(bytes)); });
+  results.for_each([&](std::int64_t, std::string&& bytes) { starts.push_back(start_of(bytes)); });
   return starts;
 }
 
@@ -314,7 +318,8 @@ void add_options(Command& command, OptimizeArguments& a) {
   command.add_option("PROBLEM", a.problem, "Problem file (.yaml), or bundled name (list problems)")
       .becomes(bundled_problem)
       .required();
-  command.add_option("--output", a.output, "Table to write (.csv, .h5, .npz, .mcap): the motion and its forces");
+  command.add_option("--output", a.output,
+                     "Table to write (.csv, .h5, .npz, .mcap): the motion and its forces");
   command.add_option("--report", a.folder, "Folder to write: a page with figures and charts")
       .type_name("DIR");
   command.add_option("--from", a.from, "Table of a motion to start from");

@@ -299,7 +299,8 @@ int rollout(RolloutArguments& arguments, tasks::World& world) {
 
 void add_rollout(CommandLine& line) {
   auto arguments = std::make_shared<RolloutArguments>();
-  Command& command = line.add("rollout", "Simulate a scene many times at once, over all cores and machines");
+  Command& command =
+      line.add("rollout", "Simulate a scene many times at once, over all cores and machines");
   arguments->scene.add_to(command);
   command.add_option("--count", arguments->count, "Number of rollouts; default 16")
       .range(1, 10000000);

@@ -154,7 +154,8 @@ void follow(const SimulateArguments& arguments, const Follower& motion, Simulato
     simulator.set_state(motion.start(simulator.model(), arguments.inputs.seed));
 }
 
-Outputs open_outputs(const SimulateArguments& arguments, const Simulator& simulator, const AppliedInputs& inputs) {
+Outputs open_outputs(const SimulateArguments& arguments, const Simulator& simulator,
+                     const AppliedInputs& inputs) {
   const Model& model = simulator.model();
   Outputs outputs;
   if (!arguments.output.empty())
@@ -248,9 +249,10 @@ void add_simulate(CommandLine& line) {
       "until the next (docs/reference/trajectory-format.md)");
   add_follow(command, arguments->inputs.follow);
   add_random_inputs(command, arguments->inputs);
-  command.add_flag("--strict", arguments->strict,
-                   "End at a step that cannot be solved, which else is solved with softer contacts, "
-                   "counted and recorded; and at a closure that stays open");
+  command.add_flag(
+      "--strict", arguments->strict,
+      "End at a step that cannot be solved, which else is solved with softer contacts, "
+      "counted and recorded; and at a closure that stays open");
   command.add_option("--output", arguments->output,
                      "Trajectory to write (docs/reference/trajectory-format.md)");
   command.add_option("--contacts", arguments->contacts,

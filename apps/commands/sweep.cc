@@ -121,7 +121,9 @@ void add_sweep(CommandLine& line) {
                   "Study (.yaml, docs/reference/study-format.md), or bundled name")
       .becomes(bundled_study)
       .required();
-  command.add_option("--output", arguments->output, "Table to write (.csv, .h5, .npz, .mcap): a row a task")
+  command
+      .add_option("--output", arguments->output,
+                  "Table to write (.csv, .h5, .npz, .mcap): a row a task")
       .required();
   command
       .add_option("--page", arguments->page,
@@ -135,9 +137,8 @@ void add_sweep(CommandLine& line) {
       "or a job array with --tasks K/N, then counterpoint merge TABLE.parts.\n"
       "Example:\n  counterpoint sweep cube_friction --output friction.csv");
   command.action([arguments] {
-    return arguments->tasks.in_world(arguments->report, [&](tasks::World& world) {
-      return run_sweep(*arguments, world);
-    });
+    return arguments->tasks.in_world(
+        arguments->report, [&](tasks::World& world) { return run_sweep(*arguments, world); });
   });
 }
 

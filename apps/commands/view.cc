@@ -69,8 +69,8 @@ void check(ViewArguments& arguments) {
     throw InputError("--ghost-name: more names than ghosts");
 }
 
-view::Clip recorded(const ViewArguments& arguments, const Scene& scene, const Trajectory& trajectory,
-                    const std::vector<double>& steps, bool forces) {
+view::Clip recorded(const ViewArguments& arguments, const Scene& scene,
+                    const Trajectory& trajectory, const std::vector<double>& steps, bool forces) {
   Progress progress(forces ? "recovering forces" : "reading the motion", trajectory.num_steps());
   return view::clip_of(scene, trajectory, steps, arguments.rate, forces, [&](int done) {
     progress.update(done);

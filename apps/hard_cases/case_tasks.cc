@@ -161,9 +161,9 @@ tasks::TaskList case_tasks(const std::vector<HardCase>& cases, const CaseSetting
     return [&cases, &settings, engines](std::int64_t i) {
       const auto number = static_cast<std::size_t>(i);
       try {
-        return tasks::Outcome{bytes_of(run_on(settings.engines[number % engines],
-                                              cases[number / engines], settings)),
-                              true};
+        return tasks::Outcome{
+            bytes_of(run_on(settings.engines[number % engines], cases[number / engines], settings)),
+            true};
       } catch (const Stopped&) {
         return tasks::Outcome{{}, false};
       }

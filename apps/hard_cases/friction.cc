@@ -17,7 +17,8 @@ void slope_rest(Trial& trial) {
   const int q = q_of(sim.model(), "block/body"), v = v_of(sim.model(), "block/body");
   // The regularizer's eps g h sin(theta) and the smoothing's delta / h; 1 % for the latter's
   // factor.
-  const double bound = 1.01 * (options.compliance * kCaseGravity * h * sine + options.smoothing / h);
+  const double bound =
+      1.01 * (options.compliance * kCaseGravity * h * sine + options.smoothing / h);
   trial.chart.y_label = "speed [m/s]";
   trial.chart.log_y = true;
   trial.chart.curves.resize(1);
@@ -27,9 +28,9 @@ void slope_rest(Trial& trial) {
   trial.run(sim, 9.0, [&](const Runner& s) {
     trial.chart.curves[0].add(s.state().time, s.state().v.segment<3>(v).norm());
   });
-  trial.at_most("creep, mean of 9 s", "m/s", (sim.state().q.segment<3>(q) - before).norm() / 9.0,
-                bound,
-                "rigid Coulomb: 0; of this law, docs/explanation/concepts.md: eps g h sin(theta) + delta/h");
+  trial.at_most(
+      "creep, mean of 9 s", "m/s", (sim.state().q.segment<3>(q) - before).norm() / 9.0, bound,
+      "rigid Coulomb: 0; of this law, docs/explanation/concepts.md: eps g h sin(theta) + delta/h");
 }
 
 /// tan(theta) = 0.6 > mu = 0.5.

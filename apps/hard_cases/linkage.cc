@@ -27,7 +27,8 @@ void chain(Trial& trial, int n) {
                        options.stabilization * 0.5 * n * (n + 1);
   trial.chart.levels = {{"what the closures' compliance gives", yield}};
   trial.at_most("tension over the weight below, off by", "1", error, 1e-6, "statics");
-  trial.at_most("sag of the end", "m", most, yield, "docs/explanation/concepts.md: r F h^2 / beta a closure");
+  trial.at_most("sag of the end", "m", most, yield,
+                "docs/explanation/concepts.md: r F h^2 / beta a closure");
 }
 
 void whip(Trial& trial) {

@@ -91,7 +91,8 @@ class PileWatch {
 void pile(Trial& trial, const std::string& scene, const Bounds& bounds) {
   Runner& sim = trial.load(scene);
   PileWatch watch(trial, sim);
-  trial.run(sim, (bounds.rests ? kUntilRest : kDuration) - 1.0, [&](const Runner&) { watch.after_step(); });
+  trial.run(sim, (bounds.rests ? kUntilRest : kDuration) - 1.0,
+            [&](const Runner&) { watch.after_step(); });
   const VectorX settled = sim.state().q;
   trial.run(sim, 1.0, [&](const Runner&) { watch.after_step(); });
   watch.report(bounds);

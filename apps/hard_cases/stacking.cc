@@ -22,8 +22,8 @@ void mass_ratio(Trial& trial) {
   // its upper side.
   const ContactOptions& options = sim.options().contact;
   const double h = sim.options().time_step;
-  const double sink =
-      1.01 * 2.0 * 0.25 * options.compliance * 1e6 * kCaseGravity * h * h / 4.0 / options.stabilization;
+  const double sink = 1.01 * 2.0 * 0.25 * options.compliance * 1e6 * kCaseGravity * h * h / 4.0 /
+                      options.stabilization;
   trial.chart.levels = {{"what the compliance gives", sink}};
   const Forces forces = trial.step_and_recover(sim);
   View view(sim);

@@ -167,7 +167,8 @@ std::string markdown(const std::vector<Result>& results) {
       times += fmt::format(" / {}", engine_name(peer.engine));
     }
   }
-  std::string out = head + " steps | Newton mean / max | " + times + " |\n" + rule + "---|---|---|\n";
+  std::string out =
+      head + " steps | Newton mean / max | " + times + " |\n" + rule + "---|---|---|\n";
   for (const Result& result : results) out += case_rows(result);
   out += "\n## What makes them hard\n\n";
   for (const Result& result : results) {

@@ -14,11 +14,12 @@
 namespace counterpoint::apps {
 
 void add_follow(Command& command, FollowArguments& arguments) {
-  Option& follow = command
-                       .add_option("--follow", arguments.motion,
-                                   "Table of a motion with its forces, as `optimize --output` writes "
-                                   "it: starts there and plays them")
-                       .type_name("FILE");
+  Option& follow =
+      command
+          .add_option("--follow", arguments.motion,
+                      "Table of a motion with its forces, as `optimize --output` writes "
+                      "it: starts there and plays them")
+          .type_name("FILE");
   command
       .add_option("--feedback", arguments.feedback,
                   "With --follow: gains, as `optimize --feedback` writes them")

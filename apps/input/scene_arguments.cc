@@ -27,7 +27,8 @@ double mass_of(const std::string& text) {
 void SceneArguments::add_to(Command& command) {
   command
       .add_option("SCENE", file,
-                  "Scene (.yaml), robot (.urdf), file of MuJoCo (.xml, .mjcf) or Gazebo (.sdf, .world), or bundled name (help "
+                  "Scene (.yaml), robot (.urdf), file of MuJoCo (.xml, .mjcf) or Gazebo (.sdf, "
+                  ".world), or bundled name (help "
                   "scenes)")
       .becomes(bundled_scene)
       .required();

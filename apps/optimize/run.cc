@@ -175,9 +175,9 @@ void fill_report(const OptimizedStart& start, Json& out) {
 
 void write_iterations(const std::string& file, const opt::Result& result) {
   TableWriter table(file, {"iteration", "stage", "smoothing_m", "penalty", "cost",
-                       "unactuated_force_relative_max", "unactuated_force_relative_mean",
-                       "violation_max", "accepted", "trials", "step_max", "damping", "seconds",
-                       "linearize_ms", "factor_ms", "trial_ms"});
+                           "unactuated_force_relative_max", "unactuated_force_relative_mean",
+                           "violation_max", "accepted", "trials", "step_max", "damping", "seconds",
+                           "linearize_ms", "factor_ms", "trial_ms"});
   for (const opt::Progress& p : result.history) {
     for (const double x :
          {static_cast<double>(p.iteration), static_cast<double>(p.stage), p.smoothing, p.penalty,

@@ -72,9 +72,9 @@ std::string simulate(const std::string& command, const fs::path& file, double du
   return text.substr(text.rfind('\n') + 1);
 }
 
-constexpr LeaveOut kEverything[] = {
-    LeaveOut::kFluid, LeaveOut::kTendons, LeaveOut::kActuators, LeaveOut::kJointForces,
-    LeaveOut::kEqualities, LeaveOut::kFrictionDirections};
+constexpr LeaveOut kEverything[] = {LeaveOut::kFluid,      LeaveOut::kTendons,
+                                    LeaveOut::kActuators,  LeaveOut::kJointForces,
+                                    LeaveOut::kEqualities, LeaveOut::kFrictionDirections};
 
 MjcfOptions everything_left_out() {
   MjcfOptions options;
@@ -120,13 +120,14 @@ struct Counts {
 std::string figures_of(const MjcfComparison& c, const fs::path& folder) {
   if (!c.refused.empty()) return " | | | | | | | ";
   if (!c.unreadable.empty()) return cell(c.unreadable, folder) + " | | | | | | | ";
-  return fmt::format("{} | {} | {} | {} | {} | {} | {} | {}", figure(c.pose), figure(c.mass), figure(c.bias),
-                     figure(c.joint_force), figure(c.inertia), figure(c.mass_with_theirs),
-                     figure(c.bias_with_theirs), c.notes);
+  return fmt::format("{} | {} | {} | {} | {} | {} | {} | {}", figure(c.pose), figure(c.mass),
+                     figure(c.bias), figure(c.joint_force), figure(c.inertia),
+                     figure(c.mass_with_theirs), figure(c.bias_with_theirs), c.notes);
 }
 
 /// Loads, compares and simulates one; its row.
-std::string check_robot(const Settings& settings, const fs::path& one, bool stands_in, Counts& counts) {
+std::string check_robot(const Settings& settings, const fs::path& one, bool stands_in,
+                        Counts& counts) {
   const std::string name = one.filename().string();
   const Folder files = files_of(one);
   ++counts.robots;
@@ -139,9 +140,10 @@ std::string check_robot(const Settings& settings, const fs::path& one, bool stan
     counts.ran += fate.empty();
   } else {
     c = compare_with_mujoco(files.robot, settings.states, everything_left_out());
-    const std::string failure = c.refused.empty() ? simulate(settings.command, reduced_scene(files.robot),
-                                                             settings.duration)
-                                                  : c.refused;
+    const std::string failure =
+        c.refused.empty()
+            ? simulate(settings.command, reduced_scene(files.robot), settings.duration)
+            : c.refused;
     counts.reduced += failure.empty();
     fate += failure.empty() ? "; simulates with that left out" : "; and " + failure;
   }
@@ -157,13 +159,14 @@ std::string check_robot(const Settings& settings, const fs::path& one, bool stan
              scene_fate.empty() ? "ran" : scene_fate);
   std::fflush(stdout);
   return fmt::format("| {}{} | {} | {} | {} | {} | {} |\n", name, stands_in ? "*" : "",
-                     files.robot.filename().string(), c.refused.empty() ? std::to_string(c.nv) : "", figures,
-                     fate.empty() ? "yes" : cell(fate, settings.folder),
+                     files.robot.filename().string(), c.refused.empty() ? std::to_string(c.nv) : "",
+                     figures, fate.empty() ? "yes" : cell(fate, settings.folder),
                      scene_fate.empty() ? "yes" : cell(scene_fate, settings.folder));
 }
 
 /// Whether the page could be written.
-bool write_page(const fs::path& out, const std::string& summary, int states, const std::string& rows) {
+bool write_page(const fs::path& out, const std::string& summary, int states,
+                const std::string& rows) {
   std::ofstream stream(out);
   stream
       << "# MJCF files of mujoco_menagerie, robot by robot\n\nWritten by counterpoint_mjcf_check; "
@@ -175,7 +178,8 @@ bool write_page(const fs::path& out, const std::string& summary, int states, con
              "over the largest; joint forces: servos, springs and dampers, of each joint. Bounds\n"
              "of the first three: 1e-12, 1e-9, 1e-9. Rotational inertia of a body, over its norm:\n"
              "MuJoCo's search for principal axes ends with up to 1e-12 off the diagonal; and the\n"
-             "mass matrix and bias forces again with its inertias in place of those in the file. \\*:\n"
+             "mass matrix and bias forces again with its inertias in place of those in the file. "
+             "\\*:\n"
              "meshes that the stored snapshot lacks are stood in for by boxes.\n\n",
              states)
       << "| robot | file | nv | poses | mass matrix | bias forces | joint forces | inertia | mass "
@@ -209,11 +213,13 @@ int run(const Settings& settings, const std::string& only, const fs::path& out) 
     rows += check_robot(settings, one, stand_ins.count(name) > 0, counts);
   }
   const std::string summary = fmt::format(
-      "{} robots: {} load, {} of them simulate {} s without a failed step. {} are as MuJoCo {} has\n"
-      "them within the bounds, {} if the principal axes are MuJoCo's. {} of those refused simulate\n"
+      "{} robots: {} load, {} of them simulate {} s without a failed step. {} are as MuJoCo {} "
+      "has\n"
+      "them within the bounds, {} if the principal axes are MuJoCo's. {} of those refused "
+      "simulate\n"
       "with what is lacking left out (leave_out). {} scenes simulate.\n",
-      counts.robots, counts.loaded, counts.ran, settings.duration, counts.same, mujoco_used(), counts.near,
-      counts.reduced, counts.scenes_ran);
+      counts.robots, counts.loaded, counts.ran, settings.duration, counts.same, mujoco_used(),
+      counts.near, counts.reduced, counts.scenes_ran);
   fmt::print("{}", summary);
   return out.empty() || write_page(out, summary, settings.states, rows) ? 0 : 1;
 }

@@ -18,9 +18,9 @@ struct MjcfComparison {
   /// hinges and slides that no other follows.
   double joint_force = 0.0;
   double inertia = 0.0;  ///< of a body's rotational inertia, over its own norm
-  double bias = 0.0;  ///< of bias forces over the largest of the state
-  /// `mass` and `bias` with the inertias that MuJoCo made of those in the file: it leaves up to 1e-12
-  /// off the diagonal of what it takes for principal axes.
+  double bias = 0.0;     ///< of bias forces over the largest of the state
+  /// `mass` and `bias` with the inertias that MuJoCo made of those in the file: it leaves up to
+  /// 1e-12 off the diagonal of what it takes for principal axes.
   double mass_with_theirs = 0.0, bias_with_theirs = 0.0;
   int notes = 0;
 };

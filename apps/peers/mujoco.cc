@@ -71,7 +71,7 @@ void Mujoco::Impl::apply(const Input& input) {
     }
     if (is_free(body)) {
       set_numbers(body.X_PJ.rotation * vector(d->qfrc_applied + body.v_index),
-           d->qfrc_applied + body.v_index);
+                  d->qfrc_applied + body.v_index);
     }
   }
   for (int i = 0; i < m->nu; ++i) {
@@ -207,8 +207,7 @@ void Mujoco::Impl::read_closure_forces() {
       // On MuJoCo's first body, which is ours but for closures with the world.
       closures[k].force.force[at] = (c.body_a == 0 ? 1.0 : -1.0) * d->efc_force[row];
     }
-    if (at == 0)
-      closures[k].position = 0.5 * (anchor(c.body_a, c.X_AC) + anchor(c.body_b, c.X_BC));
+    if (at == 0) closures[k].position = 0.5 * (anchor(c.body_a, c.X_AC) + anchor(c.body_b, c.X_BC));
   }
 }
 

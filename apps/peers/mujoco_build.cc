@@ -10,7 +10,8 @@
 #include "mujoco_impl.h"
 
 namespace counterpoint::peers {
-Mujoco::Impl::Impl(const Scene& scene, MujocoSettings settings) : model(scene.model), on(effects_of(scene)) {
+Mujoco::Impl::Impl(const Scene& scene, MujocoSettings settings)
+    : model(scene.model), on(effects_of(scene)) {
   keep_quiet();
   document = mjcf(scene, settings, implicit_integrator());
   body_of_line = document.find('\n') + 1;
@@ -68,8 +69,7 @@ std::string Mujoco::Impl::size_element() const {
   rows += static_cast<double>((model.dry_friction().array() > 0.0).count());
   const double nv = model.nv();
   // A few dense matrices of the solver, and the Jacobian twice.
-  const double stack =
-      stack_factor * (1e6 + 6.0 * nv * nv + 2.0 * rows * nv + 200.0 * (rows + nv));
+  const double stack = stack_factor * (1e6 + 6.0 * nv * nv + 2.0 * rows * nv + 200.0 * (rows + nv));
 #if mjVERSION_HEADER >= 300
   return fmt::format("<size memory='{:.0f}M'/>\n", 1.0 + 2.0 * stack * sizeof(mjtNum) / 1e6);
 #else

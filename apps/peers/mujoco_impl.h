@@ -1,4 +1,5 @@
-// What a Mujoco holds: the scene as it is in MuJoCo. Compiled in mujoco_build.cc, stepped and read in mujoco.cc.
+// What a Mujoco holds: the scene as it is in MuJoCo. Compiled in mujoco_build.cc, stepped and read
+// in mujoco.cc.
 #pragma once
 
 #include <algorithm>

@@ -19,22 +19,22 @@ namespace counterpoint::python {
 namespace py = pybind11;
 
 void bind_exceptions(py::module_& m);
-void bind_pose(py::module_& m);         ///< Pose, SpatialInertia
-void bind_shapes(py::module_& m);       ///< Shape, Material
-void bind_model(py::module_& m);        ///< Model, Joint, Body, Frame, Geometry
-void bind_specs(py::module_& m);        ///< links, joints, robots, load_urdf; called by bind_builder
-void bind_builder(py::module_& m);      ///< ModelBuilder and its specs
-void bind_options(py::module_& m);      ///< SimulationOptions, ContactOptions, StepControlOptions
-void bind_scene(py::module_& m);        ///< Scene, load_scene
-void bind_state(py::module_& m);        ///< Coordinates, State, Input
-void bind_reports(py::module_& m);      ///< StepReport, Fault, Inverse
-void bind_step(py::module_& m);         ///< Workspace, step_forward, step_inverse
-void bind_simulator(py::module_& m);    ///< Simulator
-void bind_batch(py::module_& m);        ///< Batch, Rollout, rollout
-void bind_frames(py::module_& m);       ///< FrameMotion
-void bind_derivatives(py::module_& m);  ///< of steps
-void bind_parameters(py::module_& m);   ///< StepParameter, ParameterDerivator
-void bind_dynamics(py::module_& m);     ///< Data, rnea, aba, crba, energies
+void bind_pose(py::module_& m);       ///< Pose, SpatialInertia
+void bind_shapes(py::module_& m);     ///< Shape, Material
+void bind_model(py::module_& m);      ///< Model, Joint, Body, Frame, Geometry
+void bind_specs(py::module_& m);      ///< links, joints, robots, load_urdf; called by bind_builder
+void bind_builder(py::module_& m);    ///< ModelBuilder and its specs
+void bind_options(py::module_& m);    ///< SimulationOptions, ContactOptions, StepControlOptions
+void bind_scene(py::module_& m);      ///< Scene, load_scene
+void bind_state(py::module_& m);      ///< Coordinates, State, Input
+void bind_reports(py::module_& m);    ///< StepReport, Fault, Inverse
+void bind_step(py::module_& m);       ///< Workspace, step_forward, step_inverse
+void bind_simulator(py::module_& m);  ///< Simulator
+void bind_batch(py::module_& m);      ///< Batch, Rollout, rollout
+void bind_frames(py::module_& m);     ///< FrameMotion
+void bind_derivatives(py::module_& m);           ///< of steps
+void bind_parameters(py::module_& m);            ///< StepParameter, ParameterDerivator
+void bind_dynamics(py::module_& m);              ///< Data, rnea, aba, crba, energies
 void bind_dynamics_derivatives(py::module_& m);  ///< of rnea and aba, inertia_regressor
 void bind_collision(py::module_& m);             ///< counterpoint.collision
 void bind_contact(py::module_& m);               ///< counterpoint.contact

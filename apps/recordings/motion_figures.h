@@ -1,5 +1,5 @@
-// Figures of an estimated motion and the forces behind a recording: how far they are from those that
-// were recorded, who carries the weight, and what nothing explains.
+// Figures of an estimated motion and the forces behind a recording: how far they are from those
+// that were recorded, who carries the weight, and what nothing explains.
 #pragma once
 
 #include <string>

@@ -134,8 +134,8 @@ Json coordinate_list(const std::vector<CoordinateFigures>& figures) {
 }
 
 PageTable coordinate_table(const std::vector<CoordinateFigures>& figures) {
-  PageTable table{{"coordinate", "unexplained, rms [N or N m]", "mean", "recorded, deviation", "R2"},
-              {}};
+  PageTable table{
+      {"coordinate", "unexplained, rms [N or N m]", "mean", "recorded, deviation", "R2"}, {}};
   for (const CoordinateFigures& one : figures) {
     const auto text = [](const std::optional<double>& x) {
       return x ? fmt::format("{:.4g}", *x) : std::string("-");

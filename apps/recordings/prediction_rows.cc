@@ -9,8 +9,7 @@ PredictionRows::PredictionRows(const std::string& file, const ColumnMap& map) : 
   std::vector<Column> columns{{"recording", CellType::kText}, "time"};
   if (!map.after.empty()) {
     columns[1].name = "contacts";
-    columns.insert(columns.end(),
-                   {"velocity_error_m_s", "energy_ratio", "recorded_energy_ratio"});
+    columns.insert(columns.end(), {"velocity_error_m_s", "energy_ratio", "recorded_energy_ratio"});
     for (const ColumnMap::Entry& entry : map.after) {
       columns.push_back(entry.name);
       columns.push_back(entry.name + ".recorded");
@@ -63,7 +62,7 @@ void PredictionRows::write_impact(const Recording& recording, const Prediction& 
 }
 
 void PredictionRows::write_row(const Recording& recording, int row, const Deviation& deviation,
-               const VectorX& q) {
+                               const VectorX& q) {
   table_->text(recording.file);
   table_->number(recording.time[row]);
   if (map_.free_body >= 0) {

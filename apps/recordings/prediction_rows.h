@@ -9,8 +9,8 @@
 
 namespace counterpoint::apps {
 
-/// One row a recorded row: the deviation, then recorded and simulated values of the mapped positions. Of impacts one
-/// row a recording: velocities after it.
+/// One row a recorded row: the deviation, then recorded and simulated values of the mapped
+/// positions. Of impacts one row a recording: velocities after it.
 class PredictionRows {
  public:
   /// The map is kept. An empty file: nothing is written.

@@ -7,9 +7,22 @@ namespace {
 std::vector<Column> contact_columns(const Model& model) {
   std::vector<std::string> names;
   for (const Geometry& geometry : model.geometries()) names.push_back(geometry.name);
-  return {"time", {"geometry_a", CellType::kLabel, names}, {"geometry_b", CellType::kLabel, names},
-          "x",    "y",      "z",      "nx",    "ny", "nz", "gap",
-          "fx",   "fy",     "fz",     "slip_x", "slip_y", "slip_z"};
+  return {"time",
+          {"geometry_a", CellType::kLabel, names},
+          {"geometry_b", CellType::kLabel, names},
+          "x",
+          "y",
+          "z",
+          "nx",
+          "ny",
+          "nz",
+          "gap",
+          "fx",
+          "fy",
+          "fz",
+          "slip_x",
+          "slip_y",
+          "slip_z"};
 }
 
 }  // namespace

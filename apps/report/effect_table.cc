@@ -44,8 +44,8 @@ class ShortRun {
   /// Mean over the steps timed last.
   double newton_iterations() const { return newton_iterations_; }
 
-  /// Seconds that the steps take with these effects on; nothing if one of them fails. Where phases are wanted,
-  /// each step reads the clock ten times.
+  /// Seconds that the steps take with these effects on; nothing if one of them fails. Where phases
+  /// are wanted, each step reads the clock ten times.
   std::optional<double> time(EffectSet effects, PhaseTimes* phases = nullptr) {
     SimulationOptions options = scene_.options;
     options.effects = effects;
@@ -161,7 +161,8 @@ void report_phases(const Scene& scene, Report& report) {
   Json phases = Json::array();
   fmt::print(report.text(), "\n{:<24} {:>10} {:>8}\n", "phase of a step", "us", "share");
   const auto add = [&](const char* name, double seconds) {
-    const double microseconds = 1e6 * seconds / (kRuns * run.num_steps()), share = seconds / times.step;
+    const double microseconds = 1e6 * seconds / (kRuns * run.num_steps()),
+                 share = seconds / times.step;
     fmt::print(report.text(), "{:<24} {:>10.3g} {:>6.0f} %\n", name, microseconds, 100.0 * share);
     phases.push_back({{"name", name}, {"step_us", microseconds}, {"share_of_step_time", share}});
   };

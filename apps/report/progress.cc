@@ -25,8 +25,7 @@ Progress::Progress(std::string label, std::int64_t total, double delay, std::str
       terminal_(isatty(STDERR_FILENO) == 1),
       start_(Clock::now()),
       next_draw_(start_ + std::chrono::duration_cast<Clock::duration>(
-                              std::chrono::duration<double>(
-                                  terminal_ ? delay : kLogSeconds))) {}
+                              std::chrono::duration<double>(terminal_ ? delay : kLogSeconds))) {}
 
 Progress::~Progress() { wipe(); }
 
@@ -58,8 +57,7 @@ void Progress::show_time() {
 std::string Progress::rate_and_rest(double done) const {
   const double share = done / static_cast<double>(total_);
   std::string text;
-  if (!unit_.empty())
-    text += fmt::format(", {:.4g} {} a second", done / elapsed(), unit_);
+  if (!unit_.empty()) text += fmt::format(", {:.4g} {} a second", done / elapsed(), unit_);
   if (share > kLeastShare) text += fmt::format(", {:.0f} s left", elapsed() * (1.0 / share - 1.0));
   return text;
 }
@@ -67,8 +65,8 @@ std::string Progress::rate_and_rest(double done) const {
 void Progress::log(double done) {
   const Clock::time_point now = Clock::now();
   if (unit_.empty() || now < next_draw_) return;
-  next_draw_ = now + std::chrono::duration_cast<Clock::duration>(
-                         std::chrono::duration<double>(kLogSeconds));
+  next_draw_ =
+      now + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kLogSeconds));
   fmt::print(stderr, "{}: {:.0f} of {}{}\n", label_, std::floor(done), total_, rate_and_rest(done));
 }
 

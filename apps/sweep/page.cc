@@ -30,7 +30,8 @@ std::vector<std::size_t> shown_first(const Study& study) {
 
 Page::Page(const Study& study)
     : study_(study),
-      every_(std::max<std::int64_t>(1, (study.num_tasks() + kMostPlottedPoints - 1) / kMostPlottedPoints)) {
+      every_(std::max<std::int64_t>(
+          1, (study.num_tasks() + kMostPlottedPoints - 1) / kMostPlottedPoints)) {
   for (const std::size_t recorded : shown_first(study)) {
     for (std::size_t axis = 0; axis < study.axes.size() && plots_.size() < kMostPlots; ++axis) {
       const Axis& one = study.axes[axis];

@@ -52,8 +52,8 @@ class ColumnWatch {
 };
 
 /// Under a name of this process until it is whole: one that is there is complete. @throws
-/// std::runtime_error where it cannot be written: not of the task but of the machine, so that it ends
-/// the run, and no row tells it.
+/// std::runtime_error where it cannot be written: not of the task but of the machine, so that it
+/// ends the run, and no row tells it.
 class TrajectoryFile {
  public:
   TrajectoryFile(const fs::path& file, const Model& model, const InputColumns& columns)

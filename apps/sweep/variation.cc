@@ -150,8 +150,7 @@ void Trial::set(const Axis& axis, const AxisValue& value) {
 }
 
 void Trial::finish(std::int64_t draw) {
-  if (!q.allFinite() || !v.allFinite())
-    throw InputError("the start is no finite number");
+  if (!q.allFinite() || !v.allFinite()) throw InputError("the start is no finite number");
   if (!seeded_) inputs.seed += static_cast<std::uint64_t>(draw);
   for (const auto& [at, rpy] : angles_) {
     const Quaternion turned(rotation_from_rpy(rpy.x(), rpy.y(), rpy.z()));

@@ -23,8 +23,8 @@ std::int64_t draw_of(const Study& study, std::int64_t task);
 /// the same at every point of the grid: points are compared on equal terms (common random numbers).
 std::vector<AxisValue> values_of(const Study& study, std::int64_t task);
 
-/// Whether another value of the axis makes another scene; else it makes another start, other options
-/// of the run or other inputs.
+/// Whether another value of the axis makes another scene; else it makes another start, other
+/// options of the run or other inputs.
 bool changes_scene(const Axis& axis);
 /// Sets a value of an axis that does. @throws InputError for a value that no scene may have.
 void change_scene(const Axis& axis, const AxisValue& value, Scene& scene);
@@ -36,7 +36,8 @@ Scene scene_at(const Study& study, const std::vector<AxisValue>& values);
 class Trial {
  public:
   Trial(const Study& study, const Scene& scene);
-  /// Of an axis that does not change the scene. @throws InputError for a value that no run may have.
+  /// Of an axis that does not change the scene. @throws InputError for a value that no run may
+  /// have.
   void set(const Axis& axis, const AxisValue& value);
   /// After the last: checks the whole, seeds inputs by the draw.
   void finish(std::int64_t draw = 0);

@@ -215,8 +215,9 @@ int TaskArguments::explain(const Incomplete& incomplete, Report& report) const {
   const std::string how =
       fmt::format("{} of {} {} are done", results.finished, results.count, incomplete.name);
   if (is_share() && !results.stopped) {
-    fmt::print(report.text(), "share {} of {} is done: {} tasks in {:.3g} s. When all shares are: {}\n",
-               share_, incomplete.name, results.computed, results.seconds,
+    fmt::print(report.text(),
+               "share {} of {} is done: {} tasks in {:.3g} s. When all shares are: {}\n", share_,
+               incomplete.name, results.computed, results.seconds,
                incomplete.followed ? "run them again, for what follows from these"
                                    : "counterpoint merge " + parts_);
     return 0;

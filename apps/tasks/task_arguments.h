@@ -14,11 +14,11 @@ class Report;
 
 namespace counterpoint::apps::tasks {
 
-/// Thrown, by all ranks alike, where what a command writes is left to `merge` or to the same command
-/// run again: tasks are not done, or only a share of them was to be.
+/// Thrown, by all ranks alike, where what a command writes is left to `merge` or to the same
+/// command run again: tasks are not done, or only a share of them was to be.
 struct Incomplete {
   Results results;
-  std::string name;      ///< of the list
+  std::string name;       ///< of the list
   bool followed = false;  ///< other lists, that need all of this one, come after it
 };
 
@@ -63,8 +63,8 @@ class TaskArguments {
 };
 
 /// Runs the lists of a command one after the other, with results on all ranks: what a list is may
-/// depend on the results of those before it, and is the same on every rank. @throws Incomplete where
-/// a list that was not stopped is not complete, so that the next one cannot begin.
+/// depend on the results of those before it, and is the same on every rank. @throws Incomplete
+/// where a list that was not stopped is not complete, so that the next one cannot begin.
 class RunSeries {
  public:
   /// `last`: name of the list after which no other comes.
@@ -75,7 +75,8 @@ class RunSeries {
   ListRunner runner() {
     return [this](const TaskList& list) { return run(list); };
   }
-  /// After the last list, before anything is written. @throws Incomplete of a share: `merge` writes.
+  /// After the last list, before anything is written. @throws Incomplete of a share: `merge`
+  /// writes.
   void finish() const;
   const Results& last() const { return last_; }  ///< of the list that was run last
 

@@ -63,7 +63,8 @@ class ContactTable {
     const std::string& name = names.labels[static_cast<size_t>(number(column))];
     const auto found = geometries_.find(name);
     if (found == geometries_.end())
-      fail(fmt::format("the scene has no shape '{}'; these are the contacts of another scene", name));
+      fail(fmt::format("the scene has no shape '{}'; these are the contacts of another scene",
+                       name));
     return found->second;
   }
 

@@ -101,7 +101,7 @@ int Broadphase::widest_axis() const {
 // Is the tree faster? Its work grows with the boxes, the sweep's with how many of them a box meets
 // along the axis: judged from a few. Either answer is right.
 bool Broadphase::crowded(int axis) const {
-  constexpr std::size_t kSamples = 16;  // a pass over the boxes each
+  constexpr std::size_t kSamples = 16;     // a pass over the boxes each
   constexpr std::size_t kNeighbours = 24;  // either answer is right, only time differs
   if (boxes_.size() < kFewestForTree) return false;
   std::size_t met = 0;

@@ -2,8 +2,6 @@
 
 namespace counterpoint::collision {
 
-std::vector<Pose> default_poses(const Model& model) {
-  return body_poses(model, model.default_q());
-}
+std::vector<Pose> default_poses(const Model& model) { return body_poses(model, model.default_q()); }
 
 }  // namespace counterpoint::collision

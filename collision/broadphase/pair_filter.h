@@ -8,8 +8,8 @@
 
 namespace counterpoint::collision {
 
-/// Memory and construction time grow with the geometries and the pairs excluded by name, not with the
-/// pairs there are.
+/// Memory and construction time grow with the geometries and the pairs excluded by name, not with
+/// the pairs there are.
 class PairFilter {
  public:
   explicit PairFilter(const Model& model);

@@ -1,6 +1,6 @@
-// As contact/linear/wide.h, which this folder does not include: functions compiled twice, the one with the
-// machine's wide registers chosen when the program starts. Elementwise work only: then both give the
-// same bits.
+// As contact/linear/wide.h, which this folder does not include: functions compiled twice, the one
+// with the machine's wide registers chosen when the program starts. Elementwise work only: then
+// both give the same bits.
 #pragma once
 
 // Not under the address sanitizer, which is not up yet when the choice is made.

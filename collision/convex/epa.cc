@@ -10,7 +10,7 @@ namespace counterpoint::collision {
 namespace {
 
 constexpr int kMaxVertices = 200;  // the depth found so far is taken where they do not do
-constexpr int kMaxFaces = 600;  // three for each vertex, those that were replaced too
+constexpr int kMaxFaces = 600;     // three for each vertex, those that were replaced too
 // Relative to the size of the shapes: error of the depth at which the expansion stops, and how far
 // above a face a point must lie to see it. The depth is refined later; of two ways out that differ
 // by less than the first, the longer may be taken.

@@ -175,7 +175,8 @@ void keep_square(PatchContacts& c) {
 
 // Seen edge-on, or without width, a polygon is no window to clip with.
 bool faces(const Feature& f, const Vector3& direction, double tolerance) {
-  constexpr double kEdgeOn = 0.02;  // cosine: heights over it are uncertain by 50 times the tolerance
+  constexpr double kEdgeOn =
+      0.02;  // cosine: heights over it are uncertain by 50 times the tolerance
   if (f.size < 3 || !(f.normal.dot(direction) > kEdgeOn)) return false;
   for (int i = 0; i < f.size; ++i) {
     const Vector3& next = f.vertices[i + 1 == f.size ? 0 : i + 1];

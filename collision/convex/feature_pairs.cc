@@ -33,8 +33,8 @@ Reach reach(const Piece& piece, const Vector3& direction) {
 // tangent tangent', both in the plane across n; `fixed` is a line that n stays perpendicular to, or
 // null.
 bool newton(const Piece& a, const Piece& b, const Vector3* fixed, Vector3& n) {
-  constexpr int kMaxIterations = 12;  // Newton's method doubles digits: six are usual
-  constexpr double kLastStep = 1e-8;  // the next would be its square
+  constexpr int kMaxIterations = 12;    // Newton's method doubles digits: six are usual
+  constexpr double kLastStep = 1e-8;    // the next would be its square
   constexpr double kLongestStep = 0.5;  // [rad]
   for (int i = 0; i < kMaxIterations; ++i) {
     if (fixed != nullptr) n = (n - n.dot(*fixed) * *fixed).normalized();

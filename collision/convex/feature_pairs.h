@@ -2,7 +2,8 @@
 // another.
 //
 // Iteration on support functions converges slowly on a curved surface. Once it is known which
-// features touch, their common normal is a smooth problem in at most two unknowns. Private to gjk and epa.
+// features touch, their common normal is a smooth problem in at most two unknowns. Private to gjk
+// and epa.
 #pragma once
 
 #include "counterpoint/collision/convex/feature.h"

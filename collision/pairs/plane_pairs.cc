@@ -175,8 +175,8 @@ void add_farthest(const Heights& heights, int lowest, double margin, const Direc
   for (const int i : best) choice.add(i, kDirections);
 }
 
-// True if a vertex stays the lowest however the mesh tips by up to an angle: each edge from it rises
-// by more. So it is where a foot of many vertices stands.
+// True if a vertex stays the lowest however the mesh tips by up to an angle: each edge from it
+// rises by more. So it is where a foot of many vertices stands.
 bool stays_lowest(const Heights& heights, int lowest, double angle) {
   const Vector3& from = heights.mesh.vertices[lowest];
   bool stays = true;

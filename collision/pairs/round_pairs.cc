@@ -68,7 +68,8 @@ struct Segments {
 // Each end of the stretch where the two run side by side is an end of one of the segments; so the
 // ends' own contacts are the manifold, and they move continuously. Where the segments cross, the
 // closest point lies between and is added. Which points these are is told by scalar products alone,
-// right to 1e-15 of the size; their places are found exactly. Long: all of it works on the same dozen values.
+// right to 1e-15 of the size; their places are found exactly. Long: all of it works on the same
+// dozen values.
 COUNTERPOINT_WIDE void capsule_capsule(const Shape& a, const Pose& X_WA, const Shape& b,
                                        const Pose& X_WB, const PairQuery& query, Manifold& out) {
   const double margin = query.margin;

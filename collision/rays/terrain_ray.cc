@@ -27,8 +27,9 @@ bool meets(const TriangleTree::Node& box, const Vector3& origin, const Vector3& 
   return enter <= exit + 1e-9 * (1.0 + std::abs(exit));
 }
 
-// Where along the ray it comes through the front of a triangle; infinity if it does not. Signed volumes
-// of the ray with each edge: neighbours compute the same number, so no ray passes between them.
+// Where along the ray it comes through the front of a triangle; infinity if it does not. Signed
+// volumes of the ray with each edge: neighbours compute the same number, so no ray passes between
+// them.
 double hit(const Terrain& terrain, const Terrain::Triangle& t, const Vector3& origin,
            const Vector3& direction) {
   const double slope = t.normal.dot(direction);

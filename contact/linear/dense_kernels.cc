@@ -69,9 +69,9 @@ COUNTERPOINT_INTO_EACH void subtract_some(int count, const double* a, int lda, c
 
 // Column j -= the columns p from `first` to j times other[j, p] each; also in its rows from `first`
 // to j, which are of no matter.
-COUNTERPOINT_INTO_EACH void subtract_earlier(const double* columns, const double* other, int ld,
-                                             int first, int j, int rows,
-                                             double* column) {  // Parameters: matrices and their places
+COUNTERPOINT_INTO_EACH void subtract_earlier(
+    const double* columns, const double* other, int ld, int first, int j, int rows,
+    double* column) {  // Parameters: matrices and their places
   if (j == first) return;
   const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(first) * ld;
   subtract_columns<1>(columns + begin + first, ld, other + begin + j, ld, column + first, ld,
@@ -204,7 +204,8 @@ COUNTERPOINT_WIDE bool factor_front_cholesky(const FrontShape& shape, double* pa
 namespace {
 
 // Column j of both factors after what the columns from `first` on have taken from it.
-COUNTERPOINT_INTO_EACH bool finish_lu_column(const FrontShape& shape, int first, int j, double* l,  // Parameters: rows
+COUNTERPOINT_INTO_EACH bool finish_lu_column(const FrontShape& shape, int first, int j,
+                                             double* l,  // Parameters: rows
                                              double* u, double* inverse, double* growth) {
   const int rows = shape.cols + shape.below, ld = shape.leading;
   double* const below = l + static_cast<std::ptrdiff_t>(j) * ld;

@@ -28,7 +28,8 @@ bool factor_front_cholesky(const FrontShape& shape, double* panel, double* inver
 /// growth, by rows of the panel in whole fours: sum over its columns of |L_ij U_ji|. False if a
 /// pivot is zero (or not a number).
 bool factor_front_lu(const FrontShape& shape, double* l, double* u, double* inverse, double* rest_l,
-                     double* rest_u, bool fresh, double* growth);  // Parameters: matrices and their places
+                     double* rest_u, bool fresh,
+                     double* growth);  // Parameters: matrices and their places
 
 /// own -> inv(L) own, where the front's diagonal block L has ones or, `scaled`, 1 / inverse on its
 /// diagonal; out = B own for the rows below.

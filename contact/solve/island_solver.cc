@@ -48,12 +48,12 @@ constexpr double kUseful = 3e-2;
 // Softer laws are convex. First by a little, so that what stands on light bodies does not sink into
 // them and jam: Newton's method then has so many steps. Then their cones get this compliance: hard
 // enough that what stands for some steps does not sink (by 4e-3 g h^2), soft enough that Newton's
-// method takes some ten steps; where masses differ by 1e8 some hundred. At most so many times softer
-// than the own.
+// method takes some ten steps; where masses differ by 1e8 some hundred. At most so many times
+// softer than the own.
 constexpr double kLittleSofter = 32.0, kSoftCompliance = 4e-3, kSoftest = 32768.0;
 constexpr int kLittleSteps = 80, kConvexSteps = 500;
-// Where rounding hides the minimum, so many times softer again, until next to nothing but inertia is
-// left, whose minimum is found in a step.
+// Where rounding hides the minimum, so many times softer again, until next to nothing but inertia
+// is left, whose minimum is found in a step.
 constexpr double kSofterAgain = 1024.0, kNothingLeft = 1e30;
 
 // Where softer laws are no answer they are the start of a way back to the own: in at most so many
@@ -158,8 +158,7 @@ bool IslandSolver::sweeps_pay() const {
   return system_->num_rows() >= kManyRows &&
          std::all_of(blocks.begin(), blocks.end(),
                      [](const auto& b) { return b.size <= kFreeBodySize; }) &&
-         (!system_->unsymmetric() ||
-          std::any_of(constraints.begin(), constraints.end(), is_known));
+         (!system_->unsymmetric() || std::any_of(constraints.begin(), constraints.end(), is_known));
 }
 
 // Along a path of smoothing that begins near the point.

@@ -19,7 +19,7 @@ template <class Derivative>
 LineSearchResult search_line(const Derivative& derivative, double slope_at_zero, double accuracy) {
   constexpr int kMaxEvaluations = 100;  // bisection of any bracket to round-off is done by then
   constexpr double kLargestStep = 1e6;  // of Newton's; an island that wants more is unbounded
-  constexpr double kGrowth = 10.0;  // of the step, until the slope changes its sign
+  constexpr double kGrowth = 10.0;      // of the step, until the slope changes its sign
   // Newton's steps may creep up to a kink from one side: a bracket that so many of them do not
   // halve is halved.
   constexpr int kPatience = 3;

@@ -137,8 +137,7 @@ COUNTERPOINT_INTO_EACH void find_hessians(const Lanes& lanes, double* hessian) {
       B.radial = 1.0 / radial;
       B.radial_normal = d * A.radial_normal * (B.normal * B.radial);
     } else {
-      const Four determinant =
-          normal * radial - (d_T * A.normal_radial) * (d * A.radial_normal);
+      const Four determinant = normal * radial - (d_T * A.normal_radial) * (d * A.radial_normal);
       B.normal = radial / determinant;
       B.radial = normal / determinant;
       B.radial_normal = d * A.radial_normal / determinant;

@@ -61,8 +61,8 @@ MixedNewton::Result MixedNewton::run_near(MixedSystem& system, int max_iteration
   }
 }
 
-MixedNewton::Result MixedNewton::run_path(MixedSystem& system, int max_iterations,
-                                          double smoothing, MixedSystem::Point& point) {
+MixedNewton::Result MixedNewton::run_path(MixedSystem& system, int max_iterations, double smoothing,
+                                          MixedSystem::Point& point) {
   Result result;
   const double laws = std::max(1, system.num_laws());
   system.center = smoothing;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/contact/problem.h"
 #include "counterpoint/contact/laws/scalar_law.h"
+#include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact {
 

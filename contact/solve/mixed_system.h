@@ -6,10 +6,10 @@
 //
 //     phi = F_rho(z)   <=>   phi = F_sigma(x)
 //
-// (z = D y, phi = inv(D) f, D = diag(1, mu_1, ...), as in problem.h), because rho phi + z is a function
-// of phi alone in every law. With sigma near the inverse mass of the contact the kinks of F_sigma
-// are as wide as the velocities are, while those of F_rho are narrower by eps, so Newton's method
-// on
+// (z = D y, phi = inv(D) f, D = diag(1, mu_1, ...), as in problem.h), because rho phi + z is a
+// function of phi alone in every law. With sigma near the inverse mass of the contact the kinks of
+// F_sigma are as wide as the velocities are, while those of F_rho are narrower by eps, so Newton's
+// method on
 //
 //     M (w - w*) = J'D phi,     phi = F_sigma(z(w) - (sigma - rho) phi)
 //

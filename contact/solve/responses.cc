@@ -24,9 +24,8 @@ COUNTERPOINT_INTO_EACH void add_rows(const double* values, int size, const doubl
 COUNTERPOINT_WIDE void add_response(int rows, const double* values, int size, const double* f,
                                     double* w) {
   with_rows(
-      rows, [&]<int N>(RowCount<N>) __attribute__((always_inline)) {
-        add_rows<N>(values, size, f, w);
-      });
+      rows, [&]<int N>(RowCount<N>)
+                __attribute__((always_inline)) { add_rows<N>(values, size, f, w); });
 }
 
 // Four rows at a time.

@@ -16,7 +16,8 @@ void Sweeps::begin(const IslandSystem& system) {
   ready_ = false;
 }
 
-// How far a constraint moves by its own impulses: the sums of the rows of A_c bound its eigenvalues.
+// How far a constraint moves by its own impulses: the sums of the rows of A_c bound its
+// eigenvalues.
 void Sweeps::find_widths(int constraint) {
   WideLaw& law = laws_[constraint];
   const double* own = responses_.own(constraint);
@@ -34,8 +35,7 @@ void Sweeps::find_widths(int constraint) {
 }
 
 // True if its impulse changes.
-bool Sweeps::visit(int constraint, double smoothing, double negligible,
-                   MixedSystem::Point& point) {
+bool Sweeps::visit(int constraint, double smoothing, double negligible, MixedSystem::Point& point) {
   WideLaw& law = laws_[constraint];
   double x[kMaxRows], df[kMaxRows];
   system_->constraint_velocity(constraint, point.w.data(), x);
@@ -44,14 +44,12 @@ bool Sweeps::visit(int constraint, double smoothing, double negligible,
     const double root = std::sqrt(system_->constraints()[constraint].inverse_mass);
     double load = 0.0;
     for (int r = 0; r < law.rows; ++r) load = std::max(load, std::abs(phi[r]));
-    if (root * load <= negligible &&
-        root * (law.law->smoothing + smoothing) <= negligible * x[0]) {
+    if (root * load <= negligible && root * (law.law->smoothing + smoothing) <= negligible * x[0]) {
       return false;
     }
   }
   if (!responses_.knows(constraint)) find_widths(constraint);
-  for (int r = 0; r < law.rows; ++r)
-    x[r] = law.scale[r] * x[r] - (law.wide(r) - law.rho) * phi[r];
+  for (int r = 0; r < law.rows; ++r) x[r] = law.scale[r] * x[r] - (law.wide(r) - law.rho) * phi[r];
   law.impulse(smoothing, x);
   double square = 0.0;
   for (int r = 0; r < law.rows; ++r) {

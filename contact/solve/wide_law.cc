@@ -25,18 +25,14 @@ double own_regularizer(const Law& law) {
 }
 
 WideLaw::WideLaw(const IslandSystem::Constraint& c, double sigma_of_normal)
-    : law(&c.law),
-      row(c.row),
-      rows(c.law.rows),
-      hessian(c.hessian),
-      rho(own_regularizer(c.law)) {
+    : law(&c.law), row(c.row), rows(c.law.rows), hessian(c.hessian), rho(own_regularizer(c.law)) {
   const bool friction = c.law.type == LawType::kFrictionCone;
   std::fill_n(scale, rows, 1.0);
   for (int r = 1; friction && r < rows; ++r) scale[r] = c.law.friction[r - 1];
   // Friction knows nothing of the normal velocity in exact Coulomb laws: it may be widened by
   // itself. z_T = mu y_T moves with mu^2 of what the normal does; half of that way serves best.
-  widen(sigma_of_normal, c.law.coulomb ? std::max(rho, sigma_of_normal) * c.law.friction[0]
-                                       : sigma_of_normal);
+  widen(sigma_of_normal,
+        c.law.coulomb ? std::max(rho, sigma_of_normal) * c.law.friction[0] : sigma_of_normal);
 }
 
 void WideLaw::widen(double normal, double friction) {

@@ -28,7 +28,8 @@ struct WideLaw {
   /// The same, but A and t may stay what they were.
   void impulse(double center, double* x);
   void apply(const Operator& op, const double* x, double* out) const;
-  /// The impulse f [N s] of scaled impulses phi, linearly; both `rows` numbers, and may be the same.
+  /// The impulse f [N s] of scaled impulses phi, linearly; both `rows` numbers, and may be the
+  /// same.
   void unscale(const double* phi, double* f) const {
     for (int r = 0; r < rows; ++r) f[r] = scale[r] * phi[r];
     lean_impulse(*law, f);
@@ -39,8 +40,8 @@ struct WideLaw {
   const Law* law;
   int row, rows, hessian;
   double rho = 0.0, sigma = 0.0, sigma_T = 0.0;
-  double scale[kMaxRows];     ///< D
-  double t[kMaxRows] = {};    ///< unit, friction part of x; t[0] unused
+  double scale[kMaxRows];   ///< D
+  double t[kMaxRows] = {};  ///< unit, friction part of x; t[0] unused
   Operator A, B;
 
  private:

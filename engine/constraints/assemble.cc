@@ -24,7 +24,8 @@ struct FrameLanes {
         z{sign * frame(2, 0), sign * frame(2, 1), sign * frame(2, 2), 0.0} {}
   /// arm x axis of each: times an angular velocity, what that gives at `arm`; those of friction
   /// have an arm longer by `rub`.
-  COUNTERPOINT_INTO_EACH FrameLanes(const Vector3& arm, const Vector3& rub, const FrameLanes& axes) {
+  COUNTERPOINT_INTO_EACH FrameLanes(const Vector3& arm, const Vector3& rub,
+                                    const FrameLanes& axes) {
     const Four a[3] = {Four{arm[0], arm[0] + rub[0], arm[0] + rub[0], 0.0},
                        Four{arm[1], arm[1] + rub[1], arm[1] + rub[1], 0.0},
                        Four{arm[2], arm[2] + rub[2], arm[2] + rub[2], 0.0}};

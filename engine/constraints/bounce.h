@@ -43,10 +43,11 @@ struct Bounce {
 ///   w+ = sqrt(e^2 u^2 + 2 (1 - e^2) a gap) + h a / 2
 ///
 /// Where that energy hardly reaches the gap, implicit_midpoint leaves more, less than e^2 u^2;
-/// semi_implicit_euler takes the time of the impact. An impulse f changes the energy by f (w+ + u - h a / 2 + 2 t a) / 2 <= 0 in either case, however
-/// many contacts there are. And after a bounce at the start the gap is too wide for another contact
-/// to push the bodies back within the next step, which would give energy. None where the parabola
-/// comes down again within the step: then it lands.
+/// semi_implicit_euler takes the time of the impact. An impulse f changes the energy by f (w+ + u -
+/// h a / 2 + 2 t a) / 2 <= 0 in either case, however many contacts there are. And after a bounce at
+/// the start the gap is too wide for another contact to push the bodies back within the next step,
+/// which would give energy. None where the parabola comes down again within the step: then it
+/// lands.
 /// @param restitution  e, > 0
 /// @param gap          [m]
 /// @param velocity     v [m/s], negative: closing
@@ -54,10 +55,10 @@ struct Bounce {
 Bounce find_bounce(Integrator integrator, bool alone, double h, double restitution, double gap,
                    double velocity, double fall);
 
-/// What Euler's equations alone make of a body's angular velocity [rad/s, W], as the energy of a bounce
-/// counts it: 0 but for bodies that are a tree on a floating joint.
-Vector3 spin_change(const Model& model, Integrator integrator, double h, int body, const Matrix3& R_WB,
-                    const Vector3& omega);
+/// What Euler's equations alone make of a body's angular velocity [rad/s, W], as the energy of a
+/// bounce counts it: 0 but for bodies that are a tree on a floating joint.
+Vector3 spin_change(const Model& model, Integrator integrator, double h, int body,
+                    const Matrix3& R_WB, const Vector3& omega);
 
 /// The acceleration by gravity [m/s^2] of each body, by index, as far as it is free to fall: that
 /// of floating trees; along the axis of a prismatic joint on the world; else none is reckoned with.

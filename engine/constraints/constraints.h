@@ -12,8 +12,8 @@
 #include "counterpoint/contact/problem.h"
 #include "counterpoint/engine/constraints/bounce.h"
 #include "counterpoint/engine/constraints/friction_slip.h"
-#include "counterpoint/engine/dynamics/inverse_weights.h"
 #include "counterpoint/engine/dynamics/data.h"
+#include "counterpoint/engine/dynamics/inverse_weights.h"
 #include "counterpoint/engine/step_context.h"
 
 namespace counterpoint {
@@ -24,7 +24,8 @@ struct PairConstraint {
   int body_a = 0, body_b = 0;
   Vector3 position = Vector3::Zero();  ///< in W [m]; one for both bodies, so that momentum is kept
   Matrix3 frame = Matrix3::Identity();
-  /// Of a contact: where its friction acts, across the normal from `position` [m] (contact_patch.h).
+  /// Of a contact: where its friction acts, across the normal from `position` [m]
+  /// (contact_patch.h).
   Vector3 rub = Vector3::Zero();
   int first = 0;  ///< of the six rows (3 linear, 3 angular) the law has rows first, first + 1, ...
   contact::Law law;
@@ -145,9 +146,9 @@ struct Idle {
   bool sleeps(int body) const { return body != 0 && (*this)(body); }
 };
 
-/// A closure has the compliance of its own inverse mass up to a body of so many times the mass that it
-/// moves, which may hang on it; beyond, that of a body of this share of the heaviest one's mass: no
-/// load opens it by more than 100 eps kHeaviestHeld h^2 g / beta, 0.01 mm at 5 ms.
+/// A closure has the compliance of its own inverse mass up to a body of so many times the mass that
+/// it moves, which may hang on it; beyond, that of a body of this share of the heaviest one's mass:
+/// no load opens it by more than 100 eps kHeaviestHeld h^2 g / beta, 0.01 mm at 5 ms.
 inline constexpr double kHeaviestHeld = 100.0;
 
 /// A rod hit at one end: the far end may be twice as fast as any point was before. The kinetic

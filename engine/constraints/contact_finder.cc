@@ -317,7 +317,8 @@ Vector3 ConstraintFinder::make_contact(const StepContext& at, const Data& data,
   const Vector3 v = contact.frame.transpose() * open.velocity;
   const double gap = gap_less_turning(contact, candidate.gap, h, data);
   contact.gap_bias = gap_bias(options.contact, h, gap);
-  const Bounce bounce = find_contact_bounce(model, options, at.effects, data, {material, contact, gap, v});
+  const Bounce bounce =
+      find_contact_bounce(model, options, at.effects, data, {material, contact, gap, v});
   if (bounce.happens && gap > 0.0) contact.impact_time = bounce.time;
   set_contact_law(law_options(options, is_wedged(contact)), h,
                   {material, alpha, gap, v, bounce, is_round(model, a, b)}, contact.law);

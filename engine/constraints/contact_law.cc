@@ -102,7 +102,8 @@ namespace {
 /// (Kane and Levinson 1985) and gives more than restitution leaves. So f_T lies in the disc of half
 /// the radius about -mu f_N u / (2 |u|): against what slides it is mu f_N, and no f_T along u.
 void brake_only(const Bounce& bounce, double approach, contact::Law& law) {
-  constexpr double kNothing = 1e-9;  // of the approach: what slides slower, as rounding does, has no direction
+  constexpr double kNothing =
+      1e-9;  // of the approach: what slides slower, as rounding does, has no direction
   const double square = bounce.slide[0] * bounce.slide[0] + bounce.slide[1] * bounce.slide[1];
   const double share = square / (square + kNothing * kNothing * approach * approach);
   if (!(share > 0.0)) return;
@@ -135,8 +136,8 @@ void set_contact_law(const LawOptions& options, double h, const ContactStart& st
   // within the step, the convex law keeps them h mu |v_T| apart for this step; otherwise there is
   // nothing to rub yet, and that law would push apart by as much what only passes by. Of balls it
   // is known: friction turns them, and that changes no gap. What bounces leaves at e v, which keeps
-  // it out. The convex law would ask e v of v_N - mu |v_T|: of a link that turns about a joint close
-  // by that may be almost nothing of its speed, which then is hundreds of times e v.
+  // it out. The convex law would ask e v of v_N - mu |v_T|: of a link that turns about a joint
+  // close by that may be almost nothing of its speed, which then is hundreds of times e v.
   const bool near = gap <= options.margin, meets = gap + h * v[0] <= 0.0;
   if (!rubs(options, gap, meets)) return;
 

@@ -17,8 +17,8 @@ using Vector2 = Eigen::Vector2d;
 constexpr double kAtRest = 1e-4;
 /// Below this s there is no spin.
 constexpr double kNoSpin = 1e-6;
-/// Contacts open by this share of the smaller body's size and more are none of a patch, and what this
-/// acceleration [m/s^2] opens in a step.
+/// Contacts open by this share of the smaller body's size and more are none of a patch, and what
+/// this acceleration [m/s^2] opens in a step.
 constexpr double kOpen = 1e-3, kReach = 500.0;
 /// Normals of one plane differ by less (1 - cosine).
 constexpr double kOnePlane = 1e-9;
@@ -145,8 +145,8 @@ bool find_friction(const ContactPatch& patch, PatchFriction& out) {
 }
 
 double mean_distance(std::span<const Eigen::Vector2d> corners, bool round) {
-  // The mean distance within the triangle of the origin and an edge is two thirds of the edge's, which
-  // Simpson's rule on four parts gives to 1e-4.
+  // The mean distance within the triangle of the origin and an edge is two thirds of the edge's,
+  // which Simpson's rule on four parts gives to 1e-4.
   std::array<Vector2, ContactPatch::kMost> p;
   const size_t count = corners.size();
   std::copy(corners.begin(), corners.end(), p.begin());

@@ -31,13 +31,13 @@ struct ContactPatch {
   static constexpr int kMost = 8;
   int size = 0;
   std::array<size_t, kMost> contact;  ///< index into ConstraintSet::contacts
-  std::array<Vector3, kMost> place;  ///< in W [m]
-  std::array<double, kMost> gap;     ///< [m]
+  std::array<Vector3, kMost> place;   ///< in W [m]
+  std::array<double, kMost> gap;      ///< [m]
   Vector3 normal = Vector3::Zero();
-  Motion motion;               ///< of B against A at the start of the step, about the origin, in W
-  double reach = 0.0;          ///< contacts open by so much and more are none of it [m]
-  double at_rest = 0.0;        ///< slower [m/s] than this, sliding and spinning are one: rest
-  bool round = false;          ///< the end of a cylinder
+  Motion motion;         ///< of B against A at the start of the step, about the origin, in W
+  double reach = 0.0;    ///< contacts open by so much and more are none of it [m]
+  double at_rest = 0.0;  ///< slower [m/s] than this, sliding and spinning are one: rest
+  bool round = false;    ///< the end of a cylinder
 };
 
 /// What its contacts become.
@@ -46,16 +46,16 @@ struct PatchFriction {
   std::array<Vector3, ContactPatch::kMost> rub;      ///< PairConstraint::rub [m]
 };
 
-/// Contacts first, first + 1, ... of one pair of geometries as a patch, up to the one returned, which
-/// is of another. out.size is 0 where they are none. Needs compute_velocities.
+/// Contacts first, first + 1, ... of one pair of geometries as a patch, up to the one returned,
+/// which is of another. out.size is 0 where they are none. Needs compute_velocities.
 /// @param radii  of bodies [m] (collision::body_radii)
 size_t find_patch(const StepContext& at, const Data& data, const ConstraintSet& set,
                   std::span<const double> radii, size_t first, ContactPatch& out);
 /// False where it does not spin, and friction stays as it is.
 bool find_friction(const ContactPatch& patch, PatchFriction& out);
 
-/// Sets `rub`, `strength`, `spins` and friction of all contacts in `out`. The other arguments are those
-/// of find_patch.
+/// Sets `rub`, `strength`, `spins` and friction of all contacts in `out`. The other arguments are
+/// those of find_patch.
 void spread_friction(const StepContext& at, const Data& data, std::span<const double> radii,
                      ConstraintSet& out);
 

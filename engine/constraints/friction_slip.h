@@ -1,7 +1,7 @@
 // Slip that exact Coulomb friction allows while bodies that touch one another move.
 //
-//   v_slip = (h / slip_time) max |V_T|,   V_T the sliding velocity at (q, w) of a contact of the two
-//   bodies, or of bodies that touch them, and so on
+//   v_slip = (h / slip_time) max |V_T|,   V_T the sliding velocity at (q, w) of a contact of the
+//   two bodies, or of bodies that touch them, and so on
 //
 // Joints, closures and the world pass nothing on: a grip does not slip because a wheel of the same
 // robot skids.

@@ -20,7 +20,8 @@ Fault singular_inertia_fault(const Model& model, int body, const VectorRef& diag
 /// impulse: as the solver left them, in its order. block_of_tree: as assemble_problem made it.
 Fault solver_fault(const Model& model, contact::Status status, const ConstraintSet& constraints,
                    const contact::Problem& problem, const std::vector<int>& block_of_tree,
-                   const VectorRef& w, const VectorRef& impulse);  // Parameters: what it depends on, one by one
+                   const VectorRef& w,
+                   const VectorRef& impulse);  // Parameters: what it depends on, one by one
 
 /// What made the coordinate of a kSpeed fault so fast between state and next. `reach`: see
 /// StateCheck. Needs compute_poses, compute_velocities and compute_inertias at state; V_next

@@ -1,9 +1,8 @@
-#include "counterpoint/engine/simulator.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/simulator.h"
 
 namespace counterpoint {
 namespace {

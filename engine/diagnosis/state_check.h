@@ -3,8 +3,8 @@
 //
 // Of what is given, sizes, coordinates, lengths of quaternions and applied forces are checked
 // before a step: collision must not see what is not a number, and a normalized quaternion or a
-// clamped force would hide what was wrong. Any other number that is not finite leads to a state that
-// is not finite, which is checked after every step.
+// clamped force would hide what was wrong. Any other number that is not finite leads to a state
+// that is not finite, which is checked after every step.
 #pragma once
 
 #include <vector>

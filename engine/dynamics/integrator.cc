@@ -1,5 +1,4 @@
 #include "counterpoint/engine/dynamics.h"
-
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint {

@@ -1,4 +1,5 @@
-// What each joint type does, by switch: motion subspace and products with it. Conventions of q and v: model/model.h.
+// What each joint type does, by switch: motion subspace and products with it. Conventions of q and
+// v: model/model.h.
 #pragma once
 
 #include "counterpoint/model/model.h"
@@ -50,7 +51,8 @@ inline Motion joint_motion(JointType type, const Motion* axis, const double* a) 
 }
 
 /// tau += S' f: the force along the joint's coordinates.
-[[gnu::always_inline]] inline void add_joint_force(JointType type, const Motion* axis, const Force& f, double* tau) {
+[[gnu::always_inline]] inline void add_joint_force(JointType type, const Motion* axis,
+                                                   const Force& f, double* tau) {
   switch (type) {
     case JointType::kRevolute:
       tau[0] += axis[0].angular.dot(f.torque);

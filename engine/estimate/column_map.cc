@@ -25,10 +25,27 @@ class MapReader : public MapNodes {
     const YAML::Node root =
         load_yaml_file(file(), "there is no such file; expected a YAML column map");
     if (root.IsMap() && root["after"]) return read_impacts(root);
-    check_keys(root,
-               {"columns", "free", "rate", "time", "substeps", "velocities", "average", "pieces",
-                "angular_velocity", "linear_velocity", "names", "topic", "rows", "after", "skip",
-                "contact_forces", "deviations", "sensors", "markers", "sources", "treadmill"});
+    check_keys(root, {"columns",
+                      "free",
+                      "rate",
+                      "time",
+                      "substeps",
+                      "velocities",
+                      "average",
+                      "pieces",
+                      "angular_velocity",
+                      "linear_velocity",
+                      "names",
+                      "topic",
+                      "rows",
+                      "after",
+                      "skip",
+                      "contact_forces",
+                      "deviations",
+                      "sensors",
+                      "markers",
+                      "sources",
+                      "treadmill"});
     if (root["skip"]) fail(root["skip"], "skip: is of impacts; expected 'after' beside it");
     ColumnMap map;
     read_time(root, map);
@@ -164,8 +181,7 @@ class MapReader : public MapNodes {
       for (const auto& one : value["links"]) force.bodies.push_back(link(one).body);
       force.source = source_name(*this, value["source"], map);
       for (const char* axis : {"x", "y", "z"})
-        force.components.push_back(value[axis] ? source(value[axis], force.name)
-                                               : ColumnSource{});
+        force.components.push_back(value[axis] ? source(value[axis], force.name) : ColumnSource{});
     }
   }
 
@@ -184,7 +200,8 @@ class MapReader : public MapNodes {
       const double deviation = positive(pair.second, named.name);
       if (named.kind == Kind::kVelocity)
         fail(pair.first, fmt::format("deviations: '{}' is a velocity; positions and applied forces "
-                                     "have deviations", named.name));
+                                     "have deviations",
+                                     named.name));
       if (named.kind == Kind::kForce) {
         map.force_deviation[named.index] = deviation;
         continue;

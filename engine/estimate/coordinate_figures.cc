@@ -1,6 +1,6 @@
-#include "counterpoint/engine/estimate/recording.h"
-
 #include <cmath>
+
+#include "counterpoint/engine/estimate/recording.h"
 
 namespace counterpoint::estimation {
 

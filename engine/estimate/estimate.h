@@ -1,5 +1,5 @@
-// Figures of a scene found from recordings: parameters by name, forces behind a recorded motion, objectives, and least
-// squares.
+// Figures of a scene found from recordings: parameters by name, forces behind a recorded motion,
+// objectives, and least squares.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,8 @@
 
 namespace counterpoint::estimation {
 
-// ---- Parameters of a scene by name, to be set or identified: "friction", "mass:cube", "damping:elbow".
+// ---- Parameters of a scene by name, to be set or identified: "friction", "mass:cube",
+// "damping:elbow".
 
 enum class ParameterKind {
   kFriction,
@@ -48,8 +49,8 @@ struct Parameter {
 };
 
 /// KIND[:ELEMENT][=LOW..HIGH], comma separated, for this scene. Kinds, elements, units and default
-/// bounds: docs/reference/recording-format.md. @throws InputError naming the part that is no such thing, and what
-/// there is.
+/// bounds: docs/reference/recording-format.md. @throws InputError naming the part that is no such
+/// thing, and what there is.
 std::vector<Parameter> parse_parameters(const std::string& text, const Scene& scene);
 
 /// Value of each in the scene; of several targets the mean.
@@ -168,8 +169,8 @@ struct FitOptions {
   std::uint64_t fingerprint = 0;
 };
 
-/// The lists of a fit, one after the other: points tried, the best of them refined, refits to groups
-/// drawn anew. The last one's name.
+/// The lists of a fit, one after the other: points tried, the best of them refined, refits to
+/// groups drawn anew. The last one's name.
 const char* last_fit_list(const FitOptions& options);
 
 struct Interval {
@@ -196,8 +197,8 @@ struct Fit {
   VectorX values() const;
 };
 
-/// The same input gives the same bits, whatever runs its tasks. @throws InputError where start or bounds are no numbers, or
-/// there are fewer residuals than parameters.
+/// The same input gives the same bits, whatever runs its tasks. @throws InputError where start or
+/// bounds are no numbers, or there are fewer residuals than parameters.
 Fit fit(const FitProblem& problem, const FitOptions& options);
 
 // ---- Objectives of a fit: distances of predictions from recordings.

@@ -81,8 +81,9 @@ Figures figures_of(const std::vector<Parameter>& parameters, const VectorX& star
   return out;
 }
 
-/// A motion alone, figures as the scene has them, at the smoothing where motions are joined: from the
-/// low-passed recording, which blurs impacts, and from its rows as they are; the cheaper is told.
+/// A motion alone, figures as the scene has them, at the smoothing where motions are joined: from
+/// the low-passed recording, which blurs impacts, and from its rows as they are; the cheaper is
+/// told.
 MotionPoint found_alone(const MotionProblem& joint, const std::vector<VectorX>& frames,
                         const MotionEstimateOptions& options) {
   MotionProblem problem = joint;

@@ -1,5 +1,3 @@
-#include "counterpoint/engine/estimate/recording.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
@@ -15,6 +13,7 @@
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/estimate/contact_effects.h"
+#include "counterpoint/engine/estimate/recording.h"
 
 namespace counterpoint::estimation {
 namespace {

@@ -85,8 +85,8 @@ struct MotionEstimate {
   MatrixX recorded;          ///< nq: what columns say, or else sensors of positions
   MatrixX q;                 ///< nq
   MatrixX v;                 ///< nv: mean of the velocities before and behind the row
-  MatrixX force;             ///< nv: forces of joints; of links without a motor unexplained [N, N m]
-  MatrixX force_deviation;   ///< nv
+  MatrixX force;            ///< nv: forces of joints; of links without a motor unexplained [N, N m]
+  MatrixX force_deviation;  ///< nv
   std::vector<std::vector<ContactEstimate>> contacts;  ///< one list a row
   std::vector<ContactSum> sums;
   MatrixX sum_force, sum_deviation;  ///< 3 sums: contact forces on the links, in W [N]
@@ -111,11 +111,10 @@ struct MotionEstimate {
   bool stopped = false;  ///< MotionEstimateOptions::stop said so
 };
 
-/// The most probable motion of a recording, whose rows are evenly spaced. @throws InputError where it
-/// has fewer than `kLeastRows` rows, or no position is mapped; std::runtime_error where its motion
-/// has no finite forces.
-MotionEstimate estimate_motion(const Scene& scene, const ColumnMap& map,
-                               const Recording& recording,
+/// The most probable motion of a recording, whose rows are evenly spaced. @throws InputError where
+/// it has fewer than `kLeastRows` rows, or no position is mapped; std::runtime_error where its
+/// motion has no finite forces.
+MotionEstimate estimate_motion(const Scene& scene, const ColumnMap& map, const Recording& recording,
                                const MotionEstimateOptions& options = {});
 inline constexpr int kLeastRows = 12;
 

@@ -1,10 +1,9 @@
-#include "counterpoint/engine/estimate/estimate.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/estimate/estimate.h"
 #include "counterpoint/engine/estimate/gradient.h"
 
 namespace counterpoint::estimation {

@@ -1,5 +1,3 @@
-#include "counterpoint/engine/estimate/estimate.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -9,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "counterpoint/engine/estimate/estimate.h"
 #include "counterpoint/model/model_builder.h"
 #include "counterpoint/model/text_files.h"
 
@@ -31,22 +30,27 @@ using K = ParameterKind;
 constexpr std::array kKinds = {
     KindTraits{K::kFriction, "friction", "-", Target::kGeometries, 0.01, 1.5, false, false},
     KindTraits{K::kRestitution, "restitution", "-", Target::kGeometries, 0.0, 0.95, false, false},
-    KindTraits{K::kTorsionalFriction, "torsional_friction", "m", Target::kGeometries, 0.0, 0.05, false,
-         false},
+    KindTraits{K::kTorsionalFriction, "torsional_friction", "m", Target::kGeometries, 0.0, 0.05,
+               false, false},
     KindTraits{K::kRollingFriction, "rolling_friction", "m", Target::kGeometries, 0.0, 0.05, false,
-         false},
+               false},
     KindTraits{K::kMass, "mass", "kg", Target::kBody, 0.2, 5.0, true, true},
     KindTraits{K::kInertia, "inertia", "times the scene's", Target::kBody, 0.3, 3.0, true, false},
     KindTraits{K::kSize, "size", "times the scene's", Target::kBody, 0.8, 1.25, true, false},
-    KindTraits{K::kDamping, "damping", "N s/m|N m s/rad", Target::kCoordinates, 0.0, 20.0, false, false},
-    KindTraits{K::kDryFriction, "dry_friction", "N|N m", Target::kCoordinates, 0.0, 50.0, false, false},
-    KindTraits{K::kArmature, "armature", "kg|kg m^2", Target::kCoordinates, 0.0, 10.0, false, false},
+    KindTraits{K::kDamping, "damping", "N s/m|N m s/rad", Target::kCoordinates, 0.0, 20.0, false,
+               false},
+    KindTraits{K::kDryFriction, "dry_friction", "N|N m", Target::kCoordinates, 0.0, 50.0, false,
+               false},
+    KindTraits{K::kArmature, "armature", "kg|kg m^2", Target::kCoordinates, 0.0, 10.0, false,
+               false},
     KindTraits{K::kGravity, "gravity", "m/s^2", Target::kNone, 0.7, 1.3, false, true},
-    KindTraits{K::kHeight, "height", "m above the scene's", Target::kGround, -0.02, 0.02, false, false},
+    KindTraits{K::kHeight, "height", "m above the scene's", Target::kGround, -0.02, 0.02, false,
+               false},
     KindTraits{K::kCompliance, "compliance", "-", Target::kNone, 1e-8, 0.1, true, false},
     KindTraits{K::kSmoothing, "smoothing", "m", Target::kNone, 1e-14, 1e-3, true, false},
     KindTraits{K::kStabilization, "stabilization", "-", Target::kNone, 0.0, 1.0, false, false},
-    KindTraits{K::kMaxRecoverySpeed, "max_recovery_speed", "m/s", Target::kNone, 0.0, 5.0, false, false},
+    KindTraits{K::kMaxRecoverySpeed, "max_recovery_speed", "m/s", Target::kNone, 0.0, 5.0, false,
+               false},
 };
 
 const KindTraits& kind_named(const std::string& name) {
@@ -59,7 +63,8 @@ const KindTraits& kind_named(const std::string& name) {
 }
 
 const KindTraits& kind_of(ParameterKind kind) {
-  return *std::find_if(kKinds.begin(), kKinds.end(), [&](const KindTraits& k) { return k.kind == kind; });
+  return *std::find_if(kKinds.begin(), kKinds.end(),
+                       [&](const KindTraits& k) { return k.kind == kind; });
 }
 
 std::vector<std::string> links(const Model& model) {
@@ -122,7 +127,8 @@ std::vector<int> ground_named(const Model& model, const std::string& element) {
   return found;
 }
 
-std::vector<int> targets_of(const KindTraits& kind, const std::string& element, const Model& model) {
+std::vector<int> targets_of(const KindTraits& kind, const std::string& element,
+                            const Model& model) {
   switch (kind.target) {
     case Target::kGeometries:
       return geometries_named(model, element);

@@ -96,8 +96,8 @@ void fill_missing(const ColumnMap& map, Recording& recording) {
       last = row;
     }
     if (last < 0)
-      throw InputError(fmt::format("{}: column '{}' holds no number", recording.file,
-                                   entry.source.column));
+      throw InputError(
+          fmt::format("{}: column '{}' holds no number", recording.file, entry.source.column));
     for (Eigen::Index k = last + 1; k < rows; ++k) q(entry.index, k) = q(entry.index, last);
   }
 }

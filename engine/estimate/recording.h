@@ -1,5 +1,6 @@
-// Recordings of real motions, and how far predictions by simulation are from them: which column is which coordinate of
-// a scene (a YAML column map, docs/reference/recording-format.md), the recording read through it, and the score.
+// Recordings of real motions, and how far predictions by simulation are from them: which column is
+// which coordinate of a scene (a YAML column map, docs/reference/recording-format.md), the
+// recording read through it, and the score.
 #pragma once
 
 #include <algorithm>
@@ -38,7 +39,7 @@ struct ColumnMap {
   std::vector<ColumnSource> time;  ///< their sum [s]
   bool time_unit_given = false;    ///< the map scales `time`: its unit is not guessed
   TableOptions table;              ///< how the file is read
-  std::optional<int> substeps;  ///< time steps between two rows
+  std::optional<int> substeps;     ///< time steps between two rows
   /// Recorded velocities are backward differences of the positions: v(t) is the mean over the
   /// interval before t. A body under gravity g is by then g interval / 2 faster.
   bool backward_difference = false;
@@ -46,7 +47,7 @@ struct ColumnMap {
   /// body's; turned by the recorded orientation.
   bool world_angular = false;
   bool body_linear =
-      false;        ///< recorded linear velocities of floating links are in the axes of the body
+      false;  ///< recorded linear velocities of floating links are in the axes of the body
   /// A recorded force that contacts exert on some links together, in W.
   struct ContactForce {
     std::string name;
@@ -64,8 +65,8 @@ struct ColumnMap {
   /// rest, so that floating links and points move by -velocity t.
   Vector3 treadmill = Vector3::Zero();
   bool missing_cells = false;  ///< empty cells of positions are no errors, but not measured
-  int average = 1;  ///< rows, centred and odd, of which a value is the mean
-  int pieces = 1;   ///< as many recordings of equal length one file gives
+  int average = 1;             ///< rows, centred and odd, of which a value is the mean
+  int pieces = 1;              ///< as many recordings of equal length one file gives
 };
 
 /// @throws InputError naming file, line, key, what was expected.
@@ -137,8 +138,8 @@ struct CoordinateFigures {
 CoordinateFigures coordinate_figures(const std::string& name, const VectorX& difference,
                                      const VectorX& recorded);
 
-// ---- Impacts of which only the velocities before and after are known: what the contact law makes of
-// the former at once, without time or forces in between.
+// ---- Impacts of which only the velocities before and after are known: what the contact law makes
+// of the former at once, without time or forces in between.
 
 struct Impact {
   VectorX v;                   ///< after [m/s, rad/s]
@@ -167,8 +168,8 @@ class ImpactSolver {
   std::unique_ptr<Impl> impl_;
 };
 
-// ---- A recording predicted by simulation, from its first row or anew every few rows, and how far the
-// prediction is from it (docs/reference/recording-format.md, The score).
+// ---- A recording predicted by simulation, from its first row or anew every few rows, and how far
+// the prediction is from it (docs/reference/recording-format.md, The score).
 
 /// Distance between prediction and recording at one row. Either a pose is compared, or joints are.
 struct Deviation {

@@ -1,5 +1,3 @@
-#include "counterpoint/engine/estimate/estimate.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,6 +10,7 @@
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/estimate/contact_effects.h"
+#include "counterpoint/engine/estimate/estimate.h"
 #include "counterpoint/engine/estimate/recording.h"
 #include "counterpoint/engine/motion_files.h"
 #include "counterpoint/engine/step.h"
@@ -104,7 +103,8 @@ void Explainer::Impl::find_contacts(const VectorX& q, const VectorX& v, double i
     pairs.push_back(constraints.pairs[i]);
     contact::Law& law = pairs.back().law;
     law.bias.fill(0.0);
-    // A bounce, which this does not ask for, has all of its friction where a patch that spins has not.
+    // A bounce, which this does not ask for, has all of its friction where a patch that spins has
+    // not.
     for (size_t k = 0; k < 2; ++k) law.friction[k] /= pairs.back().strength;
   }
   constraints.contacts = candidates;

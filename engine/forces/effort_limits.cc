@@ -1,7 +1,7 @@
-#include "counterpoint/engine/dynamics.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "counterpoint/engine/dynamics.h"
 
 namespace counterpoint {
 

@@ -36,8 +36,8 @@ TreeMotion motion_of(const Model& model, const Tree& tree, const VectorX& rotors
     const Vector3 omega_B = R_WB.transpose() * V[i].angular;
     motion.momentum += inertia.mass * velocity;
     motion.mass += inertia.mass;
-    motion.energy += 0.5 * (inertia.mass * velocity.squaredNorm() +
-                            omega_B.dot(inertia.rotational * omega_B));
+    motion.energy +=
+        0.5 * (inertia.mass * velocity.squaredNorm() + omega_B.dot(inertia.rotational * omega_B));
   }
   const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
   motion.energy += 0.5 * v(part).cwiseAbs2().dot(rotors(part));
@@ -172,12 +172,11 @@ TreeMotion EnergyProjection::motion_at(const StepContext& at, int t, double from
   return motion_of(model, tree, rotors, x, there, V_);
 }
 
-// Scales reached_ so that the kinetic energy, as kept, is `energy`. Where that is the one at q, it goes
-// with the square of the scale. Else a root in one variable that exists, since the energy goes from 0
-// to infinity with the scale: by secants from 1, kept in a bracket.
+// Scales reached_ so that the kinetic energy, as kept, is `energy`. Where that is the one at q, it
+// goes with the square of the scale. Else a root in one variable that exists, since the energy goes
+// from 0 to infinity with the scale: by secants from 1, kept in a bracket.
 TreeMotion EnergyProjection::keep_energy(const StepContext& at, int t, bool predicted,
-                                         const VectorX& rotors, double energy,
-                                         const Data& data) {
+                                         const VectorX& rotors, double energy, const Data& data) {
   const Tree& tree = at.model.trees()[t];
   constexpr int kMaxTrials = 60;
   auto reached = reached_.segment(tree.v_begin, tree.v_end - tree.v_begin);

@@ -5,21 +5,23 @@
 // of first order, but still make a whip or a flailing leg diverge once a step turns it too
 // far. So trees that turn fast take the mean effect of these forces alone, M (w_free
 // - w) / h, where w_free is what they alone would lead to, moved along itself to where the kinetic
-// energy is that of before (projection: Hairer, Lubich, Wanner 2006, IV.4); if the tree floats, with
-// the motion of its centre of mass held. Below kSlow nothing is done, from kFast on all of it, in
-// between a smooth share; of trees with a prediction at kPredictedFactor times these rates. It depends on
-// (q, w) alone: the inverse knows it.
+// energy is that of before (projection: Hairer, Lubich, Wanner 2006, IV.4); if the tree floats,
+// with the motion of its centre of mass held. Below kSlow nothing is done, from kFast on all of it,
+// in between a smooth share; of trees with a prediction at kPredictedFactor times these rates. It
+// depends on (q, w) alone: the inverse knows it.
 //
 // A step applies its forces at q, and changes kinetic energy and momentum there by their work and
-// impulse, exactly: T(q, w+) - T(q, w_free) = h u'(w_free + w+) / 2. So what a tree that floats keeps is
-// what the last step left where it acted: w_free is such that T(q, w_free) = T(q (-) h w, w), and no
-// force, contact or step length makes it gain more than the work
-// (EnergyProjection.ForcesGiveNoMoreThanTheirWork). Energies of w+ at the pose reached, T(q+, w+), differ by up
-// to the turn of a step, either way. Trees held by the world keep those: T(q (+) h w_free, w_free) =
-// T(q, w), which free motion keeps as a user sees it (measured: docs/decisions/integration.md).
+// impulse, exactly: T(q, w+) - T(q, w_free) = h u'(w_free + w+) / 2. So what a tree that floats
+// keeps is what the last step left where it acted: w_free is such that T(q, w_free) = T(q (-) h w,
+// w), and no force, contact or step length makes it gain more than the work
+// (EnergyProjection.ForcesGiveNoMoreThanTheirWork). Energies of w+ at the pose reached, T(q+, w+),
+// differ by up to the turn of a step, either way. Trees held by the world keep those: T(q (+) h
+// w_free, w_free) = T(q, w), which free motion keeps as a user sees it (measured:
+// docs/decisions/integration.md).
 //
 // Trees with closures are left to mid_velocity.h: the impulses of closures take most of what the
-// forces alone would do, so what these do without them is no guide (measured: docs/decisions/README.md).
+// forces alone would do, so what these do without them is no guide (measured:
+// docs/decisions/README.md).
 #pragma once
 
 #include <optional>
@@ -55,8 +57,8 @@ class EnergyProjection {
 
   /// The share that this correction has of a tree's velocity-dependent forces, 0 ... 1, for a step
   /// from (q, v); that share of the mean forces into data.has_mean_force, mean_force and
-  /// mean_rotor_force, and c zero, where it is not 0; with the rest of them, as they are at the start,
-  /// unless predicted: the tree has a prediction, at which the caller adds the rest. rotors
+  /// mean_rotor_force, and c zero, where it is not 0; with the rest of them, as they are at the
+  /// start, unless predicted: the tree has a prediction, at which the caller adds the rest. rotors
   /// (nv): what is added to the diagonal of M. Needs compute_poses and compute_velocities;
   /// no applied forces in data (has_external, added).
   double apply(const StepContext& at, bool predicted, const VectorX& rotors, int t, Data& data);
@@ -74,10 +76,10 @@ class EnergyProjection {
   static double share_of(double rate);
   static double share_slope(double rate);
 
-  /// The energy of (q, w) that is kept is T(q (-) lag h w, w): lag is 1 of trees that float, else 0.
-  /// Of a tree with a prediction it is 0.5 up to half this turn [rad], that is at the middle of the
-  /// last step, the energy that slower trees keep (otherwise a tree that alternates between slow and
-  /// fast gains or loses the difference).
+  /// The energy of (q, w) that is kept is T(q (-) lag h w, w): lag is 1 of trees that float, else
+  /// 0. Of a tree with a prediction it is 0.5 up to half this turn [rad], that is at the middle of
+  /// the last step, the energy that slower trees keep (otherwise a tree that alternates between
+  /// slow and fast gains or loses the difference).
   static constexpr double kFarTurn = 0.06;
   static double lag(double turn, bool predicted, bool floats);
   static double lag_slope(double turn, bool predicted, bool floats);  ///< [1/rad]

@@ -8,8 +8,8 @@
 //
 // A top on a ball joint is turned by its weight as well. That torque acts in the middle of the
 // step, between two halves of the free motion: with poses half a step from velocities this is the
-// leapfrog scheme, and no energy goes into nutation. n_flight holds the difference to the weight at the
-// start, known from (q, w) as well.
+// leapfrog scheme, and no energy goes into nutation. n_flight holds the difference to the weight at
+// the start, known from (q, w) as well.
 #pragma once
 
 #include <vector>
@@ -41,7 +41,7 @@ class FreeFlight {
   struct Flyer {
     int body;
     EulerTop top;
-    Vector3 carried;  ///< sum m c of its carried weight that turns it, in its axes [kg m]
+    Vector3 carried;     ///< sum m c of its carried weight that turns it, in its axes [kg m]
     Matrix3 rotational;  ///< inertia about the centre of mass that `top` is of [kg m^2]
   };
   std::vector<Flyer> flyers_;  ///< by body

@@ -7,9 +7,9 @@
 //   h a' dT/dq [W],    a: acceleration by all that acts, T: kinetic energy
 //
 // to the energy of a linkage, in every step with the same sign; w' dT/dq changes sign.
-// So of trees that have a prediction w + h a (velocity_predictor.h) they are taken as B(w, w + h a), which is
-// n(q, w + h a / 2) less what is of second order in a: a tree at rest feels none. Impulses of
-// closures must be part of a: they cancel most of what the forces alone would do.
+// So of trees that have a prediction w + h a (velocity_predictor.h) they are taken as B(w, w + h
+// a), which is n(q, w + h a / 2) less what is of second order in a: a tree at rest feels none.
+// Impulses of closures must be part of a: they cancel most of what the forces alone would do.
 #pragma once
 
 #include "counterpoint/engine/dynamics/data.h"

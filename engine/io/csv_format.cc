@@ -43,7 +43,9 @@ CellType type_of(const std::string& name) {
 }
 
 /// Is a quoted name still open at the end of this text?
-bool quotes_open(std::string_view text) { return std::count(text.begin(), text.end(), '"') % 2 != 0; }
+bool quotes_open(std::string_view text) {
+  return std::count(text.begin(), text.end(), '"') % 2 != 0;
+}
 
 /// The cell that begins there, quoted or not, without its quotes; then goes to the next cell.
 /// `buffer` holds it where it is quoted. False: its quotes are not closed.
@@ -208,7 +210,8 @@ class CsvSource final : public TableSource {
 
   /// Also as a program writes it that keeps doubles.
   std::uint64_t integer(const Column& column, std::string_view cell) const {
-    if (cell.empty()) fail(fmt::format("column '{}' is empty; expected a whole number", column.name));
+    if (cell.empty())
+      fail(fmt::format("column '{}' is empty; expected a whole number", column.name));
     std::uint64_t value = 0;
     const auto [stop, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
     if (error == std::errc() && stop == cell.data() + cell.size()) return value;
@@ -216,7 +219,8 @@ class CsvSource final : public TableSource {
     if (!parse(cell, rounded))
       fail(fmt::format("column '{}': '{}' is no finite number", column.name, cell));
     if (!(rounded >= 0.0 && rounded < 0x1p64 && rounded == std::floor(rounded)))
-      fail(fmt::format("column '{}': '{}' is no whole number from 0 to 2^64 - 1", column.name, cell));
+      fail(fmt::format("column '{}': '{}' is no whole number from 0 to 2^64 - 1", column.name,
+                       cell));
     return static_cast<std::uint64_t>(rounded);
   }
 
@@ -262,7 +266,8 @@ class CsvSink final : public TableSink {
 
   void finish() override {
     stream_.flush();
-    if (!stream_) throw std::runtime_error(fmt::format("{}: cannot be written (disk full?)", file_));
+    if (!stream_)
+      throw std::runtime_error(fmt::format("{}: cannot be written (disk full?)", file_));
   }
 
  private:

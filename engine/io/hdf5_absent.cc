@@ -8,9 +8,10 @@ namespace counterpoint {
 namespace {
 
 [[noreturn]] void refuse(const std::filesystem::path& file) {
-  throw InputError(fmt::format("{}: this build has no HDF5: install libhdf5-dev and configure again, or take .npz, "
-                               ".mcap or .csv",
-                               file.string()));
+  throw InputError(fmt::format(
+      "{}: this build has no HDF5: install libhdf5-dev and configure again, or take .npz, "
+      ".mcap or .csv",
+      file.string()));
 }
 
 }  // namespace
@@ -19,7 +20,8 @@ std::unique_ptr<TableSource> open_hdf5(const std::filesystem::path& file, const 
   refuse(file);
 }
 
-std::unique_ptr<TableSink> create_hdf5(const std::filesystem::path& file, const std::vector<Column>&) {
+std::unique_ptr<TableSink> create_hdf5(const std::filesystem::path& file,
+                                       const std::vector<Column>&) {
   refuse(file);
 }
 

@@ -1,6 +1,7 @@
-// Tables as HDF5: datasets numbers (rows x columns), named by columns; integers, named by integer_columns; labels
-// (pairs of a column's name and a label). Written so that others may read meanwhile (single writer, multiple readers), which
-// also keeps the file readable where the writer dies.
+// Tables as HDF5: datasets numbers (rows x columns), named by columns; integers, named by
+// integer_columns; labels (pairs of a column's name and a label). Written so that others may read
+// meanwhile (single writer, multiple readers), which also keeps the file readable where the writer
+// dies.
 #include <fmt/format.h>
 #include <hdf5.h>
 
@@ -17,7 +18,8 @@ namespace counterpoint {
 namespace {
 
 constexpr hsize_t kMaxChunk = 256'000'000;  // bytes; the library holds one in memory
-/// While another process writes, metadata may be half there; the library waits twice as long each time, from 1 ns on.
+/// While another process writes, metadata may be half there; the library waits twice as long each
+/// time, from 1 ns on.
 constexpr unsigned kReadAttempts = 20;
 
 /// The library is not made for threads. Its own messages are not wanted: ours say the file.
@@ -80,23 +82,28 @@ Handle string_type(std::size_t length) {
 
 class Hdf5Sink final : public TableSink {
  public:
-  Hdf5Sink(const std::filesystem::path& file, const std::vector<Column>& columns) : name_(file.string()) {
+  Hdf5Sink(const std::filesystem::path& file, const std::vector<Column>& columns)
+      : name_(file.string()) {
     const Library library;
     const Handle access = property_list(H5P_FILE_ACCESS), root = property_list(H5P_FILE_CREATE);
     H5Pset_libver_bounds(access.id(), H5F_LIBVER_V110, H5F_LIBVER_V110);
     H5Pset_obj_track_times(root.id(), false);  // the same content, the same bytes
     file_ = {H5Fcreate(name_.c_str(), H5F_ACC_TRUNC, root.id(), access.id()), H5Fclose};
     if (!file_.valid())
-      throw InputError(fmt::format("{}: cannot be created; expected a path in an existing, writable folder", name_));
-    const std::vector<std::string> numbers = names_of(columns, false), integers = names_of(columns, true);
+      throw InputError(fmt::format(
+          "{}: cannot be created; expected a path in an existing, writable folder", name_));
+    const std::vector<std::string> numbers = names_of(columns, false),
+                                   integers = names_of(columns, true);
     std::vector<std::string> labels;
     for (const Column& column : columns)
-      for (const std::string& label : column.labels) labels.insert(labels.end(), {column.name, label});
+      for (const std::string& label : column.labels)
+        labels.insert(labels.end(), {column.name, label});
     write_strings("columns", numbers, 1);
     if (!integers.empty()) write_strings("integer_columns", integers, 1);
     if (!labels.empty()) write_strings("labels", labels, 2);
     numbers_ = create("numbers", numbers.size(), columns.size(), H5T_IEEE_F64LE);
-    if (!integers.empty()) integers_ = create("integers", integers.size(), columns.size(), H5T_STD_U64LE);
+    if (!integers.empty())
+      integers_ = create("integers", integers.size(), columns.size(), H5T_STD_U64LE);
     width_ = {numbers.size(), integers.size()};
     check(H5Fstart_swmr_write(file_.id()) >= 0);
   }
@@ -125,7 +132,8 @@ class Hdf5Sink final : public TableSink {
   }
 
   void check(bool succeeded) const {
-    if (!succeeded) throw std::runtime_error(fmt::format("{}: cannot be written (disk full?)", name_));
+    if (!succeeded)
+      throw std::runtime_error(fmt::format("{}: cannot be written (disk full?)", name_));
   }
 
   void write_strings(const char* name, const std::vector<std::string>& texts, hsize_t width) {
@@ -139,8 +147,9 @@ class Hdf5Sink final : public TableSink {
     const Handle space(H5Screate_simple(width == 1 ? 1 : 2, dims, nullptr), H5Sclose);
     const Handle layout = property_list(H5P_DATASET_CREATE);
     H5Pset_obj_track_times(layout.id(), false);
-    const Handle set(H5Dcreate2(file_.id(), name, type.id(), space.id(), H5P_DEFAULT, layout.id(), H5P_DEFAULT),
-                     H5Dclose);
+    const Handle set(
+        H5Dcreate2(file_.id(), name, type.id(), space.id(), H5P_DEFAULT, layout.id(), H5P_DEFAULT),
+        H5Dclose);
     check(H5Dwrite(set.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes.data()) >= 0);
   }
 
@@ -151,7 +160,9 @@ class Hdf5Sink final : public TableSink {
     const Handle layout = property_list(H5P_DATASET_CREATE);
     H5Pset_chunk(layout.id(), 2, chunk);
     H5Pset_obj_track_times(layout.id(), false);
-    Handle set(H5Dcreate2(file_.id(), name, type, space.id(), H5P_DEFAULT, layout.id(), H5P_DEFAULT), H5Dclose);
+    Handle set(
+        H5Dcreate2(file_.id(), name, type, space.id(), H5P_DEFAULT, layout.id(), H5P_DEFAULT),
+        H5Dclose);
     check(set.valid());
     return set;
   }
@@ -159,9 +170,11 @@ class Hdf5Sink final : public TableSink {
   void append(const Handle& set, hsize_t rows, hsize_t width, hid_t type, const void* data) {
     const hsize_t extent[] = {rows_ + rows, width}, start[] = {rows_, 0}, count[] = {rows, width};
     check(H5Dset_extent(set.id(), extent) >= 0);
-    const Handle place(H5Dget_space(set.id()), H5Sclose), memory(H5Screate_simple(2, count, nullptr), H5Sclose);
+    const Handle place(H5Dget_space(set.id()), H5Sclose),
+        memory(H5Screate_simple(2, count, nullptr), H5Sclose);
     H5Sselect_hyperslab(place.id(), H5S_SELECT_SET, start, nullptr, count, nullptr);
-    check(H5Dwrite(set.id(), type, memory.id(), place.id(), H5P_DEFAULT, data) >= 0 && H5Dflush(set.id()) >= 0);
+    check(H5Dwrite(set.id(), type, memory.id(), place.id(), H5P_DEFAULT, data) >= 0 &&
+          H5Dflush(set.id()) >= 0);
   }
 
   std::string name_;
@@ -202,7 +215,8 @@ class Hdf5Source final : public TableSource {
 
   bool read(TableBlock& block) override {
     const Library library;
-    const hsize_t rows = std::min(rows_ - read_, static_cast<hsize_t>(rows_of_block(columns_.size())));
+    const hsize_t rows =
+        std::min(rows_ - read_, static_cast<hsize_t>(rows_of_block(columns_.size())));
     if (rows == 0) return false;
     block.numbers.resize(rows * width_[0]);
     block.integers.resize(rows * width_[1]);
@@ -215,9 +229,10 @@ class Hdf5Source final : public TableSource {
 
  private:
   [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(fmt::format("{}: {}; expected what counterpoint writes: datasets 'numbers' (rows x columns, "
-                                 "float64) and 'columns' (their names)",
-                                 name_, what));
+    throw InputError(fmt::format(
+        "{}: {}; expected what counterpoint writes: datasets 'numbers' (rows x columns, "
+        "float64) and 'columns' (their names)",
+        name_, what));
   }
 
   /// A dataset that lies in this file itself. Not valid: there is none.
@@ -226,7 +241,8 @@ class Hdf5Source final : public TableSource {
     if (H5Lexists(file_.id(), name, H5P_DEFAULT) <= 0 ||
         H5Lget_info(file_.id(), name, &link, H5P_DEFAULT) < 0)
       return {};
-    if (link.type != H5L_TYPE_HARD) fail(fmt::format("'{}' is a link, which may lead to other files", name));
+    if (link.type != H5L_TYPE_HARD)
+      fail(fmt::format("'{}' is a link, which may lead to other files", name));
     Handle set(H5Dopen2(file_.id(), name, H5P_DEFAULT), H5Dclose);
     if (!set.valid()) fail(fmt::format("'{}' is no dataset", name));
     const Handle layout(H5Dget_create_plist(set.id()), H5Pclose);
@@ -237,14 +253,17 @@ class Hdf5Source final : public TableSource {
     if (H5Pget_layout(layout.id()) == H5D_CHUNKED) {
       const int rank = H5Pget_chunk(layout.id(), H5S_MAX_RANK, chunk);
       hsize_t cells = 1;
-      for (int i = 0; i < rank; ++i) cells = std::min(cells * std::min(chunk[i], kMaxChunk), kMaxChunk);
-      if (rank < 0 || cells * 8 > kMaxChunk) fail(fmt::format("'{}' has chunks of more than 256 MB", name));
+      for (int i = 0; i < rank; ++i)
+        cells = std::min(cells * std::min(chunk[i], kMaxChunk), kMaxChunk);
+      if (rank < 0 || cells * 8 > kMaxChunk)
+        fail(fmt::format("'{}' has chunks of more than 256 MB", name));
     }
     for (int i = 0; i < H5Pget_nfilters(layout.id()); ++i) {
       std::size_t values = 0;
-      const H5Z_filter_t filter =
-          H5Pget_filter2(layout.id(), static_cast<unsigned>(i), nullptr, &values, nullptr, 0, nullptr, nullptr);
-      if (filter != H5Z_FILTER_DEFLATE && filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_FLETCHER32)
+      const H5Z_filter_t filter = H5Pget_filter2(layout.id(), static_cast<unsigned>(i), nullptr,
+                                                 &values, nullptr, 0, nullptr, nullptr);
+      if (filter != H5Z_FILTER_DEFLATE && filter != H5Z_FILTER_SHUFFLE &&
+          filter != H5Z_FILTER_FLETCHER32)
         fail(fmt::format("'{}' is packed by filter {}; gzip and shuffle are read", name, filter));
     }
     return set;
@@ -279,7 +298,8 @@ class Hdf5Source final : public TableSource {
     if (!set.valid()) return {};
     const std::vector<hsize_t> shape = shape_of(set, name);
     const Handle type(H5Dget_type(set.id()), H5Tclose);
-    if (H5Tget_class(type.id()) != H5T_STRING || shape.size() != width || (width == 2 && shape[1] != 2))
+    if (H5Tget_class(type.id()) != H5T_STRING || shape.size() != width ||
+        (width == 2 && shape[1] != 2))
       fail(fmt::format("'{}' is not a list of names", name));
     const hsize_t count = shape[0] * width;
     if (shape[0] > kMaxColumns) fail(fmt::format("'{}' holds {} names", name, count));
@@ -318,7 +338,8 @@ class Hdf5Source final : public TableSource {
 
   void get(const Handle& set, hsize_t rows, hsize_t width, hid_t type, void* data) const {
     const hsize_t start[] = {read_, 0}, count[] = {rows, width};
-    const Handle place(H5Dget_space(set.id()), H5Sclose), memory(H5Screate_simple(2, count, nullptr), H5Sclose);
+    const Handle place(H5Dget_space(set.id()), H5Sclose),
+        memory(H5Screate_simple(2, count, nullptr), H5Sclose);
     if (H5Sselect_hyperslab(place.id(), H5S_SELECT_SET, start, nullptr, count, nullptr) < 0 ||
         H5Dread(set.id(), type, memory.id(), place.id(), H5P_DEFAULT, data) < 0)
       fail(fmt::format("damaged: rows from {} on cannot be read", read_ + 1));

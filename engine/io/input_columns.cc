@@ -1,7 +1,7 @@
-#include "counterpoint/engine/motion_files.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "counterpoint/engine/motion_files.h"
 
 namespace counterpoint {
 namespace {

@@ -1,7 +1,6 @@
-// Tables as MCAP (mcap.dev/spec): one channel, a message a row, without chunks, compression and
-// index. A message is CDR, its schema ros2msg: a field a column. The exact names of the columns are
-// in the channel's metadata. Files without such a channel are read as recordings of ROS
-// (ros_rows.h).
+// Tables as MCAP (mcap.dev/spec): one channel, one message per row (CDR; schema ros2msg, one field
+// per column), no chunks, compression or index; the channel's metadata holds the exact column
+// names. ros_rows.h reads files without such a channel, as recordings of ROS.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -69,7 +68,7 @@ std::string field_name(const std::string& column, std::set<std::string>& used) {
     else if (!name.empty() && name.back() != '_')
       name += '_';
   }
-  if (name.empty() || std::isdigit(static_cast<unsigned char>(name.front())) != 0) name = "c" + name;
+  if (name.empty() || (name[0] >= '0' && name[0] <= '9')) name = "c" + name;
   if (name.back() == '_') name.pop_back();
   std::string unique = name;
   for (int i = 2; !used.insert(unique).second; ++i) unique = fmt::format("{}_{}", name, i);
@@ -146,7 +145,8 @@ class McapSink final : public TableSink {
     std::vector<std::string> all, integers = names_of(columns_, true);
     for (const Column& column : columns_) {
       all.push_back(column.name);
-      if (column.type == CellType::kLabel) metadata["labels:" + column.name] = csv_header(column.labels);
+      if (column.type == CellType::kLabel)
+        metadata["labels:" + column.name] = csv_header(column.labels);
     }
     metadata["columns"] = csv_header(all);
     if (!integers.empty()) metadata["integer_columns"] = csv_header(integers);
@@ -169,7 +169,8 @@ class McapSink final : public TableSink {
     stream_.write(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
     stream_.flush();
     buffer_.clear();
-    if (!stream_) throw std::runtime_error(fmt::format("{}: cannot be written (disk full?)", file_));
+    if (!stream_)
+      throw std::runtime_error(fmt::format("{}: cannot be written (disk full?)", file_));
   }
 
   std::string file_;
@@ -270,15 +271,17 @@ class McapSource final : public TableSource {
     chunk.number<std::uint32_t>();
     const std::string_view compression = chunk.string();
     if (!compression.empty())
-      throw InputError(fmt::format("{}: compressed with {}; expected an MCAP file without compression (mcap compress "
-                                   "--compression none)",
-                                   file_, compression));
+      throw InputError(fmt::format(
+          "{}: compressed with {}; expected an MCAP file without compression (mcap compress "
+          "--compression none)",
+          file_, compression));
     chunk.number<std::uint64_t>();
     Fields records(chunk.rest(), file_);
     while (!records.empty()) {
       const auto kind = records.number<unsigned char>();
       const auto size = records.number<std::uint64_t>();
-      if (size > kMaxRecord) throw InputError(fmt::format("{}: damaged: a record of {} bytes", file_, size));
+      if (size > kMaxRecord)
+        throw InputError(fmt::format("{}: damaged: a record of {} bytes", file_, size));
       handle(kind, records.bytes(size));
     }
   }

@@ -14,8 +14,8 @@ namespace counterpoint {
 namespace {
 
 constexpr std::string_view kNpyMagic = "\x93NUMPY";
-constexpr std::size_t kHeaderSize = 128;       // what is written; a multiple of 64
-constexpr std::size_t kMaxHeader = 1 << 20;    // bytes
+constexpr std::size_t kHeaderSize = 128;     // what is written; a multiple of 64
+constexpr std::size_t kMaxHeader = 1 << 20;  // bytes
 constexpr std::uint64_t kMaxSide = 1ull << 48;
 
 std::string header(const std::string& type, const std::string& shape) {
@@ -115,7 +115,8 @@ NpyHeader read_npy_header(ZipEntry& entry) {
   NpyHeader header;
   std::string_view type = value_of(text, "descr");
   const std::size_t end = type.find('\'', 1);
-  if (!type.starts_with('\'') || end == std::string_view::npos) throw InputError("of fields with names");
+  if (!type.starts_with('\'') || end == std::string_view::npos)
+    throw InputError("of fields with names");
   header.type = type.substr(1, end - 1);
   header.fortran_order = value_of(text, "fortran_order").starts_with("True");
   std::string_view shape = value_of(text, "shape");
@@ -148,7 +149,8 @@ std::vector<std::string> read_npy_strings(ZipEntry& entry, std::size_t width) {
   const std::size_t size = wide ? 4 : 1;
   if (length == 0 || length > limits::kMaxTableLine || header.shape[0] > kMaxColumns ||
       length * size * header.shape[0] * width > limits::kMaxTableLine)
-    throw InputError(fmt::format("more than {} names, of more than 64 MB, or empty ones", kMaxColumns));
+    throw InputError(
+        fmt::format("more than {} names, of more than 64 MB, or empty ones", kMaxColumns));
   std::vector<std::string> names;
   for (std::size_t i = 0; i < header.shape[0] * width; ++i) {
     const std::string bytes = take(entry, length * size);

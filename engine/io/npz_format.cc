@@ -1,6 +1,7 @@
-// Tables as NumPy's .npz: a zip archive of arrays. numbers (rows x columns), named by columns; integers, named by
-// integer_columns; labels (pairs of a column's name and a label). numbers is written as it comes and its size at the
-// end; where a run died before that, the archive has no directory, and numbers goes to the end of the file.
+// Tables as NumPy's .npz: a zip archive of arrays. numbers (rows x columns), named by columns;
+// integers, named by integer_columns; labels (pairs of a column's name and a label). numbers is
+// written as it comes and its size at the end; where a run died before that, the archive has no
+// directory, and numbers goes to the end of the file.
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -46,8 +47,9 @@ class NpzSink final : public TableSink {
   void finish() override {
     zip_.end_entry(npy_header("<f8", rows_, num_numbers_));
     if (!integer_names_.empty())
-      add("integers", npy_header("<u8", rows_, integer_names_.size()) +
-                          std::string(reinterpret_cast<const char*>(integers_.data()), 8 * integers_.size()));
+      add("integers",
+          npy_header("<u8", rows_, integer_names_.size()) +
+              std::string(reinterpret_cast<const char*>(integers_.data()), 8 * integers_.size()));
     zip_.finish();
   }
 
@@ -79,11 +81,11 @@ class NpzSource final : public TableSource {
   }
 
   bool read(TableBlock& block) override {
-    const std::size_t wanted =
-        std::min(rows_ - read_, static_cast<std::size_t>(rows_of_block(num_numbers_ + num_integers_)));
+    const std::size_t wanted = std::min(
+        rows_ - read_, static_cast<std::size_t>(rows_of_block(num_numbers_ + num_integers_)));
     block.numbers.resize(wanted * num_numbers_);
-    const std::size_t bytes = numbers_->read(reinterpret_cast<char*>(block.numbers.data()),
-                                             8 * block.numbers.size());
+    const std::size_t bytes =
+        numbers_->read(reinterpret_cast<char*>(block.numbers.data()), 8 * block.numbers.size());
     std::size_t rows = bytes / 8 / num_numbers_;
     if (rows < wanted && !zip_.cut_short()) fail("array 'numbers' is cut short");
     block.numbers.resize(rows * num_numbers_);
@@ -98,9 +100,10 @@ class NpzSource final : public TableSource {
 
  private:
   [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(fmt::format("{}: {}; expected what counterpoint writes: arrays 'numbers' (rows x columns, "
-                                 "float64) and 'columns' (their names)",
-                                 file_, what));
+    throw InputError(
+        fmt::format("{}: {}; expected what counterpoint writes: arrays 'numbers' (rows x columns, "
+                    "float64) and 'columns' (their names)",
+                    file_, what));
   }
 
   std::vector<std::string> strings(const std::string& name, std::size_t width, bool needed) {
@@ -115,7 +118,8 @@ class NpzSource final : public TableSource {
   }
 
   /// Rows of an array of this many columns.
-  std::size_t array(const std::string& name, ZipEntry& entry, const std::string& type, std::size_t columns) {
+  std::size_t array(const std::string& name, ZipEntry& entry, const std::string& type,
+                    std::size_t columns) {
     NpyHeader header;
     try {
       header = read_npy_header(entry);
@@ -123,8 +127,9 @@ class NpzSource final : public TableSource {
       fail(fmt::format("array '{}': {}", name, error.what()));
     }
     if (header.type != type || header.fortran_order)
-      fail(fmt::format("array '{}' is of type {}{}; {} in rows is expected (numpy.ascontiguousarray)", name,
-                       header.type, header.fortran_order ? " in columns" : "", type));
+      fail(fmt::format(
+          "array '{}' is of type {}{}; {} in rows is expected (numpy.ascontiguousarray)", name,
+          header.type, header.fortran_order ? " in columns" : "", type));
     if (header.shape.size() != 2 || header.shape[1] != columns)
       fail(fmt::format("array '{}' does not have the {} columns that are named", name, columns));
     return header.shape[0];

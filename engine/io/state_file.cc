@@ -1,10 +1,9 @@
-#include "counterpoint/engine/motion_files.h"
-
 #include <fmt/format.h>
 
 #include <array>
 #include <cmath>
 
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/engine/state.h"
 #include "counterpoint/model/geometry.h"
 

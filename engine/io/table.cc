@@ -41,7 +41,8 @@ const TableFormat& format_of(const std::filesystem::path& file) {
 void check_content(const std::filesystem::path& file, const TableFormat& format) {
   std::error_code error;
   const bool regular = std::filesystem::is_regular_file(file, error);
-  if (!regular && format.names_line > 0) return;  // a reader of lines says what is wrong, or reads the pipe
+  if (!regular && format.names_line > 0)
+    return;  // a reader of lines says what is wrong, or reads the pipe
   if (!regular && !std::filesystem::is_directory(file, error) &&
       std::filesystem::exists(file, error))
     throw InputError(fmt::format("{}: no file that can be read twice; expected a {} file",
@@ -52,8 +53,9 @@ void check_content(const std::filesystem::path& file, const TableFormat& format)
   stream.read(start.data(), static_cast<std::streamsize>(start.size()));
   start.resize(static_cast<std::size_t>(stream.gcount()));
   if (!format.magic.empty() && !start.starts_with(format.magic))
-    throw InputError(fmt::format("{}: no {} file, though its name ends like that of one; a CSV file ends in .csv",
-                                 file.string(), format.name));
+    throw InputError(fmt::format(
+        "{}: no {} file, though its name ends like that of one; a CSV file ends in .csv",
+        file.string(), format.name));
   for (const auto& [magic, what] :
        {std::pair{"#ROSBAG V",
                   "a bag of ROS 1; rostopic echo -b FILE -p TOPIC > FILE.csv makes a table of it"},
@@ -63,8 +65,8 @@ void check_content(const std::filesystem::path& file, const TableFormat& format)
       throw InputError(fmt::format("{}: {}", file.string(), what));
   for (const TableFormat& other : formats())
     if (format.magic.empty() && !other.magic.empty() && start.starts_with(other.magic))
-      throw InputError(fmt::format("{}: a {} file; rename it to end in {}", file.string(), other.name,
-                                   other.endings.front()));
+      throw InputError(fmt::format("{}: a {} file; rename it to end in {}", file.string(),
+                                   other.name, other.endings.front()));
 }
 
 void check_names(const std::vector<Column>& columns, const std::string& file) {
@@ -89,7 +91,8 @@ void TableBlock::clear() {
 }
 
 int rows_of_block(std::size_t num_columns) {
-  return static_cast<int>(std::max<std::size_t>(1, kBlockBytes / 8 / std::max<std::size_t>(1, num_columns)));
+  return static_cast<int>(
+      std::max<std::size_t>(1, kBlockBytes / 8 / std::max<std::size_t>(1, num_columns)));
 }
 
 std::vector<std::string> names_of(const std::vector<Column>& columns, bool integers) {
@@ -107,7 +110,8 @@ std::vector<Column> columns_of(const std::vector<std::string>& numbers,
     const auto column = std::find_if(columns.begin(), columns.end(),
                                      [&](const Column& c) { return c.name == labels[i]; });
     if (column == columns.end())
-      throw InputError(fmt::format("{}: labels of a column '{}', which there is not", file, labels[i]));
+      throw InputError(
+          fmt::format("{}: labels of a column '{}', which there is not", file, labels[i]));
     column->type = CellType::kLabel;
     column->labels.push_back(labels[i + 1]);
   }
@@ -166,7 +170,8 @@ void TableReader::check_row() {
     }
     if (column.type == CellType::kLabel &&
         !(x >= 0.0 && x < static_cast<double>(column.labels.size()) && x == std::floor(x)))
-      throw InputError(fmt::format("{}: column '{}': {} is the number of no label", where(), column.name, x));
+      throw InputError(
+          fmt::format("{}: column '{}': {} is the number of no label", where(), column.name, x));
   }
 }
 
@@ -174,12 +179,14 @@ double TableReader::cell(int column) const {
   const auto slot = static_cast<std::size_t>(slots_[static_cast<std::size_t>(column)]);
   if (columns()[static_cast<std::size_t>(column)].type == CellType::kInteger)
     return static_cast<double>(integer(column));
-  return block_->numbers[static_cast<std::size_t>(row_) * static_cast<std::size_t>(num_numbers_) + slot];
+  return block_
+      ->numbers[static_cast<std::size_t>(row_) * static_cast<std::size_t>(num_numbers_) + slot];
 }
 
 std::uint64_t TableReader::integer(int column) const {
   const auto slot = static_cast<std::size_t>(slots_[static_cast<std::size_t>(column)]);
-  return block_->integers[static_cast<std::size_t>(row_) * static_cast<std::size_t>(num_integers_) + slot];
+  return block_
+      ->integers[static_cast<std::size_t>(row_) * static_cast<std::size_t>(num_integers_) + slot];
 }
 
 int TableReader::line() const {
@@ -201,8 +208,8 @@ Table::Table(const std::filesystem::path& file, const RowsRead& on_rows, TableOp
   for (const Column& column : reader.columns()) columns_.push_back(column.name);
   while (reader.next()) {
     if (cells_.size() + columns_.size() > limits::kMaxTableCells)
-      throw InputError(fmt::format("{}: more than {} cells; cut the table into several", reader.where(),
-                                   limits::kMaxTableCells));
+      throw InputError(fmt::format("{}: more than {} cells; cut the table into several",
+                                   reader.where(), limits::kMaxTableCells));
     for (int i = 0; i < reader.num_columns(); ++i) cells_.push_back(reader.cell(i));
     if (names_line_ > 0) lines_.push_back(reader.line());
     if (++num_rows_ % kRows == 0 && on_rows) on_rows(num_rows_);
@@ -258,13 +265,15 @@ TableWriter::TableWriter(const std::filesystem::path& file, std::vector<Column> 
     : file_(file.string()), columns_(std::move(columns)), block_(std::make_unique<TableBlock>()) {
   const TableFormat& format = format_of(file);
   if (!format.create)
-    throw InputError(fmt::format("{}: {} files are read, not written; let the name end in .csv, .h5, "
-                                 ".npz or .mcap",
-                                 file_, format.name));
+    throw InputError(
+        fmt::format("{}: {} files are read, not written; let the name end in .csv, .h5, "
+                    ".npz or .mcap",
+                    file_, format.name));
   for (const Column& column : columns_)
     if (column.type == CellType::kText && format.open)
-      throw InputError(fmt::format("{}: column '{}' holds text, which only CSV has here; let the name end in .csv",
-                                   file_, column.name));
+      throw InputError(fmt::format(
+          "{}: column '{}' holds text, which only CSV has here; let the name end in .csv", file_,
+          column.name));
   sink_ = format.create(file, columns_);
 }
 
@@ -296,8 +305,8 @@ void TableWriter::empty() { number(std::numeric_limits<double>::quiet_NaN()); }
 
 void TableWriter::end_row() {
   if (cells_in_row_ != columns_.size())
-    throw std::logic_error(fmt::format("{}: a row of {} cells in a table of {} columns", file_, cells_in_row_,
-                                       columns_.size()));
+    throw std::logic_error(fmt::format("{}: a row of {} cells in a table of {} columns", file_,
+                                       cells_in_row_, columns_.size()));
   cells_in_row_ = 0;
   ++block_->rows;
   if (block_->num_bytes() >= kBlockBytes) write_block();

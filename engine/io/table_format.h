@@ -90,14 +90,16 @@ std::unique_ptr<TableSource> open_trc(const std::filesystem::path& file,
 std::unique_ptr<TableSource> open_c3d(const std::filesystem::path& file,
                                       const TableOptions& options);
 
-/// Names as the first line of a CSV file, without its end; and the reverse. `where` is for messages.
+/// Names as the first line of a CSV file, without its end; and the reverse. `where` is for
+/// messages.
 std::string csv_header(const std::vector<std::string>& names);
 std::vector<std::string> parse_csv_header(const std::string& text, const std::string& where);
 
 /// Columns of numbers (and labels) first, then those of integers: as formats keep them that have an
 /// array of each.
 std::vector<std::string> names_of(const std::vector<Column>& columns, bool integers);
-/// The reverse; `labels`: pairs of a column's name and a label. @throws InputError for a label of no column.
+/// The reverse; `labels`: pairs of a column's name and a label. @throws InputError for a label of
+/// no column.
 std::vector<Column> columns_of(const std::vector<std::string>& numbers,
                                const std::vector<std::string>& integers,
                                const std::vector<std::string>& labels, const std::string& file);

@@ -1,5 +1,3 @@
-#include "counterpoint/engine/motion_files.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <limits>
 #include <span>
 
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/engine/step.h"
 
 namespace counterpoint {
@@ -68,8 +67,7 @@ std::vector<int> find_columns(const Table& table, const std::vector<std::string>
   return indices;
 }
 
-void refuse_unknown_columns(const Table& table, const Model& model,
-                            const CoordinateNames& names) {
+void refuse_unknown_columns(const Table& table, const Model& model, const CoordinateNames& names) {
   const auto holds = [](const std::vector<std::string>& list, const std::string& name) {
     return std::find(list.begin(), list.end(), name) != list.end();
   };

@@ -14,12 +14,13 @@ namespace {
 
 constexpr std::uint32_t kLocal = 0x04034b50, kCentral = 0x02014b50, kEnd = 0x06054b50;
 constexpr std::uint32_t kEnd64 = 0x06064b50, kLocator64 = 0x07064b50;
-constexpr std::size_t kLocalSize = 30, kCentralSize = 46, kEndSize = 22, kEnd64Size = 56, kLocatorSize = 20;
+constexpr std::size_t kLocalSize = 30, kCentralSize = 46, kEndSize = 22, kEnd64Size = 56,
+                      kLocatorSize = 20;
 constexpr std::size_t kCrcInLocal = 14;
-constexpr std::uint16_t kVersion = 45;           // sizes of 64 bits
-constexpr std::uint16_t kDate = 0x21;            // 1980-01-01: the same content, the same bytes
-constexpr std::uint32_t kIn64 = 0xffffffff;      // the size stands in the extra field
-constexpr std::uint64_t kMaxDirectory = 1 << 20; // bytes: a handful of arrays
+constexpr std::uint16_t kVersion = 45;            // sizes of 64 bits
+constexpr std::uint16_t kDate = 0x21;             // 1980-01-01: the same content, the same bytes
+constexpr std::uint32_t kIn64 = 0xffffffff;       // the size stands in the extra field
+constexpr std::uint64_t kMaxDirectory = 1 << 20;  // bytes: a handful of arrays
 
 std::uint32_t crc(std::uint32_t so_far, std::string_view bytes) {
   while (!bytes.empty()) {
@@ -59,7 +60,8 @@ class FileEntry final : public ZipEntry {
  public:
   FileEntry(std::ifstream stream, std::string where, std::uint64_t packed, bool deflated)
       : stream_(std::move(stream)), where_(std::move(where)), left_(packed), deflated_(deflated) {
-    if (deflated_ && inflateInit2(&inflater_, -MAX_WBITS) != Z_OK) throw std::runtime_error("zlib failed");
+    if (deflated_ && inflateInit2(&inflater_, -MAX_WBITS) != Z_OK)
+      throw std::runtime_error("zlib failed");
   }
   ~FileEntry() override {
     if (deflated_) inflateEnd(&inflater_);
@@ -123,7 +125,8 @@ class FileEntry final : public ZipEntry {
 ZipWriter::ZipWriter(const std::filesystem::path& file)
     : file_(file.string()), stream_(file, std::ios::binary | std::ios::trunc) {
   if (!stream_)
-    throw InputError(fmt::format("{}: cannot be created; expected a path in an existing, writable folder", file_));
+    throw InputError(fmt::format(
+        "{}: cannot be created; expected a path in an existing, writable folder", file_));
 }
 
 void ZipWriter::put(std::string_view bytes) {
@@ -224,19 +227,23 @@ std::string ZipReader::bytes_at(std::uint64_t offset, std::size_t count) const {
 }
 
 bool ZipReader::read_directory() {
-  const std::size_t tail = static_cast<std::size_t>(std::min<std::uint64_t>(size_, kEndSize + 0xffff));
+  const std::size_t tail =
+      static_cast<std::size_t>(std::min<std::uint64_t>(size_, kEndSize + 0xffff));
   const std::string end = bytes_at(size_ - tail, tail);
   const std::size_t at = end.rfind("PK\x05\x06");
   if (at == std::string::npos || at + kEndSize > end.size()) return false;
-  std::uint64_t size = number_at<std::uint32_t>(end, at + 12), offset = number_at<std::uint32_t>(end, at + 16);
+  std::uint64_t size = number_at<std::uint32_t>(end, at + 12),
+                offset = number_at<std::uint32_t>(end, at + 16);
   if ((size == kIn64 || offset == kIn64) && at >= kLocatorSize &&
       number_at<std::uint32_t>(end, at - kLocatorSize) == kLocator64) {
-    const std::string end64 = bytes_at(number_at<std::uint64_t>(end, at - kLocatorSize + 8), kEnd64Size);
+    const std::string end64 =
+        bytes_at(number_at<std::uint64_t>(end, at - kLocatorSize + 8), kEnd64Size);
     size = number_at<std::uint64_t>(end64, 40);
     offset = number_at<std::uint64_t>(end64, 48);
   }
   if (size > kMaxDirectory)
-    throw InputError(fmt::format("{}: a directory of {} bytes; expected a few arrays", file_.string(), size));
+    throw InputError(
+        fmt::format("{}: a directory of {} bytes; expected a few arrays", file_.string(), size));
   const std::string directory = bytes_at(offset, static_cast<std::size_t>(size));
   for (std::size_t p = 0; p + kCentralSize <= directory.size();) {
     if (number_at<std::uint32_t>(directory, p) != kCentral) break;
@@ -257,7 +264,9 @@ bool ZipReader::read_directory() {
       if (x + 4 + length > last) break;
       std::size_t next = x + 4;
       for (std::uint64_t* value : {&place.size, &place.packed, &place.offset}) {
-        if (number_at<std::uint16_t>(directory, x) != 1 || *value != kIn64 || next + 8 > x + 4 + length) continue;
+        if (number_at<std::uint16_t>(directory, x) != 1 || *value != kIn64 ||
+            next + 8 > x + 4 + length)
+          continue;
         *value = number_at<std::uint64_t>(directory, next);
         next += 8;
       }
@@ -265,8 +274,8 @@ bool ZipReader::read_directory() {
     }
     const std::string key = directory.substr(p + kCentralSize, name);
     if (method != 0 && method != 8)
-      throw InputError(fmt::format("{}: '{}' is packed by method {}; expected none, or deflate", file_.string(), key,
-                                   method));
+      throw InputError(fmt::format("{}: '{}' is packed by method {}; expected none, or deflate",
+                                   file_.string(), key, method));
     places_[key] = place;
     p += kCentralSize + name + extra + comment;
   }
@@ -279,7 +288,8 @@ void ZipReader::scan() {
   for (std::uint64_t at = 0; at + kLocalSize <= size_;) {
     const std::string local = bytes_at(at, kLocalSize);
     if (number_at<std::uint32_t>(local, 0) != kLocal) break;
-    const std::size_t name = number_at<std::uint16_t>(local, 26), extra = number_at<std::uint16_t>(local, 28);
+    const std::size_t name = number_at<std::uint16_t>(local, 26),
+                      extra = number_at<std::uint16_t>(local, 28);
     const std::uint64_t data = at + kLocalSize + name + extra;
     if (extra != 20 || data > size_) break;
     const std::string rest = bytes_at(at + kLocalSize, name + extra);
@@ -293,7 +303,8 @@ void ZipReader::scan() {
     if (place.size > size_ - data) break;
     at = data + place.size;
   }
-  if (places_.empty()) throw InputError(fmt::format("{}: damaged: no directory of the archive", file_.string()));
+  if (places_.empty())
+    throw InputError(fmt::format("{}: damaged: no directory of the archive", file_.string()));
 }
 
 std::unique_ptr<ZipEntry> ZipReader::open(const std::string& name) const {
@@ -302,13 +313,15 @@ std::unique_ptr<ZipEntry> ZipReader::open(const std::string& name) const {
   const Place& place = found->second;
   const std::string local = bytes_at(place.offset, kLocalSize);
   if (number_at<std::uint32_t>(local, 0) != kLocal)
-    throw InputError(fmt::format("{}: damaged: '{}' is not where its directory says", file_.string(), name));
+    throw InputError(
+        fmt::format("{}: damaged: '{}' is not where its directory says", file_.string(), name));
   const std::uint64_t data = place.offset + kLocalSize + number_at<std::uint16_t>(local, 26) +
                              number_at<std::uint16_t>(local, 28);
   std::ifstream stream(file_, std::ios::binary);
   stream.seekg(static_cast<std::streamoff>(data));
-  auto entry = std::make_unique<FileEntry>(std::move(stream), fmt::format("{}: '{}'", file_.string(), name),
-                                           place.packed, place.deflated);
+  auto entry =
+      std::make_unique<FileEntry>(std::move(stream), fmt::format("{}: '{}'", file_.string(), name),
+                                  place.packed, place.deflated);
   if (place.checked) entry->expect(place.size, place.crc);
   return entry;
 }

@@ -1,4 +1,5 @@
-// Zip archives (APPNOTE.TXT of PKWARE) as far as .npz files need them: entries stored or deflated, also beyond 4 GB.
+// Zip archives (APPNOTE.TXT of PKWARE) as far as .npz files need them: entries stored or deflated,
+// also beyond 4 GB.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +38,7 @@ class ZipWriter {
   std::ofstream stream_;
   std::uint64_t position_ = 0;
   std::vector<Entry> entries_;
-  std::uint32_t body_crc_ = 0;   ///< of the entry that is written, without its head
+  std::uint32_t body_crc_ = 0;  ///< of the entry that is written, without its head
   std::uint64_t body_size_ = 0;
 };
 

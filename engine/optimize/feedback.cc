@@ -1,5 +1,3 @@
-#include "counterpoint/engine/optimize/optimize.h"
-
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
@@ -9,6 +7,7 @@
 #include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/optimize/optimize.h"
 #include "counterpoint/engine/optimize/terms/evaluator.h"
 
 namespace counterpoint::optimization {

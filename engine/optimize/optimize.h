@@ -28,9 +28,9 @@ namespace counterpoint::optimization {
 //   minimize over q   1/2 sum over frames, terms of | weight (value - target) |^2
 //
 // subject to conditions, terms that are to vanish; one is that there is no force where
-// there is no motor (kUnactuatedForce). After Kurtz, Castro, Oncul and Lin, "Inverse Dynamics Trajectory
-// Optimization for Contact-Implicit Model Predictive Control" (2023), and Todorov, "A convex,
-// smooth and invertible contact model for trajectory optimization" (ICRA 2011).
+// there is no motor (kUnactuatedForce). After Kurtz, Castro, Oncul and Lin, "Inverse Dynamics
+// Trajectory Optimization for Contact-Implicit Model Predictive Control" (2023), and Todorov, "A
+// convex, smooth and invertible contact model for trajectory optimization" (ICRA 2011).
 
 /// What a term is about, by rows. A frame has what (q_{t-1}, q_t) tells; a step, from frame t to
 /// t + 1, what needs q_{t+1} too.
@@ -328,7 +328,8 @@ class Verifier {
 std::vector<RememberedForce> memory_of(const Model& model, const VectorX& q,
                                        const Inverse& inverse);
 
-// ---- Feedback along a motion: what to add to its forces where the robot is not where the plan says.
+// ---- Feedback along a motion: what to add to its forces where the robot is not where the plan
+// says.
 //
 //   u = u_t - K_t x,    x = (q (-) q_t, v - v_t)
 //

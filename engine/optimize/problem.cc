@@ -1,11 +1,11 @@
-#include "counterpoint/engine/optimize/optimize.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
+
+#include "counterpoint/engine/optimize/optimize.h"
 
 namespace counterpoint::optimization {
 namespace {

@@ -1,5 +1,3 @@
-#include "counterpoint/engine/optimize/optimize.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
@@ -9,6 +7,7 @@
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/optimize/files/pose_reader.h"
 #include "counterpoint/engine/optimize/files/term_reader.h"
+#include "counterpoint/engine/optimize/optimize.h"
 #include "counterpoint/engine/optimize/settle.h"
 #include "counterpoint/engine/optimize/terms/evaluator.h"
 

@@ -1,11 +1,10 @@
-#include "counterpoint/engine/optimize/optimize.h"
-
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/optimize/optimize.h"
 
 namespace counterpoint::optimization {
 

@@ -109,8 +109,7 @@ void prepare_mass(const InverseArguments& step, Workspace::Impl& ws) {
   ws.diagonal.setZero();
   VectorX& forces = ws.not_wanted;
   forces.setZero(model.nv());
-  if (step.effects.has(Effect::kServos))
-    add_servos(at, half, step.known, ws.diagonal, forces);
+  if (step.effects.has(Effect::kServos)) add_servos(at, half, step.known, ws.diagonal, forces);
   add_joint_forces(at, half, ws.diagonal, forces, ws.counts);
   widen_diagonal(model, step.effects, ws);
   compute_inertias(model, ws.data);

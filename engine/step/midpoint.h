@@ -5,9 +5,9 @@
 //   impulses        (M(q) + h D) (w_c - w_m) = J' f(J w_c + b)
 //                   q+ = q (+) h w_c,    w+ = w_c + h a / 2
 //
-// p: what closures and mimic joints will make of w_m as far as (q, w) tells (velocity_predictor.h). Forces at
-// w_m alone would be those before these impulses, off by half of them, and feed energy into or out
-// of a linkage for ever.
+// p: what closures and mimic joints will make of w_m as far as (q, w) tells (velocity_predictor.h).
+// Forces at w_m alone would be those before these impulses, off by half of them, and feed energy
+// into or out of a linkage for ever.
 //
 // D: what dampers, springs and servos take per velocity, kd + h kp / 2. In both lines together
 // these forces are those at w_c, the mean velocity of the step: a servo that a contact holds still
@@ -24,9 +24,9 @@
 //
 //   2 (M(q) + h D) (w_c - (w + w+) / 2) = J' f(J w_c + b)
 //
-// a contact problem, solved from (q+ (-) q) / h, which is w_c but for the rounding of poses, on in a
-// step or two. Then w_m, a, and u by one recursion. It needs q+ where there are constraints: to say
-// which solution, of exact friction, and to be told where q+ and w+ are of no one step.
+// a contact problem, solved from (q+ (-) q) / h, which is w_c but for the rounding of poses, on in
+// a step or two. Then w_m, a, and u by one recursion. It needs q+ where there are constraints: to
+// say which solution, of exact friction, and to be told where q+ and w+ are of no one step.
 #pragma once
 
 #include "counterpoint/engine/step/step_start.h"
@@ -36,8 +36,7 @@ namespace counterpoint {
 
 /// From what prepare_step found at `state` to `next`. kNoProgress if the fixed-point iteration for
 /// w_m does not arrive: bodies that turn by more than about a radian a step.
-void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
-                   StepReport& report);
+void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report);
 
 /// Improves w_c (nv), read off poses, by v and v_next, as far as rounding of poses up to
 /// `pose_rounding` [m, rad, 1] explains the change. False, and w_c as it was, where v_next says
@@ -45,8 +44,8 @@ void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
 bool refine_contact_velocity(const InverseArguments& step, double pose_rounding,
                              Workspace::Impl& ws, VectorX& w_c);
 
-/// w_m from v, v_next and the impulses J' f, which are in ws.tau (nv): into `middle` (nv). Needs poses
-/// at q in ws.data.
+/// w_m from v, v_next and the impulses J' f, which are in ws.tau (nv): into `middle` (nv). Needs
+/// poses at q in ws.data.
 void find_middle(const InverseArguments& step, Workspace::Impl& ws, VectorX& middle);
 
 /// Puts q_m and w_m into ws.data, and what acts on bodies there; returns gravity [m/s^2].

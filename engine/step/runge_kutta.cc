@@ -41,8 +41,7 @@ void compute_acceleration(const StepContext& at, const Input& input, Workspace::
   // Over no time: implicit terms vanish.
   set_motor_forces(at, 0.0, input, ws);
   add_joint_forces(at, 0.0, ws.diagonal, ws.tau, ws.counts);
-  const Vector3 gravity =
-      set_forces_at(at.model, at.effects, at.q, at.v, input.wrenches, ws);
+  const Vector3 gravity = set_forces_at(at.model, at.effects, at.q, at.v, input.wrenches, ws);
   accelerate(at.model, 1.0, gravity, ws.no_rotors, ws, acceleration, report);
 }
 

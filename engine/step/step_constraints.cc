@@ -199,12 +199,10 @@ void solve_overruns(const StepArguments& step, bool solved, Workspace::Impl& ws,
   const StepContext at = step.context();
   // Each time a row more, and there are as many as limits and parked contacts. An impact that is
   // passed on from body to body is not followed through their contacts one by one.
-  for (int round = 0;
-       report.succeeded() &&
-       ws.finder.find_overrun(at, {w}, ws.data, ws.constraints, ws.sleepers.idle_bodies());
+  for (int round = 0; report.succeeded() && ws.finder.find_overrun(at, {w}, ws.data, ws.constraints,
+                                                                   ws.sleepers.idle_bodies());
        ++round) {
-    if (round >= kMostOverruns)
-      ws.finder.unpark_all(at, ws.data, ws.constraints);
+    if (round >= kMostOverruns) ws.finder.unpark_all(at, ws.data, ws.constraints);
     if (solved) {
       solve_again(step, ws, w, report);
     } else {
@@ -231,9 +229,8 @@ const VectorX& correct_overlaps(const StepArguments& step, Workspace::Impl& ws, 
     // What the displacement runs into gets rows as well. The velocity does not lead there, so that
     // they are without force: w stays as it is but for that (parked_contacts.h), and the inverse
     // need not know. Not so with softer laws, which act at a distance: then it gets none.
-    if (report.softening.any() ||
-        !ws.finder.find_reached_contacts(step.context(), {ws.displacement}, ws.data,
-                                         ws.constraints))
+    if (report.softening.any() || !ws.finder.find_reached_contacts(
+                                      step.context(), {ws.displacement}, ws.data, ws.constraints))
       return ws.displacement;
     solve_again(step, ws, w, report);
     solve_overruns(step, true, ws, w, report);

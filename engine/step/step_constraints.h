@@ -14,7 +14,8 @@ void solve_constraints(const StepArguments& step, Workspace::Impl& ws, VectorX& 
                        StepReport& report);
 
 /// The velocities that the bodies are displaced with: w, or where they overlap too far w + p
-/// (overlap_correction.h). After solve_constraints; what w + p runs into is added, and w found again with it.
+/// (overlap_correction.h). After solve_constraints; what w + p runs into is added, and w found
+/// again with it.
 const VectorX& correct_overlaps(const StepArguments& step, Workspace::Impl& ws, VectorX& w,
                                 StepReport& report);
 

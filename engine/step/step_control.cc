@@ -1,11 +1,10 @@
-#include "counterpoint/engine/simulator.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/step/step_workspace.h"
 #include "counterpoint/model/special_values.h"
 
@@ -44,8 +43,7 @@ Push find_push(const SimulationOptions& options, const Workspace::Impl& ws) {
   const bool limits_have_gaps = !options.effects.has(Effect::kVelocityLimits);
   for (int c = 0; c < ws.problem.num_constraints(); ++c) {
     const contact::Law& law = ws.problem.law(c);
-    if (!contact::is_one_sided(law.type))
-      continue;
+    if (!contact::is_one_sided(law.type)) continue;
     const double speed = std::abs(ws.impulse[ws.problem.first_row(c)]) * law.regularizer /
                          options.contact.compliance;
     push.speed += speed;

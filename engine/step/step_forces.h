@@ -50,6 +50,7 @@ void compute_free_velocity(const StepArguments& step, Workspace::Impl& ws, Vecto
 /// w + h inv(M + diagonal) (tau + forces on bodies), of all that is awake; the second half of the
 /// above.
 void accelerate(const Model& model, double h, const Vector3& gravity, const VectorRef& w,
-                Workspace::Impl& ws, VectorX& w_free, StepReport& report);  // Parameters: all it depends on
+                Workspace::Impl& ws, VectorX& w_free,
+                StepReport& report);  // Parameters: all it depends on
 
 }  // namespace counterpoint

@@ -28,8 +28,8 @@ Vector3 slip(const PairConstraint& pair, const double* y, const Workspace::Impl&
   return v - v.dot(frame.col(0)) * frame.col(0);
 }
 
-/// Impulses of the pairs at the velocity v_next into ws.pair_impulses, row by row; those of contacts
-/// with friction four at a time.
+/// Impulses of the pairs at the velocity v_next into ws.pair_impulses, row by row; those of
+/// contacts with friction four at a time.
 void evaluate_pairs(const Model& model, const VectorRef& v_next, Workspace::Impl& ws) {
   size_t rows = 0;
   for (const PairConstraint& pair : ws.constraints.pairs)

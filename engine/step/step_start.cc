@@ -30,8 +30,8 @@ void StepStart::find_constraints(const StepContext& at, Workspace::Impl& ws) {
     find(ws.sleepers.woken());
 }
 
-/// The share of a predicted tree's velocity-dependent forces that energy_projection leaves, and what
-/// the rest of its acceleration makes of them, at the velocity in the middle of the step.
+/// The share of a predicted tree's velocity-dependent forces that energy_projection leaves, and
+/// what the rest of its acceleration makes of them, at the velocity in the middle of the step.
 void StepStart::add_rest(const Model& model, const VectorRef& v, int t, double share,
                          Workspace::Impl& ws) {
   const Tree& tree = model.trees()[t];
@@ -51,7 +51,8 @@ void StepStart::set_mean_forces(const StepContext& at, Workspace::Impl& ws) {
   Data& data = ws.data;
   data.mean_rotor_force.setZero();
   for (const BodyRange& bodies : ranges) {
-    std::fill(data.has_mean_force.begin() + bodies.begin, data.has_mean_force.begin() + bodies.end, 0);
+    std::fill(data.has_mean_force.begin() + bodies.begin, data.has_mean_force.begin() + bodies.end,
+              0);
     free_flight_.apply(model, at.h(), at.v, gravity_, bodies, data);
   }
   if (!at.options.mean_velocity_forces) return;

@@ -5,9 +5,9 @@
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/diagnosis/state_check.h"
+#include "counterpoint/engine/forces/free_groups.h"
 #include "counterpoint/engine/forces/taut_links.h"
 #include "counterpoint/engine/step.h"
-#include "counterpoint/engine/forces/free_groups.h"
 #include "counterpoint/engine/step/overlap_correction.h"
 #include "counterpoint/engine/step/sleep.h"
 #include "counterpoint/engine/step/softening.h"
@@ -61,7 +61,7 @@ struct Workspace::Impl {
   Data data;
   ConstraintFinder finder;
   Sleepers sleepers;
-  StepStart start;  ///< what follows from (q, v) alone: only prepare_step changes it
+  StepStart start;         ///< what follows from (q, v) alone: only prepare_step changes it
   FreeGroups free_groups;  ///< found by prepare_step
   /// start.constraints(), and what input and solution add to them: limited servos, limits and
   /// contacts that w+ runs into, softer laws.
@@ -85,7 +85,7 @@ struct Workspace::Impl {
   std::vector<Motion> velocity;  ///< V at v_next
   std::vector<Force> body_impulse;
   std::vector<double> pair_velocities, pair_impulses;  ///< y and f of the pairs, row by row
-  contact::FrictionLanes lanes;  ///< laws of pairs, four at a time
+  contact::FrictionLanes lanes;                        ///< laws of pairs, four at a time
   PairChain chain;
 
   std::vector<Motion> velocity_acceleration;  ///< scratch of drag

@@ -48,9 +48,10 @@ int ModelBuilder::add_body(const JointSpec& joint, const Placement& placement, i
                            const Pose& X_PJ) {
   const int index = model_.num_bodies();
   if (index > limits::kMaxBodies) {
-    throw InputError(located_at(joint.where, fmt::format("more than {} moving bodies; make the scene "
-                                                         "smaller (count, models)",
-                                                         limits::kMaxBodies)));
+    throw InputError(
+        located_at(joint.where, fmt::format("more than {} moving bodies; make the scene "
+                                            "smaller (count, models)",
+                                            limits::kMaxBodies)));
   }
   Body body;
   body.parent = parent;
@@ -134,8 +135,8 @@ void ModelBuilder::apply_mimics() {
     if (position_given_[i] || (joint.lower <= 0.0 && joint.upper >= 0.0)) continue;
     model_.notes_.push_back(
         {located_at(joint_where_[i], "joint '" + joint.name + "'"),
-         fmt::format("zero lies outside its limits [{}, {}]; it starts at {}", joint.lower, joint.upper,
-                     default_q_[model_.bodies_[i + 1].q_index])});
+         fmt::format("zero lies outside its limits [{}, {}]; it starts at {}", joint.lower,
+                     joint.upper, default_q_[model_.bodies_[i + 1].q_index])});
   }
   // As many passes as the longest chain of mimics has links; check_robot excluded loops.
   bool changed = true;
@@ -154,9 +155,10 @@ void ModelBuilder::apply_mimics() {
     if (!(std::abs(q) <= limits::kMaxLength)) {
       throw InputError(located_at(
           joint_where_[mimic.joint],
-          fmt::format("joint '{}': following joint '{}' it would start at {}; at most {:g} is taken",
-                      model_.joints_[mimic.joint].name, model_.joints_[mimic.master].name, q,
-                      limits::kMaxLength)));
+          fmt::format(
+              "joint '{}': following joint '{}' it would start at {}; at most {:g} is taken",
+              model_.joints_[mimic.joint].name, model_.joints_[mimic.master].name, q,
+              limits::kMaxLength)));
     }
     if (!position_given_[mimic.joint]) continue;
     model_.notes_.push_back(

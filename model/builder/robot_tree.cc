@@ -42,17 +42,19 @@ void check_link(const LinkSpec& link) {
   if (inertia.mass > limits::kMaxMass || (inertia.mass > 0.0 && inertia.mass < limits::kMinMass) ||
       inertia.rotational.cwiseAbs().maxCoeff() > limits::kMaxMass ||
       inertia.center.cwiseAbs().maxCoeff() > limits::kMaxLength) {
-    throw InputError(fmt::format("{}: mass {:g} kg, moments up to {:g} kg m^2, centre up to {:g} m "
-                                 "away; masses of {:g} ... {:g} kg are taken, moments up to {:g} and "
-                                 "{:g} m (are the units right?)",
-                                 at, inertia.mass, inertia.rotational.cwiseAbs().maxCoeff(),
-                                 inertia.center.cwiseAbs().maxCoeff(), limits::kMinMass,
-                                 limits::kMaxMass, limits::kMaxMass, limits::kMaxLength));
+    throw InputError(
+        fmt::format("{}: mass {:g} kg, moments up to {:g} kg m^2, centre up to {:g} m "
+                    "away; masses of {:g} ... {:g} kg are taken, moments up to {:g} and "
+                    "{:g} m (are the units right?)",
+                    at, inertia.mass, inertia.rotational.cwiseAbs().maxCoeff(),
+                    inertia.center.cwiseAbs().maxCoeff(), limits::kMinMass, limits::kMaxMass,
+                    limits::kMaxMass, limits::kMaxLength));
   }
   if (!(std::abs(link.gravity_compensation * link.inertia.mass) <= limits::kMaxMass))
-    throw InputError(fmt::format("{}: gravity_compensation {:g}; a finite share of the weight is expected "
-                                 "(1: all of it)",
-                                 at, link.gravity_compensation));
+    throw InputError(
+        fmt::format("{}: gravity_compensation {:g}; a finite share of the weight is expected "
+                    "(1: all of it)",
+                    at, link.gravity_compensation));
   check_nonnegative(link.drag.linear, "linear drag", at);
   check_nonnegative(link.drag.quadratic, "quadratic drag", at);
   check_nonnegative(link.drag.angular, "angular drag", at);
@@ -71,10 +73,10 @@ void check_limits(const JointSpec& joint, const std::string& at) {
     throw InputError(at + ": a limit is not a number");
   }
   if (joint.lower > joint.upper) {
-    throw InputError(fmt::format("{}: lower limit {} is above upper limit {}; swap them, or "
-                                 "let repair_joints (--repair-joints) do it",
-                                 at,
-                                 joint.lower, joint.upper));
+    throw InputError(
+        fmt::format("{}: lower limit {} is above upper limit {}; swap them, or "
+                    "let repair_joints (--repair-joints) do it",
+                    at, joint.lower, joint.upper));
   }
   if (joint.effort_limit < 0.0) {
     throw InputError(
@@ -140,9 +142,10 @@ void check_mimic(const RobotSpec& robot, const NameIndex& joint_of, const JointS
   }
   const JointSpec& master = robot.joints[found->second];
   if (master.fixed || joint.fixed || joint_nv(joint.type) != 1 || joint_nv(master.type) != 1) {
-    throw InputError(fmt::format("{}: mimics joint '{}'; both must be revolute or prismatic; "
-                                 "repair_joints (--repair-joints) lets it move by itself",
-                                 at, joint.mimic_master));
+    throw InputError(
+        fmt::format("{}: mimics joint '{}'; both must be revolute or prismatic; "
+                    "repair_joints (--repair-joints) lets it move by itself",
+                    at, joint.mimic_master));
   }
   if (!std::isfinite(joint.mimic_multiplier) || !std::isfinite(joint.mimic_offset)) {
     throw InputError(at + ": mimic multiplier and offset must be finite");
@@ -250,8 +253,9 @@ void check_shape(const Shape& shape, const std::string& where) {
           fmt::format("{}: {} is {}; it must be finite and positive", where, what, value));
     }
     if (value >= limits::kMinLength && value <= limits::kMaxLength) return;
-    throw InputError(fmt::format("{}: {} is {:g} m; {:g} ... {:g} m are taken (are the units right?)",
-                                 where, what, value, limits::kMinLength, limits::kMaxLength));
+    throw InputError(
+        fmt::format("{}: {} is {:g} m; {:g} ... {:g} m are taken (are the units right?)", where,
+                    what, value, limits::kMinLength, limits::kMaxLength));
   };
   switch (shape.type) {
     case ShapeType::kPlane:

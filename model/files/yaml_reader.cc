@@ -1,5 +1,3 @@
-#include "counterpoint/model/text_files.h"
-
 #include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
 
@@ -10,6 +8,7 @@
 #include <sstream>
 
 #include "counterpoint/model/limits.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
 namespace {
@@ -35,20 +34,21 @@ class DocumentLine : public YAML::EventHandler {
   int line_ = 1;
 };
 
-/// What follows the first document would be dropped in silence. (YAML::LoadAll is no help: where text
-/// stands to the left of the first document, yaml-cpp 0.7 finds empty documents without end.)
+/// What follows the first document would be dropped in silence. (YAML::LoadAll is no help: where
+/// text stands to the left of the first document, yaml-cpp 0.7 finds empty documents without end.)
 void expect_one_document(const std::string& text, const std::string& file) {
   std::istringstream stream(text);
   YAML::Parser parser(stream);
   DocumentLine documents;
   if (!parser.HandleNextDocument(documents) || !parser.HandleNextDocument(documents)) return;
-  throw InputError(fmt::format("{}:{}: a second YAML document begins here; one is expected (or the "
-                               "indentation of the first is off)",
-                               file, documents.line()));
+  throw InputError(
+      fmt::format("{}:{}: a second YAML document begins here; one is expected (or the "
+                  "indentation of the first is off)",
+                  file, documents.line()));
 }
 
-/// Counts what a reader would walk through. @throws InputError where that is too much or too deep: an
-/// alias may stand within itself, and aliases of aliases multiply.
+/// Counts what a reader would walk through. @throws InputError where that is too much or too deep:
+/// an alias may stand within itself, and aliases of aliases multiply.
 void check_extent(const YAML::Node& node, const std::string& file, int depth, size_t& count) {
   const auto refuse = [&](const std::string& why) {
     throw InputError(fmt::format("{}:{}: {}", file, node.Mark().line + 1, why));

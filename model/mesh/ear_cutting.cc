@@ -14,9 +14,8 @@ std::array<int, 2> projection_axes(const std::vector<Vector3>& vertices,
   const size_t n = polygon.size();
   for (size_t i = 0; i < n; ++i) {
     const Vector3& corner = vertices[polygon[(i + 1) % n]];
-    const Vector3 normal = (corner - vertices[polygon[i]])
-                               .cross(vertices[polygon[(i + 2) % n]] - corner)
-                               .cwiseAbs();
+    const Vector3 normal =
+        (corner - vertices[polygon[i]]).cross(vertices[polygon[(i + 2) % n]] - corner).cwiseAbs();
     if (!(normal.maxCoeff() > std::numeric_limits<float>::epsilon())) continue;
     if (normal.x() > normal.y() && normal.x() > normal.z()) return {1, 2};
     return normal.z() > normal.x() && normal.z() > normal.y() ? std::array{0, 1} : std::array{0, 2};

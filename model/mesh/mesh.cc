@@ -1,5 +1,3 @@
-#include "counterpoint/model/geometry.h"
-
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -12,6 +10,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/mesh/ear_cutting.h"
 #include "counterpoint/model/mesh/hull_standoff.h"

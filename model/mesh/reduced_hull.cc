@@ -10,7 +10,8 @@
 namespace counterpoint {
 namespace {
 
-/// How far the point lies beyond the face it is farthest beyond: its distance or less; negative inside.
+/// How far the point lies beyond the face it is farthest beyond: its distance or less; negative
+/// inside.
 double excess(const ConvexMesh& hull, const Vector3& p) {
   double most = -std::numeric_limits<double>::infinity();
   for (size_t f = 0; f < hull.faces.size(); ++f) {
@@ -24,9 +25,9 @@ double distance_outside(const ConvexMesh& hull, const Vector3& p) {
   double least = std::numeric_limits<double>::infinity();
   for (const std::vector<int>& face : hull.faces) {
     for (size_t i = 2; i < face.size(); ++i) {
-      least = std::min(least,
-                       distance_to_triangle(p, hull.vertices[face[0]], hull.vertices[face[i - 1]],
-                                            hull.vertices[face[i]]));
+      least =
+          std::min(least, distance_to_triangle(p, hull.vertices[face[0]],
+                                               hull.vertices[face[i - 1]], hull.vertices[face[i]]));
     }
   }
   return least;
@@ -46,8 +47,8 @@ int most(const std::vector<Vector3>& points, const Value& value) {
 std::vector<Vector3> first_tetrahedron(const std::vector<Vector3>& points) {
   const Vector3 a = points[most(points, [](const Vector3& p) { return p.x(); })];
   const Vector3 b = points[most(points, [&](const Vector3& p) { return (p - a).squaredNorm(); })];
-  const Vector3 c = points[most(
-      points, [&](const Vector3& p) { return (p - a).cross(b - a).squaredNorm(); })];
+  const Vector3 c =
+      points[most(points, [&](const Vector3& p) { return (p - a).cross(b - a).squaredNorm(); })];
   const Vector3 normal = (b - a).cross(c - a);
   const Vector3 d =
       points[most(points, [&](const Vector3& p) { return std::abs(normal.dot(p - a)); })];
@@ -59,15 +60,15 @@ std::vector<Vector3> first_tetrahedron(const std::vector<Vector3>& points) {
 std::shared_ptr<const ConvexMesh> reduce_hull(const std::shared_ptr<const ConvexMesh>& hull,
                                               int max_vertices) {
   if (max_vertices < 4) {
-    throw InputError(fmt::format("{}: a hull of {} vertices; it needs at least 4", hull->source,
-                                 max_vertices));
+    throw InputError(
+        fmt::format("{}: a hull of {} vertices; it needs at least 4", hull->source, max_vertices));
   }
   if (static_cast<int>(hull->vertices.size()) <= max_vertices) return hull;
   std::vector<Vector3> chosen = first_tetrahedron(hull->vertices);
   std::shared_ptr<const ConvexMesh> reduced = make_convex_hull(chosen, hull->source);
   while (static_cast<int>(chosen.size()) < max_vertices) {
-    chosen.push_back(hull->vertices[most(
-        hull->vertices, [&](const Vector3& p) { return excess(*reduced, p); })]);
+    chosen.push_back(hull->vertices[most(hull->vertices,
+                                         [&](const Vector3& p) { return excess(*reduced, p); })]);
     reduced = make_convex_hull(chosen, hull->source);
   }
   ConvexMesh out = *reduced;

@@ -1,8 +1,8 @@
-#include "counterpoint/model/geometry.h"
-
 #include <algorithm>
 #include <limits>
 #include <numeric>
+
+#include "counterpoint/model/geometry.h"
 
 namespace counterpoint {
 namespace {

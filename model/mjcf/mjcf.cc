@@ -1,5 +1,3 @@
-#include "counterpoint/model/robot_files.h"
-
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
@@ -9,6 +7,7 @@
 #include "counterpoint/model/mjcf/bodies/contacts.h"
 #include "counterpoint/model/mjcf/forces/actuators.h"
 #include "counterpoint/model/mjcf/options.h"
+#include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/text_files.h"
 
 namespace counterpoint {

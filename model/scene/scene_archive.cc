@@ -1,5 +1,3 @@
-#include "counterpoint/model/scene.h"
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -8,6 +6,7 @@
 
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/model_builder.h"
+#include "counterpoint/model/scene.h"
 
 namespace counterpoint {
 namespace {

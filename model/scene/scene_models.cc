@@ -80,8 +80,7 @@ RobotSpec ModelReader::read_robot(const YamlValue& in) const {
   if (in.has("joint_types")) read_joint_types(in.at("joint_types"), robot);
   if (in.has("dynamics")) read_dynamics(in.at("dynamics"), robot);
   if (in.has("drag")) read_link_drags(in.at("drag"), robot);
-  if (in.has("gravity_compensation"))
-    read_link_compensations(in.at("gravity_compensation"), robot);
+  if (in.has("gravity_compensation")) read_link_compensations(in.at("gravity_compensation"), robot);
   return robot;
 }
 
@@ -138,10 +137,11 @@ void ModelReader::read_sdf(const YamlValue& in, bool only_one) {
   const SdfOptions options = leaving_options(in);
   const SdfModel model =
       located(file, [&] { return load_sdf(robot_file(file, folder_, urdf_options_), options); });
-  place(in, only_one, model.name, read_pose(in), [&](const Pose& placed, const std::string& prefix) {
-    located(in, [&] { add_sdf(model, placed, prefix, builder_); });
-    read_start(in, Base::kFixed, 0, prefix);
-  });
+  place(in, only_one, model.name, read_pose(in),
+        [&](const Pose& placed, const std::string& prefix) {
+          located(in, [&] { add_sdf(model, placed, prefix, builder_); });
+          read_start(in, Base::kFixed, 0, prefix);
+        });
 }
 
 void ModelReader::read(const YamlValue& in, bool only_one) {
@@ -184,16 +184,18 @@ void ModelReader::read(const YamlValue& in, bool only_one) {
   const RobotSpec robot = read_robot(in);
   const Srdf srdf = read_srdf(in);
   const Base base = read_base(in);
-  place(in, only_one, robot.name, read_pose(in), [&](const Pose& placed, const std::string& prefix) {
-    const int first_joint = builder_.num_joints();
-    located(in, [&] { return builder_.add_robot(robot, base, placed, prefix); });
-    exclude_disabled_pairs(srdf, prefix, builder_);
-    read_start(in, base, first_joint, prefix);
-  });
+  place(in, only_one, robot.name, read_pose(in),
+        [&](const Pose& placed, const std::string& prefix) {
+          const int first_joint = builder_.num_joints();
+          located(in, [&] { return builder_.add_robot(robot, base, placed, prefix); });
+          exclude_disabled_pairs(srdf, prefix, builder_);
+          read_start(in, base, first_joint, prefix);
+        });
 }
 
 /// Every copy of an entry, at its place and with its prefix.
-void ModelReader::place(const YamlValue& in, bool only_one, const std::string& robot_name, const Pose& X_WL,
+void ModelReader::place(const YamlValue& in, bool only_one, const std::string& robot_name,
+                        const Pose& X_WL,
                         const std::function<void(const Pose&, const std::string&)>& add) {
   const int count = in.has("count") ? in.at("count").integer(1, 100000) : 1;
   const Vector3 spacing = in.has("spacing") ? in.at("spacing").vector3() : Vector3(0, 0, 0);

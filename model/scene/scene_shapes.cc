@@ -12,9 +12,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kShapeKeys[] = {"plane",    "sphere", "box",  "capsule",
-                                      "cylinder", "mesh", "triangle_mesh",
-                                      "height_field"};
+constexpr const char* kShapeKeys[] = {"plane",    "sphere", "box",           "capsule",
+                                      "cylinder", "mesh",   "triangle_mesh", "height_field"};
 
 /// `height_field: {file, size, height}`: an image needs the height of white, a table none.
 TriangleMesh read_height_field(const YamlValue& in, const fs::path& folder) {

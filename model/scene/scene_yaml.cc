@@ -40,9 +40,8 @@ class SceneReader {
     urdf_options_.repair_inertias =
         overrides.repair_inertias ||
         (root.has("repair_inertias") && root.at("repair_inertias").boolean());
-    urdf_options_.repair_joints =
-        overrides.repair_joints ||
-        (root.has("repair_joints") && root.at("repair_joints").boolean());
+    urdf_options_.repair_joints = overrides.repair_joints ||
+                                  (root.has("repair_joints") && root.at("repair_joints").boolean());
     const double filled = overrides.fill_inertia > 0.0 ? overrides.fill_inertia
                           : root.has("fill_inertia")   ? root.at("fill_inertia").positive()
                                                        : 0.0;
@@ -85,12 +84,30 @@ class SceneReader {
   }
 
   static Vector3 read_gravity(const YamlValue& root) {
-    root.expect_map({"name",           "gravity",       "time_step",       "duration",
-                     "contact",        "packages",      "repair_inertias", "defaults",
-                     "models",         "ground",        "environment",     "exclude",
-                     "groups",         "hull_vertices", "closures",        "effects",
-                     "max_speed",      "closing_time",  "integrator",      "step_control",
-                     "velocity_forces", "repair_joints", "fill_inertia", "pairs"});
+    root.expect_map({"name",
+                     "gravity",
+                     "time_step",
+                     "duration",
+                     "contact",
+                     "packages",
+                     "repair_inertias",
+                     "defaults",
+                     "models",
+                     "ground",
+                     "environment",
+                     "exclude",
+                     "groups",
+                     "hull_vertices",
+                     "closures",
+                     "effects",
+                     "max_speed",
+                     "closing_time",
+                     "integrator",
+                     "step_control",
+                     "velocity_forces",
+                     "repair_joints",
+                     "fill_inertia",
+                     "pairs"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
   }

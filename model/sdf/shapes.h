@@ -11,11 +11,11 @@
 namespace counterpoint::sdf_file {
 
 struct CollisionRead {
-  LinkSpec::Collision collision;  ///< placed in the link
-  unsigned bitmask = 0xffff;      ///< touches those with which it shares a bit
+  LinkSpec::Collision collision;     ///< placed in the link
+  unsigned bitmask = 0xffff;         ///< touches those with which it shares a bit
   double along = 1.0, across = 1.0;  ///< friction in two directions; the material has the smaller
   sdf::ElementPtr element;
-  bool touches = true;            ///< collide_without_contact
+  bool touches = true;  ///< collide_without_contact
 };
 
 class ShapeReader {

@@ -1,5 +1,3 @@
-#include "counterpoint/model/geometry.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <sstream>
 #include <string>
 
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/text_files.h"
 
@@ -19,9 +18,10 @@ double parse_height(std::string_view cell, const std::string& where) {
   cell = trimmed(cell, kBlank);
   const std::optional<double> value = parse_number(cell);
   if (!value || !std::isfinite(*value)) {
-    throw InputError(fmt::format("{}: '{}' is no height; finite numbers [m] separated by commas "
-                                 "are expected",
-                                 where, cell));
+    throw InputError(
+        fmt::format("{}: '{}' is no height; finite numbers [m] separated by commas "
+                    "are expected",
+                    where, cell));
   }
   return *value;
 }
@@ -41,7 +41,8 @@ HeightGrid load_height_table(const std::filesystem::path& file) {
       const auto comma = rest.find(',');
       more = comma != std::string_view::npos;
       if (columns == limits::kMaxHeightsPerSide) {
-        throw InputError(fmt::format("{}: more than {} columns", where, limits::kMaxHeightsPerSide));
+        throw InputError(
+            fmt::format("{}: more than {} columns", where, limits::kMaxHeightsPerSide));
       }
       if (grid.heights.size() == limits::kMaxHeights) {
         throw InputError(fmt::format("{}: more than {} heights; use a coarser grid", where,
@@ -52,8 +53,8 @@ HeightGrid load_height_table(const std::filesystem::path& file) {
     }
     if (grid.rows == 0) grid.columns = columns;
     if (columns != grid.columns) {
-      throw InputError(fmt::format("{}: {} heights; the first row has {}", where, columns,
-                                   grid.columns));
+      throw InputError(
+          fmt::format("{}: {} heights; the first row has {}", where, columns, grid.columns));
     }
     if (++grid.rows > limits::kMaxHeightsPerSide) {
       throw InputError(fmt::format("{}: more than {} rows", where, limits::kMaxHeightsPerSide));
@@ -66,8 +67,8 @@ HeightGrid load_height_table(const std::filesystem::path& file) {
 TriangleMesh height_field_mesh(const HeightGrid& grid, double size_x, double size_y, double scale,
                                const std::string& where) {
   if (grid.rows < 2 || grid.columns < 2) {
-    throw InputError(fmt::format("{}: {} x {} heights; a field needs two rows and two columns", where,
-                                 grid.rows, grid.columns));
+    throw InputError(fmt::format("{}: {} x {} heights; a field needs two rows and two columns",
+                                 where, grid.rows, grid.columns));
   }
   TriangleMesh mesh;
   mesh.vertices.reserve(grid.heights.size());

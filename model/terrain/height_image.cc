@@ -40,8 +40,8 @@ struct PngReader {
   std::string message;
 };
 
-// No object with a destructor may be made between setjmp and libpng's longjmp; so the two halves are
-// functions of their own. False if libpng gave up.
+// No object with a destructor may be made between setjmp and libpng's longjmp; so the two halves
+// are functions of their own. False if libpng gave up.
 bool read_header(PngReader& reader, std::FILE* file) {
   if (setjmp(png_jmpbuf(reader.png))) return false;
   png_set_user_limits(reader.png, kMostPixels, kMostPixels);
@@ -63,7 +63,7 @@ HeightGrid load_height_image(const std::filesystem::path& file) {
   std::error_code error;
   const bool regular = std::filesystem::is_regular_file(file, error);
   const std::unique_ptr<std::FILE, ClosePng> stream(regular ? std::fopen(file.c_str(), "rb")
-                                                             : nullptr);
+                                                            : nullptr);
   if (!stream) throw InputError(fmt::format("{}: {}", file.string(), why_unreadable(file)));
   PngReader reader;
   const auto refuse = [&](const std::string& why) {

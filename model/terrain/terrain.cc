@@ -1,18 +1,17 @@
-#include "counterpoint/model/geometry.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/limits.h"
 
 namespace counterpoint {
 namespace {
 
-// Edges that bend by less [rad] are flat: a ball that rolls over one leaves the one face and meets the
-// other within this angle times its radius.
+// Edges that bend by less [rad] are flat: a ball that rolls over one leaves the one face and meets
+// the other within this angle times its radius.
 constexpr double kFlatAngle = 1e-4;
 // A triangle lower than this share of its longest side has no usable normal.
 constexpr double kLeastHeight = 1e-10;
@@ -35,7 +34,8 @@ void take_triangles(const TriangleMesh& mesh, Terrain& out) {
   }
   std::sort(seen.begin(), seen.end());
   std::vector<char> again(mesh.triangles.size(), 0);
-  for (size_t i = 1; i < seen.size(); ++i) again[seen[i].second] = seen[i].first == seen[i - 1].first;
+  for (size_t i = 1; i < seen.size(); ++i)
+    again[seen[i].second] = seen[i].first == seen[i - 1].first;
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
     const std::array<int, 3>& t = mesh.triangles[i];
     double longest = 0.0;
@@ -95,7 +95,8 @@ void connect(Terrain& out) {
     const auto [begin, end] = range(e.to, e.from);
     if (same_end - same_begin > 1 || end - begin > 1) ++out.misfits;
     Terrain::Triangle& triangle = out.triangles[e.triangle];
-    // Sheets with a face on either side share an edge four times: the flattest neighbour is the one.
+    // Sheets with a face on either side share an edge four times: the flattest neighbour is the
+    // one.
     double flattest = std::numeric_limits<double>::infinity();
     for (auto it = begin; it != end; ++it) {
       const double angle = bend(out, e.triangle, e.side, it->triangle);
@@ -163,7 +164,8 @@ std::shared_ptr<const Terrain> make_terrain(const TriangleMesh& mesh, const std:
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (const int v : mesh.triangles[i]) {
       if (v >= 0 && v < size) continue;
-      throw InputError(fmt::format("{}: triangle {} names vertex {}; there are {}", at, i, v, size));
+      throw InputError(
+          fmt::format("{}: triangle {} names vertex {}; there are {}", at, i, v, size));
     }
   }
   auto out = std::make_shared<Terrain>();

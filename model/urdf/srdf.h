@@ -20,12 +20,13 @@ struct Srdf {
   std::vector<Note> notes;  ///< what bears on collision and is not used
 };
 
-/// Reads <disable_collisions>; everything else in the file has other uses. @throws InputError with file
-/// and line when the file is missing or no XML, its root is not <robot>, or a link is not named.
+/// Reads <disable_collisions>; everything else in the file has other uses. @throws InputError with
+/// file and line when the file is missing or no XML, its root is not <robot>, or a link is not
+/// named.
 Srdf load_srdf(const std::filesystem::path& file);
 
-/// Excludes the pairs from collision, `prefix` before the names of their links. @throws InputError with
-/// file and line when the robot has no such link.
+/// Excludes the pairs from collision, `prefix` before the names of their links. @throws InputError
+/// with file and line when the robot has no such link.
 void exclude_disabled_pairs(const Srdf& srdf, const std::string& prefix, ModelBuilder& builder);
 
 }  // namespace counterpoint

@@ -237,11 +237,11 @@ class Converter {
           std::find_if(robot.joints.begin(), robot.joints.end(),
                        [&](const JointSpec& j) { return j.name == joint.mimic_master; });
       if (master != robot.joints.end() && one_axis(*master) && one_axis(joint)) continue;
-      notes_.push_back({where, fmt::format("cannot follow joint '{}' ({}); it moves by itself",
-                                           joint.mimic_master,
-                                           master == robot.joints.end()
-                                               ? "which does not exist"
-                                               : "both must be revolute or prismatic")});
+      notes_.push_back(
+          {where,
+           fmt::format("cannot follow joint '{}' ({}); it moves by itself", joint.mimic_master,
+                       master == robot.joints.end() ? "which does not exist"
+                                                    : "both must be revolute or prismatic")});
       joint.mimic_master.clear();
     }
   }

@@ -139,8 +139,9 @@ class Pass {
                                    at(e), name, out_.links[name].line));
     }
     if (out_.link_names.size() == limits::kMaxLinks) {
-      throw InputError(fmt::format("{}: more than {} links; put the robot into several files of a scene",
-                                   at(e), limits::kMaxLinks));
+      throw InputError(
+          fmt::format("{}: more than {} links; put the robot into several files of a scene", at(e),
+                      limits::kMaxLinks));
     }
     out_.link_names.push_back(name);
     UrdfXml::Link& link = out_.links[name];

@@ -174,12 +174,13 @@ TEST_F(Command, InspectCountsTheHumanoid) {
 }
 
 TEST_F(Command, InspectListsTheSurfacesThatPairsEndUpWith) {
-  folder_.write("s.yaml",
-                "ground: {friction: 0.5, torsional_friction: 0.01}\n"
-                "models:\n"
-                "  - {name: a, sphere: 0.1, mass: 1, position: [0, 0, 1], rolling_friction: 0.002}\n"
-                "  - {name: b, sphere: 0.1, mass: 1, position: [1, 0, 1]}\n"
-                "pairs: [{between: [ground, b/body], friction: 0.3}]\n");
+  folder_.write(
+      "s.yaml",
+      "ground: {friction: 0.5, torsional_friction: 0.01}\n"
+      "models:\n"
+      "  - {name: a, sphere: 0.1, mass: 1, position: [0, 0, 1], rolling_friction: 0.002}\n"
+      "  - {name: b, sphere: 0.1, mass: 1, position: [1, 0, 1]}\n"
+      "pairs: [{between: [ground, b/body], friction: 0.3}]\n");
   expect_success("inspect {}/s.yaml --json {}/r.json");
   const nlohmann::json report = folder_.json("r.json");
   const auto surfaces = report["surfaces"];

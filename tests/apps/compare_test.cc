@@ -132,7 +132,8 @@ TEST(Compare, NothingIsUnexplainedInAnOwnTrajectory) {
   };
   const nlohmann::json own = run("");
   // Contacts give by 1e-8 of their force; impacts are up to a hundred times the weight.
-  // A bounce has its friction at its corners, and is looked at as if an edge had it beside its middle.
+  // A bounce has its friction at its corners, and is looked at as if an edge had it beside its
+  // middle.
   EXPECT_LT(own["unexplained_force_max"], 1e-5);
   EXPECT_LT(own["unexplained_torque_max"], 1e-5);
   EXPECT_GT(own["contact_force_max"], 5.0);  // there were impacts to be explained

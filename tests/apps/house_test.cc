@@ -76,14 +76,15 @@ TEST(House, FoldersIncludeOnlyWhatTheArchitectureAllows) {
 using Rooms = std::map<std::string, std::set<std::string>>;
 
 Rooms rooms_of_libraries() {
-  const std::set<std::string> tops = {"model", "model/mjcf", "collision",
-                                      "contact", "engine", "engine/optimize", "engine/estimate"};
+  const std::set<std::string> tops = {"model",  "model/mjcf",      "collision",      "contact",
+                                      "engine", "engine/optimize", "engine/estimate"};
   Rooms rooms;
   for (const char* library : {"model", "collision", "contact", "engine"}) {
     for (const fs::path& file : files_below(kRoot / library, {".h", ".cc"})) {
       const std::string room = fs::relative(file.parent_path(), kRoot).string();
       if (tops.count(room)) continue;
-      for (const std::string& target : matches(read(file), "#include \"counterpoint/([a-z_/.]+)\"")) {
+      for (const std::string& target :
+           matches(read(file), "#include \"counterpoint/([a-z_/.]+)\"")) {
         const std::string other = fs::path(target).parent_path().string();
         if (other != room && !tops.count(other)) rooms[room].insert(other);
       }
@@ -117,13 +118,15 @@ TEST(House, NoFileIncludesItself) {
   Rooms files;
   for (const char* library : {"model", "collision", "contact", "engine"})
     for (const fs::path& file : files_below(kRoot / library, {".h"}))
-      for (const std::string& target : matches(read(file), "#include \"counterpoint/([a-z_/.0-9]+)\""))
+      for (const std::string& target :
+           matches(read(file), "#include \"counterpoint/([a-z_/.0-9]+)\""))
         files[fs::relative(file, kRoot).string()].insert(target);
   for (const fs::path& file : files_below(kRoot / "apps", {".h"}))
     for (const std::string& target : matches(read(file), "#include \"([a-z_/.0-9]+)\""))
       for (const fs::path& base : {file.parent_path(), kRoot / "apps", kRoot / "apps/python"})
         if (fs::exists(base / target))
-          files[fs::relative(file, kRoot).string()].insert(fs::relative(base / target, kRoot).string());
+          files[fs::relative(file, kRoot).string()].insert(
+              fs::relative(base / target, kRoot).string());
   EXPECT_GT(files.size(), 150u);
   for (const auto& [file, others] : files) {
     std::set<std::string> seen;
@@ -147,8 +150,8 @@ std::map<std::string, std::set<std::string>> public_headers() {
   return sections;
 }
 
-/// What is installed compiles without anything else of ours: the apps and the package's consumer see no
-/// other header, and every one is there for a reason.
+/// What is installed compiles without anything else of ours: the apps and the package's consumer
+/// see no other header, and every one is there for a reason.
 TEST(House, PublicHeadersIncludeNoOthers) {
   const auto sections = public_headers();
   ASSERT_EQ(sections.size(), 2u);
@@ -156,18 +159,21 @@ TEST(House, PublicHeadersIncludeNoOthers) {
   for (const auto& [section, headers] : sections) all.insert(headers.begin(), headers.end());
   for (const std::string& header : all) {
     ASSERT_TRUE(fs::exists(kRoot / header)) << header;
-    for (const std::string& target : matches(read(kRoot / header), "#include \"counterpoint/([a-z_/.0-9]+)\"")) {
+    for (const std::string& target :
+         matches(read(kRoot / header), "#include \"counterpoint/([a-z_/.0-9]+)\"")) {
       EXPECT_TRUE(all.count(target)) << header << " includes " << target;
       included.insert(target);
     }
   }
   for (const fs::path& file : files_below(kRoot / "apps", {".h", ".cc"}))
-    for (const std::string& target : matches(read(file), "#include \"counterpoint/([a-z_/.0-9]+)\""))
+    for (const std::string& target :
+         matches(read(file), "#include \"counterpoint/([a-z_/.0-9]+)\""))
       included.insert(target);
   for (const auto& [section, headers] : sections) {
     if (section == "[what a user includes]") continue;
     for (const std::string& header : headers)
-      EXPECT_TRUE(included.count(header)) << "nothing that is installed, and no app, needs " << header;
+      EXPECT_TRUE(included.count(header))
+          << "nothing that is installed, and no app, needs " << header;
   }
 }
 

@@ -189,8 +189,7 @@ TEST(InverseFiles, SoftenedStepsAreInvertedByTheirRecord) {
     without += line.substr(0, factor) + line.substr(line.rfind(',')) + "\n";
   }
   folder.write("without.csv", without);
-  const CommandResult unknown =
-      folder.run("inverse " + scene + " {}/without.csv --json {}/i.json");
+  const CommandResult unknown = folder.run("inverse " + scene + " {}/without.csv --json {}/i.json");
   ASSERT_EQ(unknown.exit_code, 0) << unknown.errors;
   EXPECT_GT(folder.json("i.json")["applied_force_relative_error_max"], 1e-3);
 }

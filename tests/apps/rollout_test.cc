@@ -39,7 +39,8 @@ TEST(Rollout, EndsDoNotDependOnThreads) {
   EXPECT_EQ(folder.read("ends_1.csv"), folder.read("ends_3.csv"));
 }
 
-// Random forces on actuated joints of a robot that touches the ground; docs/explanation/concepts.md.
+// Random forces on actuated joints of a robot that touches the ground;
+// docs/explanation/concepts.md.
 TEST(Rollout, InvertsEveryStep) {
   const CommandFolder folder(test_name());
   const CommandResult result =

@@ -237,10 +237,11 @@ TEST_F(Sweep, AFullDiskKeepsFinishedTasksAndRanksGoOn) {
   const std::string ranks = why_no_mpi(folder_).empty() ? kMpirun + "-n 2 " : "";
   const std::string sweep = "COMMAND sweep {}/study.yaml --output {}/disk/f.csv --json {}/f.json";
   const CommandResult result =
-      shell(folder_, "mkdir {}/disk; unshare -rm sh -c '"
-                     "mount -t tmpfs -o size=16k tmpfs {}/disk; " +
-                         ranks + sweep + "; echo code $?; mount -o remount,size=4m {}/disk; " +
-                         ranks + sweep + "; cp {}/disk/f.csv {}/f.csv'");
+      shell(folder_,
+            "mkdir {}/disk; unshare -rm sh -c '"
+            "mount -t tmpfs -o size=16k tmpfs {}/disk; " +
+                ranks + sweep + "; echo code $?; mount -o remount,size=4m {}/disk; " + ranks +
+                sweep + "; cp {}/disk/f.csv {}/f.csv'");
   EXPECT_NE(result.output.find("code 1"), std::string::npos) << result.output;
   EXPECT_NE(result.errors.find("No space left on device"), std::string::npos) << result.errors;
   EXPECT_NE(result.errors.find("goes on"), std::string::npos) << result.errors;

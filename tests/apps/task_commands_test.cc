@@ -53,8 +53,7 @@ class TaskCommands : public testing::Test {
     const CommandResult merged = folder_.run("merge {}/parts");
     ASSERT_EQ(merged.exit_code, expected) << merged.errors;
     compare("s");
-    if (const std::string why = why_no_mpi(folder_); !why.empty())
-      GTEST_SKIP() << "ranks: " << why;
+    if (const std::string why = why_no_mpi(folder_); !why.empty()) GTEST_SKIP() << "ranks: " << why;
     for (const std::string ranks : {"1", "2", "4"}) {
       const CommandResult result =
           shell(folder_, kMpirun + "-n " + ranks + " COMMAND " + named(line, "m" + ranks));

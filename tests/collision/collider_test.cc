@@ -175,8 +175,8 @@ TEST_F(Heap, FindsWhatAllPairsFindInOrder) {
   }
 }
 
-// No contact is nearer than the bound by what encloses the shapes; of shapes apart each lies between
-// them.
+// No contact is nearer than the bound by what encloses the shapes; of shapes apart each lies
+// between them.
 TEST_F(Heap, WhereaboutsBoundGapsAndPlaces) {
   constexpr double kPlace = 1e-7;  // of the narrow phase, of a metre
   Collider collider(model);

@@ -135,8 +135,8 @@ TEST(Plane, AHullStandsOnItsSoleNotOnItsBevel) {
 }
 
 // Tipped about its lowest point by no more than the turn asked for, a dense hull of radius r has no
-// vertex that is deeper than those of its manifold by more than r turn^2: along any direction between
-// two of seven it stands on a vertex that lies a quarter of r turn beside one of theirs.
+// vertex that is deeper than those of its manifold by more than r turn^2: along any direction
+// between two of seven it stands on a vertex that lies a quarter of r turn beside one of theirs.
 TEST(Plane, AHullTipsOntoItsManifold) {
   std::mt19937 rng(11);
   constexpr double kRadius = 0.1, kTurn = 0.05;

@@ -209,8 +209,7 @@ TEST(Rounding, FacesAreNotRounded) {
   const Shape below = box_shape({0.5, 0.5, 0.1}), above = box_shape({0.1, 0.1, 0.1});
   for (int k = 0; k < 200; ++k) {
     const Vector3 place = 0.3 * random_unit(rng);
-    const Pose X{rotation_from_rpy(0.0, 0.0, 6.0 * place.x()),
-                 {place.x(), place.y(), 0.2 - 1e-10}};
+    const Pose X{rotation_from_rpy(0.0, 0.0, 6.0 * place.x()), {place.x(), place.y(), 0.2 - 1e-10}};
     Manifold sharp, rounded;
     pair_contacts(below, Pose{}, above, X, {0.01, 1.0, 0.0}, sharp);
     pair_contacts(below, Pose{}, above, X, {0.01, 1.0, 1e-6}, rounded);

@@ -1,10 +1,9 @@
 // Distance, rays, overlaps, contacts of a pose: known answers, and rays against plain membership.
-#include "counterpoint/collision/collider.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "counterpoint/collision/collider.h"
 #include "counterpoint/model/model_builder.h"
 #include "support/random_poses.h"
 #include "support/shape_reference.h"

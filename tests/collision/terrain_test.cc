@@ -1,7 +1,5 @@
 // Triangle meshes: flat ones against the plane, closed convex ones against the hull, seams, thin
 // walls.
-#include "counterpoint/model/geometry.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,6 +8,7 @@
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/collision/pairs/pair_contacts.h"
 #include "counterpoint/collision/pairs/terrain_contacts.h"
+#include "counterpoint/model/geometry.h"
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 

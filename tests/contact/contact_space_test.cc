@@ -1,5 +1,3 @@
-#include "counterpoint/contact/solver.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -7,6 +5,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "counterpoint/contact/solver.h"
 #include "support/paths.h"
 
 namespace counterpoint::contact::contact_space_test {

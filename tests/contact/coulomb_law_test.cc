@@ -109,8 +109,9 @@ TEST(CoulombLaw, FrictionIsBoundedByTheNormalImpulseAndOpposesMotion) {
 
 // Without smoothing, at v = z + rho phi, which is z but for the compliance: Signorini's conditions,
 // the cone, and maximum dissipation -phi_T . v_T = phi_N |v_T|.
-// Half the cone about lean = mu / 2 along a direction e: friction of full strength against what slides
-// along e, none along it, so that with any velocity L e before its power in the mean is a loss.
+// Half the cone about lean = mu / 2 along a direction e: friction of full strength against what
+// slides along e, none along it, so that with any velocity L e before its power in the mean is a
+// loss.
 TEST(CoulombLaw, LeaningByHalfItOnlyBrakes) {
   constexpr double kYields = 1e-9;  // by its compliance [m/s]
   for_trials(7, 20000, [&](Random& random, int) {

@@ -1,11 +1,10 @@
-#include "counterpoint/contact/problem.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
 
 #include "contact/trials.h"
 #include "counterpoint/contact/laws/scalar_law.h"
+#include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact::law_test {
 namespace {

@@ -1,11 +1,10 @@
-#include "counterpoint/contact/inverse.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "contact/trials.h"
+#include "counterpoint/contact/inverse.h"
 
 namespace counterpoint::contact::sensitivity_test {
 namespace {

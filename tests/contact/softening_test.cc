@@ -116,9 +116,9 @@ TEST(NoSoftening, NeverSoftens) {
   });
 }
 
-// The convex law f = -grad s(y) of a cone has f'y <= 0, so that with biases b >= 0 of the normals and
-// none of the tangents w'M (w - w*) = f'(y - b) <= 0: no energy but what the free velocity has. The
-// own laws push apart at up to 1 m/s.
+// The convex law f = -grad s(y) of a cone has f'y <= 0, so that with biases b >= 0 of the normals
+// and none of the tangents w'M (w - w*) = f'(y - b) <= 0: no energy but what the free velocity has.
+// The own laws push apart at up to 1 m/s.
 TEST(Soften, GainsNoEnergy) {
   Solver solver;
   Settings settings;

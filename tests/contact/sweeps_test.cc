@@ -113,7 +113,8 @@ TEST(Sweeps, KeepMomentum) {
     sweeps.run(5, 0.0, 0.0, point);
     const double norm = system.residual(point), laws = std::sqrt(system.law_square());
     // What is not in the laws is rounding of some ten sums, amplified by the masses' 1e4.
-    EXPECT_LT(std::sqrt(std::max(0.0, norm * norm - laws * laws)), 1e-7 * norm + 1e-10 * system.scale());
+    EXPECT_LT(std::sqrt(std::max(0.0, norm * norm - laws * laws)),
+              1e-7 * norm + 1e-10 * system.scale());
   });
 }
 

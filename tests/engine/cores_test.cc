@@ -1,12 +1,12 @@
 // How many threads a process may keep busy: what affinity and control groups grant.
-#include "counterpoint/engine/batch.h"
-
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <unistd.h>
 
 #include <cmath>
 #include <fstream>
+
+#include "counterpoint/engine/batch.h"
 
 namespace counterpoint::cores_test {
 namespace {

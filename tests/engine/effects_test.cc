@@ -1,11 +1,10 @@
 // A scene runs the effects it calls for, and no instruction of any other.
-#include "counterpoint/engine/step.h"
-
 #include <gtest/gtest.h>
 
 #include <map>
 
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/step.h"
 #include "support/recover.h"
 #include "support/temp_folder.h"
 

@@ -98,7 +98,8 @@ TEST(Gradient, OfPredictionsOfAnArm) {
   }
 }
 
-/// Of what bounces predictions also move by a displacement, which has no derivative here (bounce.h).
+/// Of what bounces predictions also move by a displacement, which has no derivative here
+/// (bounce.h).
 Scene without_restitution(Scene scene) {
   for (int i = 0; i < static_cast<int>(scene.model.geometries().size()); ++i) {
     Material m = scene.model.geometries()[static_cast<std::size_t>(i)].material;

@@ -92,7 +92,8 @@ MotionEstimateOptions all_bodies(const Model& model) {
 TEST(MotionEstimate, OwnMotionsComeBackAsTheInverseGivesThem) {
   const Scene scene = quadruped();
   const Recording recording = simulate(scene, 200, 1, 0.3);
-  const MotionEstimate estimate = estimate_motion(scene, test::all_positions(scene.model), recording);
+  const MotionEstimate estimate =
+      estimate_motion(scene, test::all_positions(scene.model), recording);
   ASSERT_EQ(estimate.errors, RecordingErrors::kNone);
   Workspace workspace(scene.model);
   Inverse inverse;
@@ -125,8 +126,7 @@ TEST(MotionEstimate, ForcesOfANoisyDropAreFound) {
   std::vector<double> errors;
   int inside = 0;
   for (int row = 10; row + 1 < recorded.num_rows(); ++row) {
-    const double error =
-        estimate.sum_force(2, row) / weight - truth[static_cast<std::size_t>(row)];
+    const double error = estimate.sum_force(2, row) / weight - truth[static_cast<std::size_t>(row)];
     errors.push_back(std::abs(error));
     squares += error * error;
     if (std::abs(error) <= 1.96 * estimate.sum_deviation(2, row) / weight + 1e-6) ++inside;
@@ -139,14 +139,13 @@ TEST(MotionEstimate, ForcesOfANoisyDropAreFound) {
   EXPECT_LT(estimate.mean_cost_ratio, 2.0);
 }
 
-// A sine of 1 cm in what the base's position says is no motion that any force here can have made, and no
-// white noise either.
+// A sine of 1 cm in what the base's position says is no motion that any force here can have made,
+// and no white noise either.
 TEST(MotionEstimate, SlowErrorsAreToldFromWhiteOnes) {
   const Scene scene = test::box_on_plane({});
   Recording recording = noisy(scene.model, simulate(scene, 100, 5), 1e-4, 5);
   for (int row = 0; row < recording.num_rows(); ++row)
-    recording.q(2, row) +=
-        0.01 * std::sin(9.42 * recording.time[static_cast<std::size_t>(row)]);
+    recording.q(2, row) += 0.01 * std::sin(9.42 * recording.time[static_cast<std::size_t>(row)]);
   const MotionEstimate estimate =
       estimate_motion(scene, test::all_positions(scene.model), recording, all_bodies(scene.model));
   EXPECT_EQ(estimate.errors, RecordingErrors::kSlow);
@@ -159,9 +158,11 @@ TEST(MotionEstimate, ARestingBoxIsCarriedByTheGround) {
   const Recording recording = noisy(scene.model, simulate(scene, 60, 5), 1e-3, 7);
   MotionEstimateOptions options = all_bodies(scene.model);
   options.threads = 1;
-  const MotionEstimate one = estimate_motion(scene, test::all_positions(scene.model), recording, options);
+  const MotionEstimate one =
+      estimate_motion(scene, test::all_positions(scene.model), recording, options);
   options.threads = 2;
-  const MotionEstimate two = estimate_motion(scene, test::all_positions(scene.model), recording, options);
+  const MotionEstimate two =
+      estimate_motion(scene, test::all_positions(scene.model), recording, options);
   EXPECT_EQ(one.q, two.q);
   double sum = 0.0;
   for (int row = 10; row < 50; ++row) sum += one.sum_force(2, row) / 40.0;
@@ -203,8 +204,9 @@ TEST(MotionEstimate, UnevenRowsAreMadeEven) {
 
 TEST(MotionEstimate, RefusesWhatIsTooShortOrWithoutPositions) {
   const Scene scene = test::pendulum({});
-  EXPECT_THROW(estimate_motion(scene, test::all_positions(scene.model), simulate(scene, kLeastRows - 1, 1)),
-               InputError);
+  EXPECT_THROW(
+      estimate_motion(scene, test::all_positions(scene.model), simulate(scene, kLeastRows - 1, 1)),
+      InputError);
   EXPECT_THROW(estimate_motion(scene, ColumnMap(), simulate(scene, 30, 1)), InputError);
 }
 
@@ -256,9 +258,9 @@ struct SmallProblem {
 struct SmallProblemWithSensors : SmallProblem {
   SmallProblemWithSensors() {
     int constants = 0;
-    for (const SensorKind kind : {SensorKind::kPoint, SensorKind::kAngularVelocity,
-                                  SensorKind::kSpecificForce, SensorKind::kContactForce,
-                                  SensorKind::kLinkForce, SensorKind::kLinkTorque}) {
+    for (const SensorKind kind :
+         {SensorKind::kPoint, SensorKind::kAngularVelocity, SensorKind::kSpecificForce,
+          SensorKind::kContactForce, SensorKind::kLinkForce, SensorKind::kLinkTorque}) {
       Sensor sensor;
       sensor.kind = kind;
       sensor.body = 1;

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 struct Walk {
   const char* folder;
   const char* recording;
-  double from, to;                            ///< [s]
+  double from, to;                             ///< [s]
   std::vector<std::vector<const char*>> feet;  ///< their links
   std::vector<std::string> columns;            ///< names, three a foot; "": not measured
   bool half_rate = false;                      ///< every second row
@@ -43,8 +43,8 @@ Recording cut(const Recording& whole, double from, double to) {
   return rows_of(whole, first, last - first);
 }
 
-/// Root mean square of found less measured, % of the weight of all that moves: by foot and axis, and
-/// of the sum of the feet by axis. Measured forces are averaged as those of a row are.
+/// Root mean square of found less measured, % of the weight of all that moves: by foot and axis,
+/// and of the sum of the feet by axis. Measured forces are averaged as those of a row are.
 struct Errors {
   MatrixX foot;  ///< feet x 3; NaN where nothing was measured
   Vector3 total = Vector3::Zero();
@@ -92,8 +92,7 @@ Errors errors_of(const Walk& walk, fs::path map_file = {}, const std::string& pl
   out.foot.resize(feet, 3);
   MatrixX total = MatrixX::Zero(3, rows - 2);
   for (Eigen::Index f = 0; f < feet; ++f) {
-    for (Eigen::Index axis = 0; axis < 3; ++axis)
-      out.foot(f, axis) = rms(error.row(3 * f + axis));
+    for (Eigen::Index axis = 0; axis < 3; ++axis) out.foot(f, axis) = rms(error.row(3 * f + axis));
     total += error.middleRows(3 * f, 3);
     for (Eigen::Index t = 1; t + 1 < rows; ++t)
       if (std::abs(error(3 * f + 2, t - 1)) <= 1.96 * out.estimate.sum_deviation(3 * f + 2, t))
@@ -129,17 +128,17 @@ TEST(RecordedWalks, AManOverForcePlates) {
                                    {{"talus_r", "toes_r"}, {"talus_l", "toes_l"}},
                                    {"R.fx", "R.fy", "R.fz", "L.fx", "L.fy", "L.fz"}});
   EXPECT_EQ(errors.estimate.errors, RecordingErrors::kSlow);
-  EXPECT_LT(errors.total.x(), 4.5);  // [2.9]
-  EXPECT_LT(errors.total.y(), 2.2);  // [1.2]
-  EXPECT_LT(errors.total.z(), 3.6);  // [2.6]
+  EXPECT_LT(errors.total.x(), 4.5);               // [2.9]
+  EXPECT_LT(errors.total.y(), 2.2);               // [1.2]
+  EXPECT_LT(errors.total.z(), 3.6);               // [2.6]
   EXPECT_LT(errors.foot.col(2).maxCoeff(), 4.5);  // [3.6]
   EXPECT_LT(errors.foot.col(0).maxCoeff(), 2.7);  // [1.8]
   EXPECT_GT(errors.inside, 0.8);
   print("human_walk", errors);
 }
 
-// At 50 Hz his motion itself looks like noise to differences of rows, and errors like white ones; the
-// residuals then go together for many rows.
+// At 50 Hz his motion itself looks like noise to differences of rows, and errors like white ones;
+// the residuals then go together for many rows.
 TEST(RecordedWalks, AManAtHalfTheRate) {
   if (missing("human_walk")) GTEST_SKIP() << "no human_walk; set COUNTERPOINT_SHARED_DATA";
   const Errors errors = errors_of({"human_walk",
@@ -204,7 +203,8 @@ TEST(RecordedWalks, AJumpOfTheRecordingIsNamed) {
   const Errors errors = robot_errors(7.8, 8.8);
   bool named = false;
   for (const Outlier& one : errors.estimate.outliers)
-    named = named || std::abs(errors.estimate.time[static_cast<std::size_t>(one.row)] - 8.37) < 0.06;
+    named =
+        named || std::abs(errors.estimate.time[static_cast<std::size_t>(one.row)] - 8.37) < 0.06;
   EXPECT_TRUE(named);
 }
 

@@ -1,6 +1,6 @@
 // Contact problems: q_mu.csv and W.csv, with a line "===" between them.
-#include "fuzz/fuzz.h"
 #include "apps/input/problem_file.h"
+#include "fuzz/fuzz.h"
 
 namespace counterpoint::fuzz {
 

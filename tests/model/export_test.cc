@@ -1,11 +1,10 @@
 // Exported models are the models that they were made from: read back, they have the same names,
 // mass matrices, poses and start.
-#include "counterpoint/model/robot_files.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
+#include "counterpoint/model/robot_files.h"
 #include "support/mass_matrix.h"
 #include "support/paths.h"
 #include "support/temp_folder.h"
@@ -117,7 +116,8 @@ TEST_F(ExportTest, FormatsFollowOneAnother) {
 }
 
 TEST_F(ExportTest, PairsThatTouchInAnyCaseAreWritten) {
-  const Scene scene = load_scene(folder_.write("a.xml", R"(<mujoco><worldbody><body name="a"><joint/>
+  const Scene scene =
+      load_scene(folder_.write("a.xml", R"(<mujoco><worldbody><body name="a"><joint/>
     <geom name="a" size="0.1"/><body name="b" pos="0.3 0 0"><joint/><geom name="b" size="0.05"/></body></body></worldbody>
     <contact><pair geom1="a" geom2="b"/></contact></mujoco>)"));
   const std::vector<std::pair<int, int>> pair = {{0, 1}};

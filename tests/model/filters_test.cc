@@ -59,11 +59,10 @@ TEST_F(Filters, GroupsStandForTheirMembers) {
                                           {"x/b/1", "ball/body/shape"},
                                           {"x/c/0", "ball/body/shape"}}));
   EXPECT_EQ(scene.model.exclusion_reasons(),
-            (std::vector<std::string>{"excluded by the scene: [ends, ends]",
-                                      "excluded by the scene: [ends, balls]",
-                                      "excluded by the scene: [x/b, balls]",
-                                      "excluded by the scene: [x/b, balls]",
-                                      "excluded by the scene: [ends, balls]"}));
+            (std::vector<std::string>{
+                "excluded by the scene: [ends, ends]", "excluded by the scene: [ends, balls]",
+                "excluded by the scene: [x/b, balls]", "excluded by the scene: [x/b, balls]",
+                "excluded by the scene: [ends, balls]"}));
 }
 
 TEST_F(Filters, APairHasOneReasonTheFirst) {
@@ -71,15 +70,15 @@ TEST_F(Filters, APairHasOneReasonTheFirst) {
                "<robot><disable_collisions link1=\"a\" link2=\"c\" reason=\"Never\"/></robot>");
   const Scene scene = load("models: [{urdf: r.urdf, srdf: r.srdf}]\nexclude: [[c, a], [a, b]]\n");
   EXPECT_EQ(excluded(scene.model), (Pairs{{"a/0", "b/0"}, {"a/0", "b/1"}, {"a/0", "c/0"}}));
-  EXPECT_EQ(scene.model.exclusion_reasons(),
-            (std::vector<std::string>{"excluded by the scene", "excluded by the scene",
-                                      "SRDF: Never"}));
+  EXPECT_EQ(
+      scene.model.exclusion_reasons(),
+      (std::vector<std::string>{"excluded by the scene", "excluded by the scene", "SRDF: Never"}));
 }
 
 TEST_F(Filters, ALoneRobotTakesItsSrdfFromTheOptions) {
   SceneOverrides overrides;
-  overrides.srdf = folder.write(
-      "r.srdf", "<robot><disable_collisions link1=\"a\" link2=\"c\"/></robot>");
+  overrides.srdf =
+      folder.write("r.srdf", "<robot><disable_collisions link1=\"a\" link2=\"c\"/></robot>");
   EXPECT_EQ(excluded(load_scene(folder.path() / "r.urdf", overrides).model),
             (Pairs{{"a/0", "c/0"}}));
   // A scene file has its own.
@@ -102,8 +101,8 @@ TEST_F(Filters, SrdfDisablesPairsOfItsRobot) {
                "<robot name=\"r\"><group name=\"g\"><link name=\"a\"/></group>\n"
                "<disable_collisions link1=\"a\" link2=\"c\" reason=\"Never\"/>\n"
                "<disable_default_collisions link=\"b\"/></robot>");
-  const Scene scene = load(
-      "models:\n- {urdf: r.urdf, name: x, srdf: r.srdf, count: 2, spacing: [0, 5, 0]}\n");
+  const Scene scene =
+      load("models:\n- {urdf: r.urdf, name: x, srdf: r.srdf, count: 2, spacing: [0, 5, 0]}\n");
   EXPECT_EQ(excluded(scene.model), (Pairs{{"x0/a/0", "x0/c/0"}, {"x1/a/0", "x1/c/0"}}));
   ASSERT_EQ(scene.model.notes().size(), 1u);
   EXPECT_NE(scene.model.notes()[0].where.find("r.srdf:3"), std::string::npos);

@@ -216,8 +216,8 @@ TEST_F(MjcfForcesTest, WhatIsMissingIsRefusedByElementAndLine) {
 }
 
 TEST_F(MjcfForcesTest, AirResistsAsMujocosBoxInTheMeanOverDirections) {
-  // A cube of side 0.3 m: of every face the same coefficient c = rho/2 b^2, of whose force c |v_i| v_i
-  // along the axes the nearest isotropic one is 3 c / 4; rho/64 2 b^5 for rotation, likewise.
+  // A cube of side 0.3 m: of every face the same coefficient c = rho/2 b^2, of whose force c |v_i|
+  // v_i along the axes the nearest isotropic one is 3 c / 4; rho/64 2 b^5 for rotation, likewise.
   constexpr double b = 0.3, rho = 1.2, mu = 0.01;
   const Scene s = scene(R"(<option density='1.2' viscosity='0.01'/>
     <worldbody><body><freejoint/><geom type='box' size='0.15 0.15 0.15' mass='2'/></body></worldbody>)");

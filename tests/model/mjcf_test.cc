@@ -1,13 +1,12 @@
 // MJCF files: the same model by URDF and by MJCF, classes, orientations, joints, inertia of known
 // solids.
-#include "counterpoint/model/robot_files.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/model.h"
+#include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/scene.h"
 #include "counterpoint/model/spatial.h"
 #include "support/mass_matrix.h"

@@ -1,11 +1,10 @@
 // Models with other figures: what was changed is changed, and nothing else.
-#include "counterpoint/model/model_builder.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
+#include "counterpoint/model/model_builder.h"
 #include "counterpoint/model/scene.h"
 #include "support/paths.h"
 

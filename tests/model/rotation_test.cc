@@ -1,9 +1,8 @@
-#include "counterpoint/model/spatial.h"
-
 #include <gtest/gtest.h>
 
 #include <numbers>
 
+#include "counterpoint/model/spatial.h"
 #include "support/random_model.h"
 
 namespace counterpoint::rotation_test {

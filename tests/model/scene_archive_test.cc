@@ -1,9 +1,8 @@
-#include "counterpoint/model/scene.h"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
+#include "counterpoint/model/scene.h"
 #include "support/paths.h"
 
 namespace counterpoint::scene_archive_test {

@@ -1,12 +1,11 @@
 // SDF files: poses in other frames, joints of every kind, static models, includes
 // and what they may open.
-#include "counterpoint/model/robot_files.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/scene.h"
 #include "support/mass_matrix.h"
 #include "support/temp_folder.h"

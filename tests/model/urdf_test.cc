@@ -1,10 +1,9 @@
-#include "counterpoint/model/robot_files.h"
-
 #include <console_bridge/console.h>
 #include <gtest/gtest.h>
 
 #include <numbers>
 
+#include "counterpoint/model/robot_files.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint::urdf_test {

@@ -8,7 +8,8 @@ namespace {
 
 constexpr int kSize = 5;
 
-/// Fills a pattern from J'J of random rows that each see `width` + 1 neighbours, and returns it dense.
+/// Fills a pattern from J'J of random rows that each see `width` + 1 neighbours, and returns it
+/// dense.
 MatrixX fill(BlockCholesky& system, bool periodic) {
   const int n = system.num_blocks(), last = system.width() - 1;
   MatrixX dense = MatrixX::Zero(n * kSize, n * kSize);

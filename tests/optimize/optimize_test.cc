@@ -1,5 +1,4 @@
 // Problems with known answers, and the bundled ones, from their plain starts.
-#include "counterpoint/engine/optimize/newton/newton.h"
 #include "counterpoint/engine/optimize/optimize.h"
 
 #include <gtest/gtest.h>
@@ -7,6 +6,7 @@
 #include <filesystem>
 
 #include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/optimize/newton/newton.h"
 #include "support/paths.h"
 #include "support/small_scenes.h"
 

@@ -1,8 +1,7 @@
 // Problem files: what is refused, where, and with what advice.
-#include "counterpoint/engine/optimize/optimize.h"
-
 #include <gtest/gtest.h>
 
+#include "counterpoint/engine/optimize/optimize.h"
 #include "support/paths.h"
 #include "support/temp_folder.h"
 

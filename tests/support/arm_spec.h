@@ -18,8 +18,8 @@ inline LinkSpec make_link(const std::string& name, double mass, double moment = 
   return link;
 }
 
-inline JointSpec make_joint(const std::string& name, const std::string& parent, const std::string& child,
-                            JointType type = JointType::kRevolute) {
+inline JointSpec make_joint(const std::string& name, const std::string& parent,
+                            const std::string& child, JointType type = JointType::kRevolute) {
   JointSpec joint;
   joint.name = name;
   joint.parent = parent;
@@ -36,7 +36,8 @@ inline RobotSpec make_arm() {
   return robot;
 }
 
-inline Model build(const RobotSpec& robot, Base base = Base::kFixed, const std::string& prefix = "") {
+inline Model build(const RobotSpec& robot, Base base = Base::kFixed,
+                   const std::string& prefix = "") {
   ModelBuilder builder;
   builder.add_robot(robot, base, Pose(), prefix);
   return builder.build();

@@ -12,7 +12,8 @@ namespace counterpoint::test {
 constexpr double kUnitRoundoff = 1e-13;    // of the length of a normal
 constexpr double kRoundoff = 1e-13;        // of size-one geometry in double precision
 constexpr double kSinglePrecision = 1e-6;  // assimp keeps coordinates as floats
-constexpr double kMerged = 2e-6;  // planes of merged faces, relative to the size (see make_convex_hull)
+constexpr double kMerged =
+    2e-6;  // planes of merged faces, relative to the size (see make_convex_hull)
 
 /// What holds for every convex polyhedron.
 inline void expect_valid(const ConvexMesh& hull, double tolerance) {

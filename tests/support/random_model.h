@@ -38,7 +38,7 @@ struct RandomModelOptions {
   bool effort_limits = false;
   bool drag = false;
   bool compensations = false;  ///< of shares of links' weights
-  bool mimics = false;  ///< some joints of one coordinate follow others of their robot
+  bool mimics = false;         ///< some joints of one coordinate follow others of their robot
   int closures = 0;  ///< of every type, between any links or the world; closed in the default pose
 };
 

@@ -1,18 +1,17 @@
+#include "support/shape_reference.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/spatial.h"
-#include "support/shape_reference.h"
 #include "support/sphere_points.h"
 
 namespace counterpoint::test {
 
 Shape plane_shape() { return {ShapeType::kPlane, Vector3::Zero(), nullptr}; }
-Shape sphere_shape(double radius) {
-  return {ShapeType::kSphere, Vector3(radius, 0, 0), nullptr};
-}
+Shape sphere_shape(double radius) { return {ShapeType::kSphere, Vector3(radius, 0, 0), nullptr}; }
 Shape box_shape(const Vector3& half) { return {ShapeType::kBox, half, nullptr}; }
 Shape capsule_shape(double radius, double half_length) {
   return {ShapeType::kCapsule, Vector3(radius, half_length, 0), nullptr};
@@ -41,15 +40,19 @@ double level(const Shape& shape, const Pose& X, const Vector3& point) {
   const Vector3 p = X.inverse() * point;
   const Vector3& s = shape.size;
   switch (shape.type) {
-    case ShapeType::kPlane: return p.z();
-    case ShapeType::kSphere: return p.norm() - s[0];
-    case ShapeType::kBox: return (p.cwiseAbs() - s).maxCoeff();
+    case ShapeType::kPlane:
+      return p.z();
+    case ShapeType::kSphere:
+      return p.norm() - s[0];
+    case ShapeType::kBox:
+      return (p.cwiseAbs() - s).maxCoeff();
     case ShapeType::kCapsule:
       return (p - Vector3(0, 0, std::clamp(p.z(), -s[1], s[1]))).norm() - s[0];
     case ShapeType::kCylinder:
       return std::max(std::hypot(p.x(), p.y()) - s[0], std::abs(p.z()) - s[1]);
     case ShapeType::kConvexMesh:
-    case ShapeType::kTerrain: break;
+    case ShapeType::kTerrain:
+      break;
   }
   double result = -1e300;
   for (std::size_t i = 0; i < shape.mesh->faces.size(); ++i) {
@@ -63,14 +66,19 @@ double support_height(const Shape& shape, const Pose& X, const Vector3& directio
   const Vector3& s = shape.size;
   const double base = direction.dot(X.translation);
   switch (shape.type) {
-    case ShapeType::kPlane: return 1e300;
-    case ShapeType::kSphere: return base + s[0] * d.norm();
-    case ShapeType::kBox: return base + d.cwiseAbs().dot(s);
-    case ShapeType::kCapsule: return base + s[0] * d.norm() + s[1] * std::abs(d.z());
+    case ShapeType::kPlane:
+      return 1e300;
+    case ShapeType::kSphere:
+      return base + s[0] * d.norm();
+    case ShapeType::kBox:
+      return base + d.cwiseAbs().dot(s);
+    case ShapeType::kCapsule:
+      return base + s[0] * d.norm() + s[1] * std::abs(d.z());
     case ShapeType::kCylinder:
       return base + s[0] * std::hypot(d.x(), d.y()) + s[1] * std::abs(d.z());
     case ShapeType::kConvexMesh:
-    case ShapeType::kTerrain: break;
+    case ShapeType::kTerrain:
+      break;
   }
   double height = -1e300;
   for (const Vector3& v : shape.mesh->vertices) height = std::max(height, d.dot(v));
@@ -98,9 +106,9 @@ void polytope_parts(const Shape& shape, const Pose& X, std::vector<Vector3>& nor
     for (const Vector3& n : mesh.face_normals) normals.push_back(X.rotation * n);
     for (const std::vector<int>& face : mesh.faces) {
       for (std::size_t i = 0; i < face.size(); ++i) {
-        edges.push_back(X.rotation *
-                        (mesh.vertices[face[(i + 1) % face.size()]] - mesh.vertices[face[i]])
-                            .normalized());
+        edges.push_back(
+            X.rotation *
+            (mesh.vertices[face[(i + 1) % face.size()]] - mesh.vertices[face[i]]).normalized());
       }
     }
   }
@@ -155,9 +163,9 @@ double largest_distance_along(const Shape& a, const Pose& X_A, const Shape& b, c
       bool better = false;
       for (int i = 0; i < 8; ++i) {
         const double angle = std::numbers::pi * i / 4.0;
-        const Vector3 trial = (n + step * (std::cos(angle) * frame.col(0) +
-                                           std::sin(angle) * frame.col(1)))
-                                  .normalized();
+        const Vector3 trial =
+            (n + step * (std::cos(angle) * frame.col(0) + std::sin(angle) * frame.col(1)))
+                .normalized();
         const double trial_value = along(trial);
         // By more than round-off: on a plateau the search would wander without end.
         if (trial_value > value + 1e-12) {

@@ -39,8 +39,8 @@ struct Slider {
 };
 Scene slider(const Slider& parameters);
 
-/// A free ball of uniform density resting on the plane z = 0, or `height` above it; both surfaces of
-/// this material.
+/// A free ball of uniform density resting on the plane z = 0, or `height` above it; both surfaces
+/// of this material.
 struct BallOnPlane {
   double radius = 0.1, mass = 1.0, height = 0.0;
   Material material = {};

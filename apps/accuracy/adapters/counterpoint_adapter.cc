@@ -70,7 +70,8 @@ long whole_steps(double duration, double time_step) {
   return steps;
 }
 
-std::unique_ptr<EngineAdapter> counterpoint_adapter(const Scene& scene, const EngineSetting& setting) {
+std::unique_ptr<EngineAdapter> counterpoint_adapter(const Scene& scene,
+                                                    const EngineSetting& setting) {
   if (setting.options.step_control) return std::make_unique<ControlledAdapter>(scene, setting);
   return std::make_unique<CounterpointAdapter>(scene, setting);
 }

@@ -54,11 +54,14 @@ struct EngineSetting {
 /// This engine; by controlled steps where options.step_control is set, of which `steps` of a
 /// passage counts all that were computed. The scene must outlive it. Else `duration` of advance
 /// must be a whole number of time steps, to 1e-6 of one. @throws InputError if not.
-std::unique_ptr<EngineAdapter> counterpoint_adapter(const Scene& scene, const EngineSetting& setting);
+std::unique_ptr<EngineAdapter> counterpoint_adapter(const Scene& scene,
+                                                    const EngineSetting& setting);
 
-/// This engine's semi-implicit steps with the contact law of 2011 (apps/accuracy/kinetic_energy/kinetic_energy.h) in
-/// place of its own; friction is convex whatever the setting says. Slow; for comparison.
-std::unique_ptr<EngineAdapter> kinetic_energy_adapter(const Scene& scene, const EngineSetting& setting);
+/// This engine's semi-implicit steps with the contact law of 2011
+/// (apps/accuracy/kinetic_energy/kinetic_energy.h) in place of its own; friction is convex whatever
+/// the setting says. Slow; for comparison.
+std::unique_ptr<EngineAdapter> kinetic_energy_adapter(const Scene& scene,
+                                                      const EngineSetting& setting);
 
 /// How many time steps make `duration`. @throws InputError unless it is a whole number, 1 or more.
 long whole_steps(double duration, double time_step);

@@ -1,6 +1,6 @@
 // Semi-implicit steps whose contact problem is solved by the 2011 formulation instead of the
-// spectral law (apps/accuracy/kinetic_energy/kinetic_energy.h): dense, in contact space, for comparison
-// only.
+// spectral law (apps/accuracy/kinetic_energy/kinetic_energy.h): dense, in contact space, for
+// comparison only.
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -108,7 +108,8 @@ class KineticEnergyAdapter : public SteppingAdapter {
 
 }  // namespace
 
-std::unique_ptr<EngineAdapter> kinetic_energy_adapter(const Scene& scene, const EngineSetting& setting) {
+std::unique_ptr<EngineAdapter> kinetic_energy_adapter(const Scene& scene,
+                                                      const EngineSetting& setting) {
   return std::make_unique<KineticEnergyAdapter>(scene, setting);
 }
 

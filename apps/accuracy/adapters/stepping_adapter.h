@@ -3,8 +3,8 @@
 
 #include <utility>
 
-#include "measure/thread_clock.h"
 #include "engine_adapter.h"
+#include "measure/thread_clock.h"
 #include "report/failure.h"
 
 namespace counterpoint::apps::accuracy {

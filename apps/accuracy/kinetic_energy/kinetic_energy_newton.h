@@ -5,9 +5,9 @@
 //   minimize  1/2 |w|^2 + sum_i l_i(y_i) + sum_j (p_j (c_N,j - v_min,j) + q*(-p_j)),
 //   w = u + L_N'p,  y = c + b + L u
 //
-// with the potentials l of contact/problem.h. Stationary in u: w = L'f(y); in p: c_N - v_min + L_N w is the
-// speed s(p) at which q' = -p. Over (w, p), the gradient in p would hold A_N'f, whose rounding,
-// where conflicting constraints make f large, was seen to end the refinement at 1e-7.
+// with the potentials l of contact/problem.h. Stationary in u: w = L'f(y); in p: c_N - v_min + L_N
+// w is the speed s(p) at which q' = -p. Over (w, p), the gradient in p would hold A_N'f, whose
+// rounding, where conflicting constraints make f large, was seen to end the refinement at 1e-7.
 #pragma once
 
 #include "accuracy/kinetic_energy/kinetic_energy.h"

@@ -163,7 +163,8 @@ void bind_contact(py::module_& m) {
   c.def(
       "solve_contact_space",
       [](const Array& A, const Array& c0, const Array& mu, bool coulomb, double compliance,
-         double smoothing, double rank_tolerance, const ct::Settings& settings) {  // Parameters: by name
+         double smoothing, double rank_tolerance,
+         const ct::Settings& settings) {  // Parameters: by name
         const ct::ContactSpaceProblem problem = problem_from(A, c0, mu);
         const auto options = options_from(coulomb, compliance, smoothing, rank_tolerance);
         const ct::Settings own = settings;

@@ -166,9 +166,9 @@ Parameters
       .def_readwrite("duration", &O::duration, "What the scene asks for [s]; no step looks at it.")
       .def_readwrite("max_speed", &O::max_speed,
                      "A step fails that leaves a coordinate faster than this [m/s].")
-      .def_readwrite(
-          "closing_time", &O::closing_time,
-          "A closure that stays open, and comes no closer, this long [s] is named in the step's report.")
+      .def_readwrite("closing_time", &O::closing_time,
+                     "A closure that stays open, and comes no closer, this long [s] is named in "
+                     "the step's report.")
       .def_readwrite("contact", &O::contact, "ContactOptions.")
       .def_readwrite("mean_velocity_forces", &O::mean_velocity_forces,
                      "Velocity-dependent forces are those in the middle of the step; False: those "

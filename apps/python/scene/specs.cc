@@ -62,7 +62,8 @@ JointSpec make_joint(const std::string& name, const std::string& type, const std
 ClosureSpec make_closure(const std::string& link_a, const std::string& link_b,
                          const std::string& type, const py::object& anchor_a,
                          const py::object& anchor_b, const std::optional<double>& length,
-                         const std::string& name, bool collide) {  // Parameters: arguments of Python, by name
+                         const std::string& name,
+                         bool collide) {  // Parameters: arguments of Python, by name
   ClosureSpec spec;
   spec.link_a = link_a;
   spec.link_b = link_b;

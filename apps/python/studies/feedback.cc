@@ -1,9 +1,8 @@
 // counterpoint.optimization: feedback along a motion, and motions repeated.
-#include "counterpoint/engine/optimize/optimize.h"
-
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "counterpoint/engine/optimize/optimize.h"
 #include "objects/exceptions.h"
 #include "optimization.h"
 

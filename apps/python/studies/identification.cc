@@ -116,8 +116,7 @@ std::shared_ptr<IdentificationHandle> identify(
   const VectorX start = apps::parameter_values(parameters, e.scene);
   for (size_t i = 0; i < parameters.size(); ++i)
     out->parameters.push_back({parameters[i].name, parameters[i].unit,
-                               start[static_cast<Eigen::Index>(i)],
-                               out->fit.parameters[i]});
+                               start[static_cast<Eigen::Index>(i)], out->fit.parameters[i]});
   return out;
 }
 
@@ -216,7 +215,8 @@ void bind_identification(py::module_& r) {
         return handle_of(apps::with_settings(scene.scene(), settings));
       },
       py::arg("scene"), py::arg("settings"),
-      "A Scene with other figures, KIND[:ELEMENT]=VALUE,... (docs/guide/recordings.md): a model anew.");
+      "A Scene with other figures, KIND[:ELEMENT]=VALUE,... (docs/guide/recordings.md): a model "
+      "anew.");
   r.def(
       "parameter_values",
       [](const SceneHandle& handle, const std::string& text) {

@@ -1,9 +1,9 @@
 // counterpoint.recordings.estimate_motion: the motion behind a noisy recording, and its forces.
 #include <pybind11/stl.h>
 
+#include "counterpoint/engine/estimate/motion_follower.h"
 #include "objects/arrays.h"
 #include "objects/handles.h"
-#include "counterpoint/engine/estimate/motion_follower.h"
 #include "recordings/estimation.h"
 
 namespace counterpoint::python {
@@ -153,7 +153,8 @@ void bind_motion_estimate(py::module_& r) {
             return dict_of(follower.push(time, Eigen::Map<const VectorX>(q.data(), size)));
           },
           py::arg("time"), py::arg("q"),
-          "A row: time [s] and q (nq,), NaN where nothing was measured. Returns the rows known now, "
+          "A row: time [s] and q (nq,), NaN where nothing was measured. Returns the rows known "
+          "now, "
           "as `estimate_motion` does (rows may be none); deviations are NaN.")
       .def(
           "finish", [](MotionFollower& follower) { return dict_of(follower.finish()); },

@@ -252,9 +252,8 @@ void bind_recordings(py::module_& m) {
       },
       py::arg("file"), py::arg("model"), kLoadColumnMapDoc);
   r.def("read_recordings", &read_recordings_of, py::arg("files"), py::arg("columns"),
-        py::arg("scene"), py::kw_only(),
-        py::arg("sources") = std::map<std::string, std::string>(), py::arg("missing_cells") = false,
-        kReadRecordingsDoc);
+        py::arg("scene"), py::kw_only(), py::arg("sources") = std::map<std::string, std::string>(),
+        py::arg("missing_cells") = false, kReadRecordingsDoc);
   r.def("predict", &predict, py::arg("scene"), py::arg("columns"), py::arg("recordings"),
         py::kw_only(), py::arg("substeps") = py::none(), py::arg("horizon") = 0, kPredictDoc);
   r.def("explain", &explain, py::arg("scene"), py::arg("columns"), py::arg("recordings"),

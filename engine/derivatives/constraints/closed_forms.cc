@@ -97,7 +97,8 @@ bool rounds_touch(const Shape& shape_a, const Pose& X_WA, const Shape& shape_b, 
   const double distance = contact.gap + a.radius + b.radius;
   const double to_a = a.radius + 0.5 * contact.gap;
   const Vector3 at_a = middle - to_a * n, at_b = middle + (b.radius + 0.5 * contact.gap) * n;
-  if (!(distance > kSamePlace * (a.radius + b.radius)) || !a.holds(at_a) || !b.holds(at_b)) return false;
+  if (!(distance > kSamePlace * (a.radius + b.radius)) || !a.holds(at_a) || !b.holds(at_b))
+    return false;
   using Row6 = Eigen::Matrix<double, 1, 6>;
   Eigen::Matrix<double, 3, 6> apart;  // of c_B - c_A
   apart << -skew(at_b - contact.position), Matrix3::Identity();

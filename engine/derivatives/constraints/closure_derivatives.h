@@ -1,7 +1,8 @@
 // How the biases of a closure's rows (closures.h) change with the motion.
 //
 // With e the error of the closure, c its acceleration at constant joint velocities, y = J w and
-// r(e) the speed of recovery, the bias of a closure, of which a share s is taken at the pose that w leads to, is
+// r(e) the speed of recovery, the bias of a closure, of which a share s is taken at the pose that w
+// leads to, is
 //
 //   b = r(e) + (1 - s) h c / 2 + s ((e(q (+) h w) - e(q)) / h - y)
 //
@@ -37,7 +38,8 @@ class ClosureDerivator {
   /// Of rows as find_closures makes them, aimed or not: what is below. Needs begin, and aim if
   /// they are aimed.
   void compute(const Model& model, const ContactOptions& options, double h, const Closure& closure,
-               const PairConstraint& pair, const Data& data, bool aimed);  // Parameters: what it depends on, one by one
+               const PairConstraint& pair, const Data& data,
+               bool aimed);  // Parameters: what it depends on, one by one
 
   /// Adds jacobian' `slopes`, of those below, `scale` times: to nv x nv.
   void add_to(MatrixX& out, double scale, const Columns& slopes) const;

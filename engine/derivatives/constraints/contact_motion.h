@@ -61,7 +61,8 @@ class ContactMotionFinder {
 
   bool touch(const Pair& pair, const Contact& contact, bool keep, ContactMotion& out);
   bool touch_stand_ins(const Pair& pair, const Contact& contact, ContactMotion& out);
-  int index_ahead(const Pair& pair, const Pair& after, const Contact& contact, const collision::PairMotion& motion);
+  int index_ahead(const Pair& pair, const Pair& after, const Contact& contact,
+                  const collision::PairMotion& motion);
   /// Parameters: what it depends on, one by one.
   bool touch_ahead(const Pair& pair, const Contact& contact, const collision::PairMotion& motion,
                    const Motion& V_a, const Motion& V_b, double h, ContactMotion& out);

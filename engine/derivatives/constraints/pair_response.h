@@ -65,7 +65,8 @@ struct ImpulseShare {
 
 /// Of a contact in a step of h [s], the law as it is. turning: the gap is less by what the bodies'
 /// turning takes from it (ConstraintFinder).
-void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,  // Parameters: all it depends on
+void find_contact_response(const PairConstraint& pair,
+                           const PairBodies& bodies,  // Parameters: all it depends on
                            const ContactMotion& motion, const LawSlopes& law, bool turning,
                            double h, PairResponse& out, const ImpulseShare& share = {});
 /// n (u_A - u_B): what that is, before it is bounded [m].

@@ -19,8 +19,8 @@ using Slopes = Eigen::Matrix<double, 4, 6>;
 /// A direction of motion: of B against A as `moved` at a place, and of the velocity at the start.
 struct Direction {
   Vector6 moved = Vector6::Zero();
-  Motion speed;                                ///< at the place
-  PlaceMotion ContactMotion::* by = nullptr;  ///< places that follow from a velocity, `moved`
+  Motion speed;                              ///< at the place
+  PlaceMotion ContactMotion::*by = nullptr;  ///< places that follow from a velocity, `moved`
 };
 
 class PatchSlopes {
@@ -28,8 +28,7 @@ class PatchSlopes {
   PatchSlopes(const MovingPatch& moving, int index, const Vector3& place)
       : moving_(moving), index_(index), place_(place) {
     const ContactPatch& patch = moving.patch;
-    for (int k = 0; k < patch.size; ++k)
-      size_ = std::max(size_, (patch.place[k] - place).norm());
+    for (int k = 0; k < patch.size; ++k) size_ = std::max(size_, (patch.place[k] - place).norm());
     const Vector3 across = patch.motion.at(place);
     speed_ = std::max(patch.at_rest, std::max(across.norm(), size_ * patch.motion.angular.norm()));
   }
@@ -121,7 +120,7 @@ void add_patch_response(const MovingPatch& moving, int index, const PairConstrai
   out.v_a -= by_speed;
   out.by_v = true;
   if (!own.by_v) return;
-  const auto ahead = [&](PlaceMotion ContactMotion::* by) {
+  const auto ahead = [&](PlaceMotion ContactMotion::*by) {
     const auto moved = [by](const Vector6& d) { return Direction{d, {}, by}; };
     return less_turned(slopes.by(slopes.place_step(), moved), own.*by);
   };

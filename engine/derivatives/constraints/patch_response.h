@@ -1,6 +1,7 @@
-// How the friction of a patch that spins (contact_patch.h) goes with the motion of its two bodies: the
-// share of it that is left, and where it acts. By central differences of find_friction alone, which
-// is smooth, in the linear motion of its contacts; what the law makes of them is in closed form.
+// How the friction of a patch that spins (contact_patch.h) goes with the motion of its two bodies:
+// the share of it that is left, and where it acts. By central differences of find_friction alone,
+// which is smooth, in the linear motion of its contacts; what the law makes of them is in closed
+// form.
 #pragma once
 
 #include <array>

@@ -29,7 +29,8 @@ COUNTERPOINT_INTO_EACH void transpose_four(const Four* in, Four* out) {
 
 /// to = scale from', where lines of `from` are from_stride apart, `lines` of `length` numbers.
 COUNTERPOINT_WIDE void transpose(const double* from, int from_stride, int lines, int length,
-                                 double scale, double* to, int to_stride) {  // Parameters: matrices and their places
+                                 double scale, double* to,
+                                 int to_stride) {  // Parameters: matrices and their places
   int j = 0;
   for (; j + 4 <= lines; j += 4) {
     int i = 0;

@@ -159,7 +159,8 @@ class TreeSweep {
   void add_translations(const Body& body, int first, int count, const Data& data,
                         const SweepInput& in, Moving& moving);
   void add_rotations(const Body& body, int first, int count, const Vector3& origin,
-                     const Data& data, const SweepInput& in, Moving& moving);  // Parameters: all it depends on
+                     const Data& data, const SweepInput& in,
+                     Moving& moving);  // Parameters: all it depends on
   /// Carried weight (gravity_compensation.h) as a load that keeps its axes. True if there is any.
   bool add_carried_weight(const Model& model, const Tree& tree, const Data& data,
                           const Vector3& gravity);
@@ -169,7 +170,8 @@ class TreeSweep {
   int list_columns(const Model& model, int body, int common, int* list) const;
   void enter(const Model& model, int i, const SweepInput& in, bool respond);
   void write_columns(const Model& model, int i, const SweepInput& in, SweepOutput& out);
-  void write_column(int k, int group_begin, int group_end, const Composite& whole,  // Parameters: all it depends on
+  void write_column(int k, int group_begin, int group_end,
+                    const Composite& whole,  // Parameters: all it depends on
                     const BodyResponse* response, const SweepInput& in, SweepOutput& out);
 
   std::vector<Column> columns_;          ///< nv

@@ -26,9 +26,8 @@ RowSlopes row_slopes(const SimulationOptions& options, const JointConstraint& ro
   if (std::isnan(row.gap_bias) || row.law.type != contact::LawType::kUnilateral) return {};
   const double gap = row.gap, sign = row.coefficient[0];
   const double alpha = weights.dof[row.v_index[0]];
-  const double bias = displacing
-                          ? gap_bias_slope(options.contact, h, gap)
-                          : law_bias_slope(law_options(options), h, gap);
+  const double bias = displacing ? gap_bias_slope(options.contact, h, gap)
+                                 : law_bias_slope(law_options(options), h, gap);
   return {sign * bias, sign * limit_smoothing_slope(options.contact, alpha, gap)};
 }
 

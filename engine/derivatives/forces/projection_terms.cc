@@ -45,7 +45,8 @@ ProjectionTerms::ProjectionTerms(const Model& model)
   for (const Tree& tree : model.trees()) any = any || tree.body_end - tree.body_begin > 1;
   if (!any) return;
   for (MatrixX* m : {&dq_, &dv_, &da_, &solved_}) m->setZero(nv, nv);
-  for (MatrixX* m : {&start_.by_q, &start_.by_x, &end_.by_q, &end_.by_x, &by_q_, &by_v_}) m->setZero(nv, 4);
+  for (MatrixX* m : {&start_.by_q, &start_.by_x, &end_.by_q, &end_.by_x, &by_q_, &by_v_})
+    m->setZero(nv, 4);
   at_pose_.emplace(model);
 }
 
@@ -124,10 +125,10 @@ void ProjectionTerms::find_gradients(const InverseArguments& of, const Tree& tre
 }
 
 /// by_q_, by_v_: first column of the scale, without what goes through the change by the forces
-/// (the rows by which that counts are left in end_.by_x); then of the momentum that the centre of mass
-/// lacks, likewise, at that scale. moved_: scale times w.
-void ProjectionTerms::find_scale_gradient(const InverseArguments& of, const Tree& tree, double scale,
-                                          bool predicted, const VectorX& rotors) {
+/// (the rows by which that counts are left in end_.by_x); then of the momentum that the centre of
+/// mass lacks, likewise, at that scale. moved_: scale times w.
+void ProjectionTerms::find_scale_gradient(const InverseArguments& of, const Tree& tree,
+                                          double scale, bool predicted, const VectorX& rotors) {
   const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
   at_.segment(begin, n) = of.v.segment(begin, n);
   find_gradients(of, tree, 0.0, predicted, at_, rotors, start_);
@@ -148,7 +149,8 @@ void ProjectionTerms::add(const InverseArguments& of, int t, bool predicted,
   const Tree& tree = model.trees()[t];
   const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
   const auto part = Eigen::seqN(begin, n);
-  const double share = ws.start.energy_projection().share(t), scale = ws.start.energy_projection().scale(t);
+  const double share = ws.start.energy_projection().share(t),
+               scale = ws.start.energy_projection().scale(t);
   const VectorX& plain = ws.start.energy_projection().plain_change();
   const VectorX& rotors = rotor_inertia(model, effects, ws);
   a_(part) = plain(part) / h;
@@ -183,7 +185,8 @@ void ProjectionTerms::add(const InverseArguments& of, int t, bool predicted,
   const int columns = end_.at.floats ? 4 : 1;
   // How fast each grows with the scale: rows (v + plain).
   Eigen::Matrix<double, 4, 1> grows = Eigen::Matrix<double, 4, 1>::Zero();
-  for (int c = 0; c < columns; ++c) grows[c] = end_.by_x.col(c).head(n).dot(other_.segment(begin, n));
+  for (int c = 0; c < columns; ++c)
+    grows[c] = end_.by_x.col(c).head(n).dot(other_.segment(begin, n));
   if (!solve_rows(M, dyn_v, columns, predicted)) return;
   if (predicted) {
     const auto Y = solved_.topLeftCorner(n, n);

@@ -37,7 +37,8 @@ class ProjectionTerms {
   };
   static int fastest(const Tree& tree, const Data& data);
   static void add_turn_gradient(const Model& model, const Tree& tree, int body, double by,
-                                const Data& data, VectorX& dq, VectorX& dv);  // Parameters: all it depends on
+                                const Data& data, VectorX& dq,
+                                VectorX& dv);  // Parameters: all it depends on
   void find_share_gradient(const Model& model, const Tree& tree, double h, bool predicted,
                            const Data& data);
   void find_gradients(const InverseArguments& of, const Tree& tree, double from, bool predicted,

@@ -63,8 +63,7 @@ LawChange limit_law_change(const SimulationOptions& options, double alpha,
   const double h = options.time_step;
   const LawOptions law = law_options(options);
   LawChange out = strength_change(options.contact, alpha, row.gap, kLimitReach, source);
-  out.bias = law_bias_change(law, h, row.gap,
-                             kept_recovery_change(law, h, source), source);
+  out.bias = law_bias_change(law, h, row.gap, kept_recovery_change(law, h, source), source);
   return out;
 }
 

@@ -171,9 +171,11 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
     if (!find_slip(p, model, options, pair, ws, change.slip_speed)) return false;
     // How friction of a bounce and of what spins goes with anything is left to differences.
     if (contact::leans(pair.law) || pair.spins) return false;
-    // So is how that of a ball that bounces goes with its place in the body: off the centre it leans.
+    // So is how that of a ball that bounces goes with its place in the body: off the centre it
+    // leans.
     if (p.kind() == K::kHeight && pair.law.coulomb &&
-        only(effects, model.pair_material(contact.geometry_a, contact.geometry_b)).restitution > 0.0)
+        only(effects, model.pair_material(contact.geometry_a, contact.geometry_b)).restitution >
+            0.0)
       return false;
     const Source source{only(effects, model.pair_material(contact.geometry_a, contact.geometry_b)),
                         weights.contact[pair.body_a] + weights.contact[pair.body_b], contact.gap};
@@ -219,8 +221,8 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
     closed = !(gap > 0.0);
   }
   const Vector3 v = pair.frame.transpose() * start.linear;
-  const Bounce bounce =
-      ws.finder.find_contact_bounce(model, options, effects, ws.data, {source.surface, pair, gap, v});
+  const Bounce bounce = ws.finder.find_contact_bounce(model, options, effects, ws.data,
+                                                      {source.surface, pair, gap, v});
   const ContactStart from{source.surface, source.alpha, gap, v, bounce};
   const LawOptions made_with = law_options(options, ws.finder.is_wedged(pair));
   LawSlopes slopes = contact_law_slopes(made_with, h, from);
@@ -274,9 +276,8 @@ void ParameterConstraints::add_joint_rows(const PreparedParameter& p,
       y[0] += row.coefficient[k] * v_next[row.v_index[k]];
     }
     const bool limit = row.law.type == contact::LawType::kUnilateral && !std::isnan(row.gap_bias);
-    LawChange change =
-        limit ? limit_law_change(options, alpha, row, source)
-              : plain_law_change(options, row.law, alpha, source);
+    LawChange change = limit ? limit_law_change(options, alpha, row, source)
+                             : plain_law_change(options, row.law, alpha, source);
     if (row.law.type == contact::LawType::kDryFriction && p.kind() == K::kDryFriction &&
         p.has(row.v_index[0]))
       change.bound = options.time_step;

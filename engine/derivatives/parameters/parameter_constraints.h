@@ -38,9 +38,11 @@ class ParameterConstraints {
                   PlaceChange& out);
   bool find_slip(const PreparedParameter& p, const Model& model, const SimulationOptions& options,
                  const PairConstraint& pair, const Workspace::Impl& ws, double& out);
-  static void add_contact(const Model& model, const SimulationOptions& options,  // Parameters: all it depends on
-                          EffectSet effects, const PairConstraint& pair, const Source& source, const LawSource& change,
-                          const PlaceChange& place, Workspace::Impl& ws, VectorOut du);
+  static void add_contact(const Model& model,
+                          const SimulationOptions& options,  // Parameters: all it depends on
+                          EffectSet effects, const PairConstraint& pair, const Source& source,
+                          const LawSource& change, const PlaceChange& place, Workspace::Impl& ws,
+                          VectorOut du);
 
   ContactMotionFinder motions_;
 };

@@ -1,8 +1,7 @@
-#include "counterpoint/engine/derivatives.h"
-
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/derivatives/parameters/perturbed.h"
 #include "counterpoint/model/model_builder.h"
 

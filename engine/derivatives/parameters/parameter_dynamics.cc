@@ -68,8 +68,7 @@ void ParameterDynamics::add(const Parameters& parameters, const InverseArguments
     regressor_.set_motion(model, terms == TreeTerms::kPlain ? v.data() : nullptr,
                           ws.acceleration.data(), gravity, ws.data);
     add_inertias(parameters, model, tree, ws.data, 1.0, du);
-    if (terms == TreeTerms::kPredicted)
-      add_prediction(parameters, of, tree, gravity, ws, du);
+    if (terms == TreeTerms::kPredicted) add_prediction(parameters, of, tree, gravity, ws, du);
   }
   regressor_.set_motion(model, nullptr, nullptr, down, ws.data);
   add_gravity(parameters, model, moving_bodies(model), ws.data, du);
@@ -209,8 +208,8 @@ void ParameterDynamics::add_flyers(const Parameters& parameters, const InverseAr
     const DifferenceScheme scheme = difference_scheme(1e-3 * gravity.norm(), 0.0, true);
     for_each(parameters, K::kGravity, [&](const PreparedParameter&, Eigen::Index k) {
       for (size_t s = 0; s < at.size(); ++s)
-        at[s] = stacked(ws.start.free_flight().mean_force(model, n, h, omega,
-                                                  R.transpose() * (gravity + scheme.at[s] * down)));
+        at[s] = stacked(ws.start.free_flight().mean_force(
+            model, n, h, omega, R.transpose() * (gravity + scheme.at[s] * down)));
       add(k, scheme(at));
     });
   }

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <optional>
 
-#include "counterpoint/engine/dynamics/inverse_weights.h"
 #include "counterpoint/engine/derivatives/parameters/perturbed.h"
+#include "counterpoint/engine/dynamics/inverse_weights.h"
 #include "counterpoint/engine/forces/free_flight.h"
 
 namespace counterpoint {

@@ -12,9 +12,9 @@
 //   du   = (dR/dq) dq + (dR/dv) dv + (dR/dm) dm
 //
 // R as without constraints (midpoint_derivator.h), G as the inverse of an Euler step without other
-// forces. Closures and mimic joints shift where R is taken by what they will do (velocity_predictor.h): then,
-// and as a reference, by differences of u and of m + w - v - v+, both by (q, v, w, v+), where
-// v + v+ - w - m = 0 says what dw is.
+// forces. Closures and mimic joints shift where R is taken by what they will do
+// (velocity_predictor.h): then, and as a reference, by differences of u and of m + w - v - v+, both
+// by (q, v, w, v+), where v + v+ - w - m = 0 says what dw is.
 #pragma once
 
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"

@@ -96,16 +96,15 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
     closed = !(gap > 0.0);
   }
   const Vector3 v = pair.frame.transpose() * (bodies.start_b.linear - bodies.start_a.linear);
-  const Bounce bounce = ws.finder.find_contact_bounce(model, options, effects, ws.data,
-                                                      {surface, pair, gap, v});
+  const Bounce bounce =
+      ws.finder.find_contact_bounce(model, options, effects, ws.data, {surface, pair, gap, v});
   if (contact::leans(pair.law) || (bounce.happens && bounce.spins) ||
       (gap > 0.0 && bounce.parting * h > gap)) {
     find_velocity_response(pair, bodies, out);  // how directions and shares go with the motion
     return false;
   }
-  LawSlopes slopes =
-      contact_law_slopes(law_options(options, ws.finder.is_wedged(pair)), h,
-                         {surface, alpha, gap, v, bounce});
+  LawSlopes slopes = contact_law_slopes(law_options(options, ws.finder.is_wedged(pair)), h,
+                                        {surface, alpha, gap, v, bounce});
   const Vector3 fall = ws.finder.relative_fall(effects, pair);
   slopes.normal = slopes.fall * fall;
   if (displacing_ == Displacing::kRecovery)
@@ -124,8 +123,7 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
 
 /// What the friction of a contact of a patch that spins changes by with that.
 bool InverseDerivator::add_patch(const InverseArguments& of, size_t contact,
-                                 const PairBodies& bodies, Workspace::Impl& ws,
-                                 PairResponse& out) {
+                                 const PairBodies& bodies, Workspace::Impl& ws, PairResponse& out) {
   const ConstraintSet& set = ws.constraints;
   const auto same_pair = [&](size_t i) {
     const collision::Candidate &a = set.contacts[i], &b = set.contacts[contact];

@@ -58,9 +58,8 @@ bool RungeKuttaDerivator::accelerate(const Model& model, const SmoothDerivator& 
   return true;
 }
 
-bool RungeKuttaDerivator::compute(const StepContext& start, const Input& input,
-                                  Workspace::Impl& ws, SmoothDerivator& smooth,
-                                  ForwardDerivatives& d) {
+bool RungeKuttaDerivator::compute(const StepContext& start, const Input& input, Workspace::Impl& ws,
+                                  SmoothDerivator& smooth, ForwardDerivatives& d) {
   const auto& [model, options, effects, q, v] = start;
   const double h = start.h();
   refuse_constraints(effects);

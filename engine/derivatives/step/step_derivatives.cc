@@ -1,8 +1,7 @@
-#include "counterpoint/engine/derivatives.h"
-
 #include <algorithm>
 #include <optional>
 
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/derivatives/dynamics/rotation_maps.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/step/center_terms.h"
@@ -65,8 +64,8 @@ void chain_displacement(const Model& model, double h, const VectorRef& v_next,
 
 /// q_next = q (+) h w moves by P dq + h Q dw: w is v_next, of the midpoint rule the mean of both
 /// ends, or what impulses make of it.
-void chain_configuration(const InverseArguments& of, const ConstrainedMidpoint* impulses, VectorX& r,
-                         ForwardDerivatives& d) {
+void chain_configuration(const InverseArguments& of, const ConstrainedMidpoint* impulses,
+                         VectorX& r, ForwardDerivatives& d) {
   const Model& model = of.model;
   const bool midpoint = of.options.integrator == Integrator::kImplicitMidpoint;
   const double h = of.h(), share = midpoint ? 0.5 : 1.0;
@@ -133,7 +132,8 @@ void fill_with_nan(int nv, InverseDerivatives& d) {
 void step_inverse_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
                               VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& out, InverseDerivatives& d,
-                              DerivativeMethod method, double difference_step) {  // Parameters: all it depends on
+                              DerivativeMethod method,
+                              double difference_step) {  // Parameters: all it depends on
   step_inverse(model, options, q, v, q_next, v_next, known, workspace, out);
   if (out.fault.any()) return fill_with_nan(model.nv(), d);
   Workspace::Impl& ws = workspace.impl();
@@ -170,7 +170,8 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
 bool step_forward_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
                               VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& inverse, InverseDerivatives& d_inverse,
-                              ForwardDerivatives& d, DerivativeMethod method) {  // Parameters: all it depends on
+                              ForwardDerivatives& d,
+                              DerivativeMethod method) {  // Parameters: all it depends on
   const int nv = model.nv();
   MatrixX* const all[] = {&d.dv_dq, &d.dv_dv, &d.dv_du, &d.dq_dq, &d.dq_dv, &d.dq_du};
   for (MatrixX* m : all)

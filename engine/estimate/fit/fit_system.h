@@ -1,4 +1,5 @@
-// The least squares problem that Levenberg-Marquardt sees: shares of the ranges in place of values, a loss a group.
+// The least squares problem that Levenberg-Marquardt sees: shares of the ranges in place of values,
+// a loss a group.
 #pragma once
 
 #include <algorithm>

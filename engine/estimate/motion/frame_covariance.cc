@@ -53,8 +53,7 @@ class Elimination {
       const int i = reversed_ ? n_ - 1 - a : a;
       return band_.block(i, i).selfadjointView<Eigen::Lower>();
     }
-    return reversed_ ? MatrixX(band_.block(n_ - 1 - b, n_ - 1 - a).transpose())
-                     : band_.block(a, b);
+    return reversed_ ? MatrixX(band_.block(n_ - 1 - b, n_ - 1 - a).transpose()) : band_.block(a, b);
   }
 
   const optimization::BlockCholesky& band_;

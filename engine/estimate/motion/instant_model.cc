@@ -283,8 +283,8 @@ void InstantModel::evaluate(const MotionPoint& point, const SimulationOptions& o
   out.cost += p.problem.sensor_loss().cost(out.sensed);
 }
 
-/// Contact forces and wrenches have no closed form of their own here: central differences. Needs the
-/// derivatives of the applied force.
+/// Contact forces and wrenches have no closed form of their own here: central differences. Needs
+/// the derivatives of the applied force.
 void InstantModel::differentiate_sensed(const MotionPoint& point, const SimulationOptions& options,
                                         int t, Instant& out) {
   Impl& p = *impl_;

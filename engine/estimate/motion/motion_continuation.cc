@@ -70,8 +70,8 @@ ContinuationResult continue_motion(const MotionProblem& problem,
       fit.begin(options, extrapolated(problem.model, *before, *last, smoothing));
       if (!(fit.cost() < cost)) fit.begin(options, start);
     }
-    result.steps += fit.minimize(continuation.most_steps, continuation.tolerance,
-                                 continuation.stop);
+    result.steps +=
+        fit.minimize(continuation.most_steps, continuation.tolerance, continuation.stop);
     if (last && fit.cost() > kDearer * last->cost && smoothing <= kFormed) {
       factor = std::sqrt(factor);
       if (factor < kLeastFactor) {
@@ -108,9 +108,8 @@ ContinuationResult continue_motion(const MotionProblem& problem,
   }
   if (!problem.parameters.empty()) {  // their places mean nothing while contacts reach far
     fit.free_parameters(true);
-    result.steps +=
-        fit.minimize(continuation.most_steps, kParameterTolerance * continuation.tolerance,
-                     continuation.stop);
+    result.steps += fit.minimize(continuation.most_steps,
+                                 kParameterTolerance * continuation.tolerance, continuation.stop);
   }
   result.cost = fit.cost();
   return result;

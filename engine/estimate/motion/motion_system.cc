@@ -46,12 +46,10 @@ void MotionSystem::add(int t, const InstantEquations& equations) {
     if (frame < 0 || frame >= band_.num_blocks()) continue;
     gradient_.col(frame) += equations.gradient.segment(a * nv_, nv_);
     for (int k = 0; k < parameters_; ++k)
-      border_[static_cast<std::size_t>(k)].col(frame) +=
-          equations.border.block(a * nv_, k, nv_, 1);
+      border_[static_cast<std::size_t>(k)].col(frame) += equations.border.block(a * nv_, k, nv_, 1);
     for (int b = 0; b <= a; ++b) {
       const int other = t - 2 + b;
-      if (other >= 0)
-        band_.block(frame, other) += equations.gram.block(a * nv_, b * nv_, nv_, nv_);
+      if (other >= 0) band_.block(frame, other) += equations.gram.block(a * nv_, b * nv_, nv_, nv_);
     }
   }
   corner_ += equations.corner;

@@ -28,10 +28,10 @@ void set_forces(const Inverse& inverse, const std::vector<ContactEstimate>& pair
   out.setZero();
   for (const ContactForce& one : inverse.contacts) {
     const Pair key(one.contact.geometry_a, one.contact.geometry_b);
-    const auto it = std::lower_bound(
-        pairs.begin(), pairs.end(), key, [](const ContactEstimate& e, const Pair& wanted) {
-          return Pair(e.geometry_a, e.geometry_b) < wanted;
-        });
+    const auto it = std::lower_bound(pairs.begin(), pairs.end(), key,
+                                     [](const ContactEstimate& e, const Pair& wanted) {
+                                       return Pair(e.geometry_a, e.geometry_b) < wanted;
+                                     });
     if (it == pairs.end() || Pair(it->geometry_a, it->geometry_b) != key) continue;
     out.segment<3>(3 * (it - pairs.begin())) += one.force;
   }
@@ -129,8 +129,7 @@ std::vector<PairForces> differentiate_pair_forces(const MotionProblem& problem, 
     differentiate_by_frames(fit.point(), fit.options(), t, model,
                             scratch[static_cast<std::size_t>(thread)], fit.model(), at);
   });
-  fit.pool().run(parameters,
-                 [&](int k, int) { differentiate_by_parameter(problem, fit, k, out); });
+  fit.pool().run(parameters, [&](int k, int) { differentiate_by_parameter(problem, fit, k, out); });
   return out;
 }
 

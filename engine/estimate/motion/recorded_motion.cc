@@ -53,8 +53,8 @@ void leave_out_missing(const Model& model, const Recording& recording, Eigen::In
 }
 
 /// Rows at `h` from one to the next, each interpolated between the two recorded rows around it.
-void resample(const Model& model, const Recording& recording, double h,
-              const VectorX& recorded, RecordedMotion& out) {
+void resample(const Model& model, const Recording& recording, double h, const VectorX& recorded,
+              RecordedMotion& out) {
   const std::vector<double>& time = recording.time;
   const int rows = 1 + static_cast<int>(std::floor((time.back() - time.front()) / h + 1e-9));
   out.measured.resize(model.nv(), rows);
@@ -67,9 +67,9 @@ void resample(const Model& model, const Recording& recording, double h,
     const double share = std::clamp((t - time[before]) / interval, 0.0, 1.0);
     const auto column = static_cast<Eigen::Index>(before);
     out.time.push_back(t);
-    out.frames.push_back(moved(
-        model, recording.q.col(column),
-        share * difference(model, recording.q.col(column), recording.q.col(column + 1))));
+    out.frames.push_back(
+        moved(model, recording.q.col(column),
+              share * difference(model, recording.q.col(column), recording.q.col(column + 1))));
     out.force.col(row) = (1.0 - share) * recording.applied_force.col(column) +
                          share * recording.applied_force.col(column + 1);
     const bool gap = interval > kGap * h && share > 0.0 && share < 1.0;
@@ -92,8 +92,8 @@ void leave_out_spikes(const Model& model, RecordedMotion& motion) {
       const double least = std::min(std::abs(left), std::abs(right));
       const double speed = std::max(std::abs(d(i, row - 2)), std::abs(d(i, row + 1)));
       if (motion.measured(i, row) == 0.0 || left * right <= 0.0 ||
-          least <= kDamage * std::sqrt(6.0) * std::max(motion.noise[i], kLeastDamage) +
-                       kFast * speed)
+          least <=
+              kDamage * std::sqrt(6.0) * std::max(motion.noise[i], kLeastDamage) + kFast * speed)
         continue;
       // Both lines miss by the spike, the neighbours' own by half as much the other way.
       const double bend = d(i, row) - d(i, row - 1);
@@ -166,8 +166,7 @@ RecordedMotion prepare(const Model& model, const ColumnMap& map, const Recording
   out.resampled = !even;
   if (even) {
     out.time = recording.time;
-    for (int row = 0; row < recording.num_rows(); ++row)
-      out.frames.push_back(recording.q.col(row));
+    for (int row = 0; row < recording.num_rows(); ++row) out.frames.push_back(recording.q.col(row));
     out.measured = recorded.replicate(1, recording.num_rows());
     for (int row = 0; row < recording.num_rows(); ++row)
       leave_out_missing(model, recording, row, out.measured.col(row));

@@ -25,8 +25,8 @@ enum class SensorKind {
   kCoordinate,       ///< position of a joint of one coordinate [m, rad]
   kContactForce,     ///< sum of the contact forces on some links, in W [N]
   kJointForce,       ///< applied force of a joint of one coordinate [N, N m]
-  kLinkForce,   ///< force through a link's joint, from the parent, in the sensor's axes [N]
-  kLinkTorque,  ///< moment of that about the sensor's point, in the sensor's axes [N m]
+  kLinkForce,        ///< force through a link's joint, from the parent, in the sensor's axes [N]
+  kLinkTorque,       ///< moment of that about the sensor's point, in the sensor's axes [N m]
 };
 /// Numbers that a reading has, and components of its error.
 int reading_size(SensorKind kind);

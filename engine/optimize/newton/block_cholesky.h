@@ -3,9 +3,9 @@
 //
 // Neighbouring blocks in the middle, as many as the band is wide, separate the motion, and as many
 // more at the seam where it is periodic: two independent chains are left, which are eliminated in
-// parallel, block after block. A front contains the next blocks of the band and the seam (multifrontal:
-// Duff and Reid, "The multifrontal solution of indefinite sparse symmetric linear equations",
-// 1983); the separators come last, as one dense matrix.
+// parallel, block after block. A front contains the next blocks of the band and the seam
+// (multifrontal: Duff and Reid, "The multifrontal solution of indefinite sparse symmetric linear
+// equations", 1983); the separators come last, as one dense matrix.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -39,8 +39,8 @@ class BlockCholesky {
   void solve(MatrixX& x, ThreadPool& pool);
 
  private:
-  /// Blocks eliminated one after the other. `width` slots hold those that come next, block k in slot
-  /// k modulo `width`; others those separators that all of the chain may see.
+  /// Blocks eliminated one after the other. `width` slots hold those that come next, block k in
+  /// slot k modulo `width`; others those separators that all of the chain may see.
   struct Chain {
     int width = 2;
     std::vector<int> blocks;      ///< in order, and behind them the separators at its end

@@ -144,7 +144,8 @@ class TreeReader {
   /// moved. Between them lie links without mass. `at`: the body's frame, in the link it hangs on so
   /// far.
   void add_joint(const Element& element, int body, std::size_t number, bool last,
-                 const std::string& childclass, std::string& hangs_on, Pose& at) {  // Parameters: all it depends on
+                 const std::string& childclass, std::string& hangs_on,
+                 Pose& at) {  // Parameters: all it depends on
     JointRead read = read_joint(document_, defaults_, element, childclass);
     const BodyNode& node = out_.bodies[body];
     const bool is_free = read.spec.type == JointType::kFloating;

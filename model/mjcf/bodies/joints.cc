@@ -39,11 +39,30 @@ void read_force_range(Document& document, const Values& v, const Compiler& compi
 }
 
 void expect_joint_words(Document& document, const Element& element) {
-  document.expect(element,
-                  {"name", "class", "type", "group", "pos", "axis", "springdamper", "limited", "actuatorfrclimited",
-                   "solreflimit", "solimplimit", "solreffriction", "solimpfriction", "stiffness", "range",
-                   "actuatorfrcrange", "actuatorgravcomp", "margin", "ref", "springref", "armature", "damping",
-                   "frictionloss", "user"});
+  document.expect(element, {"name",
+                            "class",
+                            "type",
+                            "group",
+                            "pos",
+                            "axis",
+                            "springdamper",
+                            "limited",
+                            "actuatorfrclimited",
+                            "solreflimit",
+                            "solimplimit",
+                            "solreffriction",
+                            "solimpfriction",
+                            "stiffness",
+                            "range",
+                            "actuatorfrcrange",
+                            "actuatorgravcomp",
+                            "margin",
+                            "ref",
+                            "springref",
+                            "armature",
+                            "damping",
+                            "frictionloss",
+                            "user"});
 }
 
 }  // namespace

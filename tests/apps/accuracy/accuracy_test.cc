@@ -234,7 +234,8 @@ TEST(Accuracy, DeviationIsTheRootMeanSquareOnTheManifold) {
   EXPECT_NEAR(deviation(scene.model, scene.q, q).all, 0.5 / std::sqrt(6.0), 1e-15);
 }
 
-// ---- physics of contact ---------------------------------------------------------------------------
+// ---- physics of contact
+// ---------------------------------------------------------------------------
 
 TEST(Accuracy, MeasuresPhysicsOfContact) {
   const Scene scene = sliding_box();

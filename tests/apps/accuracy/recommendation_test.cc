@@ -1,4 +1,5 @@
-// Orders, fronts and recommendations on made-up figures; pieces of a motion, and an engine made up for the test.
+// Orders, fronts and recommendations on made-up figures; pieces of a motion, and an engine made up
+// for the test.
 #include "accuracy/recommendation.h"
 
 #include <fmt/format.h>
@@ -109,13 +110,13 @@ TEST(Accuracy, MeasuresAnyEngine) {
   const auto family = [](const std::string& name, auto make) {
     return Family{"peer", name, "effort", {{name, 1.0, "", make}}};
   };
-  const auto measured =
-      measure(scene, plan, reference,
-              {family("off", [] { return std::make_unique<MadeUpAdapter>(0.6, false); }),
-               family("fails", [] { return std::make_unique<MadeUpAdapter>(0.0, true); }),
-               family("refuses",
-                      []() -> std::unique_ptr<EngineAdapter> { throw InputError("it knows no boxes"); })},
-              {.repeats = 3, .physics = true, .contacts = false});
+  const auto measured = measure(
+      scene, plan, reference,
+      {family("off", [] { return std::make_unique<MadeUpAdapter>(0.6, false); }),
+       family("fails", [] { return std::make_unique<MadeUpAdapter>(0.0, true); }),
+       family("refuses",
+              []() -> std::unique_ptr<EngineAdapter> { throw InputError("it knows no boxes"); })},
+      {.repeats = 3, .physics = true, .contacts = false});
   ASSERT_EQ(measured.size(), 3u);
   EXPECT_NEAR(measured[0].points[0].error.all, 0.6 / std::sqrt(6.0), 1e-12);
   EXPECT_NEAR(measured[0].points[0].cost, 2.0, 1e-12);  // the median of 1, 2, 3

@@ -136,9 +136,9 @@ Simulator two_boxes(bool welded, double h) {
 
 TEST(Weld, TwoFreeBoxesMoveAsOneBody) {
   // Both are of first order, with different errors: each of the two boxes flies on by itself, and
-  // the weld corrects it; the centre of mass of the single body, which is not its origin, moves as it
-  // should (free_groups.h). The difference must fall with h, and be of the size of the single body's
-  // own error, that of its turning, taken from a step 16 times smaller.
+  // the weld corrects it; the centre of mass of the single body, which is not its origin, moves as
+  // it should (free_groups.h). The difference must fall with h, and be of the size of the single
+  // body's own error, that of its turning, taken from a step 16 times smaller.
   double open = 0.0, last_open = 0.0;
   const auto pose_after = [&](Simulator sim) {
     const int steps = static_cast<int>(std::lround(1.0 / sim.options().time_step));

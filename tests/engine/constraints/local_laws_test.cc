@@ -1,6 +1,6 @@
-// A contact's law is a function of its own motion and of the two bodies that it joins: what does not
-// touch them, however heavy and fast, is no part of it. Only the slip of friction (friction_slip.h)
-// goes by what moves on bodies that touch them, and on bodies that touch those.
+// A contact's law is a function of its own motion and of the two bodies that it joins: what does
+// not touch them, however heavy and fast, is no part of it. Only the slip of friction
+// (friction_slip.h) goes by what moves on bodies that touch them, and on bodies that touch those.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -58,7 +58,8 @@ bool is_same(const contact::Law& a, const contact::Law& b, bool slip) {
   return a.type == b.type && a.rows == b.rows && a.coulomb == b.coulomb &&
          same_bits(a.regularizer, b.regularizer) && same_bits(a.smoothing, b.smoothing) &&
          (!slip || same_bits(a.slip_speed, b.slip_speed)) && same_bits(a.bound, b.bound) &&
-         same_bits(a.friction, b.friction) && same_bits(a.lean, b.lean) && same_bits(a.bias, b.bias);
+         same_bits(a.friction, b.friction) && same_bits(a.lean, b.lean) &&
+         same_bits(a.bias, b.bias);
 }
 
 /// All of a are among b: beside a fast body contacts are looked for farther off.
@@ -77,9 +78,9 @@ TEST(LocalLaws, WhatDoesNotTouchTheTwoBodiesChangesNoLaw) {
       const auto laws = laws_between_first_two(base);
       ASSERT_EQ(laws.size(), 4U);
       // On the third box, which joins it to their island; on the ground beside; far off.
-      for (const auto& [place, apart] : {std::pair("0.03, 0.01, 0.69997", false),
-                                         std::pair("1, 0, 0.09999", true),
-                                         std::pair("0, 50, 70", true)}) {
+      for (const auto& [place, apart] :
+           {std::pair("0.03, 0.01, 0.69997", false), std::pair("1, 0, 0.09999", true),
+            std::pair("0, 50, 70", true)}) {
         for (const double mass : {1e-6, 1.0, 1e9}) {
           std::ostringstream other;
           other << base << "  - {name: other, box: [0.1, 0.1, 0.1], mass: " << mass
@@ -116,7 +117,8 @@ double creep_in_the_grip(double rim_speed, double time_step) {
   <limit lower="-0.05" upper="0.05" effort="60" velocity="1"/></joint>
 </robot>)");
   std::ostringstream text;
-  text << "time_step: " << time_step << "\nground: {friction: 0.5}\ndefaults: {friction: 0.5}\nmodels:\n"
+  text << "time_step: " << time_step
+       << "\nground: {friction: 0.5}\ndefaults: {friction: 0.5}\nmodels:\n"
        << "  - {urdf: robot.urdf, name: r, base: floating, position: [0, 0, 0.1], dynamics: {"
        << "jl: {servo: {stiffness: 5000, damping: 50, position: 0.004}}, "
        << "jr: {servo: {stiffness: 5000, damping: 50, position: 0.004}}, "

@@ -1,12 +1,11 @@
 // Bodies on ground made of triangles move as on the plane, and do not fall through hills.
-#include "counterpoint/model/geometry.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/model.h"
 #include "support/allocation_guard.h"
 #include "support/random_model.h"

@@ -139,7 +139,8 @@ TEST_P(FastPair, AtThePosesThatTheMotionLeadsTo) {
   }
   EXPECT_GT(ahead, 9);
   // Of 60. The two shapes move as one free group, and differences of their momentum at this step
-  // are near the rounding of it; where a bounce points jumps with which contacts there are: up to 13.
+  // are near the rounding of it; where a bounce points jumps with which contacts there are: up
+  // to 13.
   EXPECT_LT(kinks, 14);
 }
 

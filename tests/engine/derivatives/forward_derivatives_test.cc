@@ -207,8 +207,7 @@ Scene bouncing(ShapeType a, ShapeType b, bool hard, int seed) {
 /// An impact falls into the step: poses know when (bounce.h). Without friction
 /// and spins, whose impulses have no closed form (derivatives.md).
 TEST(ForwardDerivatives, AcrossABounceAreThoseOfTheForwardStep) {
-  const std::pair<ShapeType, ShapeType> pairs[] = {
-      {kPlane, kSphere}, {kSphere, kSphere}};
+  const std::pair<ShapeType, ShapeType> pairs[] = {{kPlane, kSphere}, {kSphere, kSphere}};
   for (const auto& [a, b] : pairs) {
     for (const bool hard : {false, true}) {
       for (int seed = 0; seed < 4; ++seed) {

@@ -57,8 +57,7 @@ TEST_P(RegressorOfRandomTree, TimesParametersIsTheForce) {
   for (Motion& c : data.c) c = Motion();
   rnea(model, a, model.gravity(), data, tau);
   regressor.compute(model, v, a, model.gravity(), data, Y);
-  EXPECT_LE((Y * pi - tau).lpNorm<Eigen::Infinity>(),
-            kTolerance * tau.lpNorm<Eigen::Infinity>());
+  EXPECT_LE((Y * pi - tau).lpNorm<Eigen::Infinity>(), kTolerance * tau.lpNorm<Eigen::Infinity>());
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, RegressorOfRandomTree, ::testing::Range(0, 40));

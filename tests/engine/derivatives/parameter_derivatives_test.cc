@@ -1,9 +1,8 @@
 // Derivatives of steps by figures of the model and of the laws: against differences of whole steps
 // of changed models, and what they must be whatever the scene.
-#include "counterpoint/engine/derivatives.h"
-
 #include <gtest/gtest.h>
 
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/derivatives/parameters/perturbed.h"
 #include "support/paths.h"
 #include "support/small_scenes.h"
@@ -44,7 +43,8 @@ std::vector<StepParameter> all_kinds(const Model& model) {
   for (const auto& [kind, value] : materials) {
     if (geometries == 0 || !(value > 0.0)) continue;
     all.push_back({kind, range(0, geometries), {}});
-    // Of friction a pair has the mean of two, of the others the larger: of two that are alike a kink.
+    // Of friction a pair has the mean of two, of the others the larger: of two that are alike a
+    // kink.
     if (kind == K::kFriction) all.push_back({kind, {0}, {}});
   }
   for (int g = 0; g < geometries; ++g) all.push_back({K::kHeight, {g}, {}});

@@ -1,14 +1,14 @@
 // Derivatives of the inverse step: against differences of the whole step, and what they must be
 // whatever the scene.
-#include "counterpoint/engine/derivatives.h"
+#include "support/step_derivatives.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
+#include "counterpoint/engine/derivatives.h"
 #include "support/paths.h"
 #include "support/small_scenes.h"
-#include "support/step_derivatives.h"
 #include "support/two_shapes.h"
 
 namespace counterpoint::step_derivatives_test {
@@ -98,7 +98,8 @@ TEST(InverseDerivatives, OfProjectedTreesWithAPrediction) {
     const Moment at = random_moment(scene, random, 0.1);
     step_inverse(scene.model, scene.options, at.q, at.v, at.v_next, ws, out);
     for (int t = 0; t < scene.model.num_trees(); ++t)
-      kept += ws.impl().start.predictor().covers(t) && ws.impl().start.energy_projection().share(t) > 0.0;
+      kept += ws.impl().start.predictor().covers(t) &&
+              ws.impl().start.energy_projection().share(t) > 0.0;
     expect_exact(scene, at, "seed " + std::to_string(seed), false, 1e-5);
   }
   EXPECT_GT(kept, 15);

@@ -1,7 +1,5 @@
 // What a step says when it cannot be done: every kind of fault made to happen, and the right thing
 // named.
-#include "counterpoint/engine/step.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +7,7 @@
 
 #include "counterpoint/engine/motion_files.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/step.h"
 #include "support/small_scenes.h"
 #include "support/temp_folder.h"
 

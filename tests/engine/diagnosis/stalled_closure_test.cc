@@ -53,9 +53,7 @@ StepReport run_for(Simulator& sim, double seconds) {
   return report;
 }
 
-bool nothing_to_tell(const StepReport& report) {
-  return report.succeeded() && !report.fault.any();
-}
+bool nothing_to_tell(const StepReport& report) { return report.succeeded() && !report.fault.any(); }
 
 TEST(StalledClosureDetector, ATieBeyondReachIsNamed) {
   Simulator sim(tied("[2, 0, 0]"));

@@ -1,4 +1,5 @@
-// Dynamics, as users have it: its functions are each other's oracles on random trees with every joint type.
+// Dynamics, as users have it: its functions are each other's oracles on random trees with every
+// joint type.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +15,8 @@ namespace {
 constexpr double kRoundoff = 1e-12;
 /// Through M and its inverse, whose condition is up to some 1e3.
 constexpr double kInverseRoundoff = 1e-9;
-/// Central differences with step 1e-5 on smooth functions: error about step^2, and round-off over the step.
+/// Central differences with step 1e-5 on smooth functions: error about step^2, and round-off over
+/// the step.
 constexpr double kStep = 1e-5;
 constexpr double kDifference = 1e-7;
 
@@ -121,7 +123,8 @@ TEST_P(DynamicsOfRandomTrees, EnergyChangesByThePowerOfForces) {
   const VectorX power = difference(v, acceleration, [&] {
     return VectorX::Constant(1, dynamics.kinetic_energy() + dynamics.potential_energy());
   });
-  EXPECT_NEAR(power[0], tau.dot(v), 10.0 * kDifference * (1.0 + dynamics.kinetic_energy() + tau.norm() * v.norm()));
+  EXPECT_NEAR(power[0], tau.dot(v),
+              10.0 * kDifference * (1.0 + dynamics.kinetic_energy() + tau.norm() * v.norm()));
 }
 
 TEST_P(DynamicsOfRandomTrees, DerivativesAreThoseOfDifferences) {

@@ -1,8 +1,9 @@
-// RNEA, CRBA, ABA as oracles of one another, and of first principles, on random trees with every joint
-// type.
+// RNEA, CRBA, ABA as oracles of one another, and of first principles, on random trees with every
+// joint type.
+#include "counterpoint/engine/dynamics.h"
+
 #include <gtest/gtest.h>
 
-#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/aba.h"
 #include "counterpoint/engine/dynamics/crba.h"
 #include "counterpoint/engine/dynamics/energy.h"
@@ -71,7 +72,8 @@ TEST_P(RandomTree, AbaInvertsRnea) {
   push_bodies();
   inverse_dynamics(a, tau);
   VectorX recovered = zero;
-  ASSERT_TRUE(aba(model, tau, model.armature(), model.gravity(), moving_bodies(model), data, recovered));
+  ASSERT_TRUE(
+      aba(model, tau, model.armature(), model.gravity(), moving_bodies(model), data, recovered));
   EXPECT_LT((recovered - a).norm(), kRoundoff * 1e2 * (1.0 + a.norm()));
   VectorX tau_again = zero;
   inverse_dynamics(recovered, tau_again);
@@ -101,8 +103,10 @@ TEST_P(RandomTree, AbaWithImplicitDampingSolvesTheAugmentedSystem) {
   VectorX bias = zero;
   inverse_dynamics(zero, bias);
   const VectorX force = test::random_vector(model.nv(), random.bits());
-  ASSERT_TRUE(aba(model, force, model.armature() + extra, model.gravity(), moving_bodies(model), data, a));
-  EXPECT_LT((M * a + extra.cwiseProduct(a) + bias - force).norm(), kRoundoff * (10.0 + bias.norm()));
+  ASSERT_TRUE(
+      aba(model, force, model.armature() + extra, model.gravity(), moving_bodies(model), data, a));
+  EXPECT_LT((M * a + extra.cwiseProduct(a) + bias - force).norm(),
+            kRoundoff * (10.0 + bias.norm()));
 }
 
 TEST_P(RandomTree, KineticEnergyIsHalfVMV) {
@@ -122,7 +126,8 @@ TEST_P(RandomTree, BodyVelocitiesAreDerivativesOfPoses) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Vector3 linear =
         (after.X_WB[i].translation - before.X_WB[i].translation) / (2 * kDifferenceStep);
-    const Matrix3 R_dot = (after.X_WB[i].rotation - before.X_WB[i].rotation) / (2 * kDifferenceStep);
+    const Matrix3 R_dot =
+        (after.X_WB[i].rotation - before.X_WB[i].rotation) / (2 * kDifferenceStep);
     const Matrix3 omega = R_dot * data.X_WB[i].rotation.transpose();
     const double scale = 1.0 + std::pow(data.V[i].angular.norm(), 3) + data.V[i].linear.norm();
     EXPECT_LT((data.V[i].linear - linear).norm(), kDifference * scale * 10);

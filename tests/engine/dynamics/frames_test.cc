@@ -1,9 +1,8 @@
 // Pose and velocity of a link by name: as the model's own tree has them, and as differences of
 // poses along the motion have them.
-#include "counterpoint/engine/dynamics.h"
-
 #include <gtest/gtest.h>
 
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/paths.h"
 #include "support/random_model.h"

@@ -54,9 +54,8 @@ Conserved conserved(const Simulator& sim) {
     if (!moved(tree)) continue;
     double mass = 0.0;
     for (int i = tree.body_begin; i < tree.body_end; ++i) mass += data.inertia[i].mass;
-    energy += 0.5 / mass *
-              (momentum_of(tree, now).squaredNorm() -
-               momentum_of(tree, data).squaredNorm());
+    energy +=
+        0.5 / mass * (momentum_of(tree, now).squaredNorm() - momentum_of(tree, data).squaredNorm());
   }
   return {energy, total_momentum(model, now).force};
 }

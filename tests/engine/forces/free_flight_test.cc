@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "counterpoint/engine/dynamics/energy.h"
-#include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/dynamics/euler_top.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/linkages.h"
 #include "support/random_model.h"

@@ -58,7 +58,8 @@ TEST(HeavyOnLight, SinksByTheMassRatio) {
 TEST(HeavyOnLight, ATowerOfFourAHundredTimesEach) {
   Simulator sim = tower({1.0, 1e2, 1e4, 1e6}, 2e-3);
   for (int i = 0; i < 1000; ++i) ASSERT_TRUE(sim.step().succeeded());
-  // What 1e6 kg make of a contact of the cube of 1 kg, on both of its sides, and 1 % for the others.
+  // What 1e6 kg make of a contact of the cube of 1 kg, on both of its sides, and 1 % for the
+  // others.
   const double sinks = 0.25 * 1e-6 * 1e6 * 4e-6 * 9.81 / (4 * 0.2);
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(sim.state().q[7 * k + 2], 0.1 + 0.2 * k, 2.1 * sinks) << k;
@@ -72,8 +73,8 @@ TEST(HeavyOnLight, OrdinaryRatiosKeepTheirCompliance) {
   EXPECT_NEAR(0.1 - sim.state().q[2], sinks, 0.02 * sinks);
 }
 
-/// Creep [m/s] of a box on a slope by smoothing, docs/explanation/concepts.md: what all of its corners slip at,
-/// of which each carries q s n / (1 + s n) of its load n, s = v mu h / delta.
+/// Creep [m/s] of a box on a slope by smoothing, docs/explanation/concepts.md: what all of its
+/// corners slip at, of which each carries q s n / (1 + s n) of its load n, s = v mu h / delta.
 double creep(double mu, double tangent, double smoothing, double h, double height_over_half) {
   const double g = 9.81 / kStandardGravity, cosine = 1.0 / std::sqrt(1.0 + tangent * tangent);
   const double tilt = height_over_half * tangent;

@@ -1,11 +1,10 @@
 // Springs in joints against implicit Euler worked out by hand.
-#include "counterpoint/engine/dynamics.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <complex>
 
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/small_scenes.h"
 

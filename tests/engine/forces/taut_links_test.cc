@@ -354,8 +354,8 @@ TEST(TautLinks, AreRecordedWithStatesAndTrajectories) {
   }
 }
 
-/// Links of 1 m that carry over a hundred times what they weigh are looked at, but at 0.2 ms nothing
-/// turns them too fast.
+/// Links of 1 m that carry over a hundred times what they weigh are looked at, but at 0.2 ms
+/// nothing turns them too fast.
 TEST(TautLinks, WhatStepsFollowAnywayMovesAsWithoutThemToTheBit) {
   Scene scene = rope(straight(0.5), 12.0, kLinks - 1, 0.4, false);
   scene.options.time_step = 2e-4;

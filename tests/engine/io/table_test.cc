@@ -1,6 +1,5 @@
-// Tables in every format: the same cells, bit for bit; files of runs that died; files that are none.
-#include "counterpoint/engine/motion_files.h"
-
+// Tables in every format: the same cells, bit for bit; files of runs that died; files that are
+// none.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -12,6 +11,7 @@
 #include <limits>
 #include <thread>
 
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/model/spatial.h"
 #include "support/temp_folder.h"
 
@@ -40,9 +40,12 @@ std::string message_of(Action action) {
 /// A cell that is hard to write in decimals; every seventh is empty.
 double number(int row, int column) {
   if ((row + column) % 7 == 6) return std::numeric_limits<double>::quiet_NaN();
-  return std::ldexp(1.0 / (3.0 + row + 1000.0 * column), (row * 37 + column * 11) % 2000 - 1000) * (row % 2 ? 1 : -1);
+  return std::ldexp(1.0 / (3.0 + row + 1000.0 * column), (row * 37 + column * 11) % 2000 - 1000) *
+         (row % 2 ? 1 : -1);
 }
-std::uint64_t hash(int row) { return 18446744073709551557u - 1234567u * static_cast<unsigned>(row); }
+std::uint64_t hash(int row) {
+  return 18446744073709551557u - 1234567u * static_cast<unsigned>(row);
+}
 
 /// More than one block of rows.
 constexpr int kRows = 3000, kNumbers = 9;
@@ -57,7 +60,8 @@ class Tables : public testing::TestWithParam<const char*> {
   fs::path file() const { return folder_.path() / (std::string("t") + GetParam()); }
   static std::vector<Column> columns() {
     std::vector<Column> all{"time"};
-    for (int i = 1; i < kNumbers; ++i) all.emplace_back("joint, \"" + std::to_string(i) + "\".\xc3\xa9");
+    for (int i = 1; i < kNumbers; ++i)
+      all.emplace_back("joint, \"" + std::to_string(i) + "\".\xc3\xa9");
     all.emplace_back("state_hash", CellType::kInteger);
     return all;
   }
@@ -87,7 +91,8 @@ class Tables : public testing::TestWithParam<const char*> {
         if (std::isnan(expected))
           EXPECT_TRUE(std::isnan(reader.cell(i)));
         else
-          ASSERT_EQ(std::bit_cast<std::uint64_t>(reader.cell(i)), std::bit_cast<std::uint64_t>(expected));
+          ASSERT_EQ(std::bit_cast<std::uint64_t>(reader.cell(i)),
+                    std::bit_cast<std::uint64_t>(expected));
       }
       ASSERT_EQ(reader.integer(kNumbers), hash(rows));
     }
@@ -104,7 +109,8 @@ TEST_P(Tables, GiveBackTheSameBits) {
 
 TEST_P(Tables, AreCopiedToCsvAndBackWithoutLoss) {
   write_all();
-  const fs::path csv = folder_.path() / "copy.csv", back = folder_.path() / (std::string("back") + GetParam());
+  const fs::path csv = folder_.path() / "copy.csv",
+                 back = folder_.path() / (std::string("back") + GetParam());
   EXPECT_EQ(copy_table(file(), csv), kRows);
   EXPECT_EQ(copy_table(csv, back), kRows);
   expect_rows(back, kRows);
@@ -145,7 +151,8 @@ TEST_P(Tables, OfAWriterThatDiedAreReadAsFarAsTheyGo) {
     TableReader reader(left);
     EXPECT_EQ(reader.num_columns(), kNumbers);
     int rows = 0;
-    for (; reader.next(); ++rows) ASSERT_TRUE(reader.cell(0) == number(rows, 0) || std::isnan(number(rows, 0)));
+    for (; reader.next(); ++rows)
+      ASSERT_TRUE(reader.cell(0) == number(rows, 0) || std::isnan(number(rows, 0)));
     EXPECT_GE(rows, kRows - 1000);
     return;
   }
@@ -155,7 +162,8 @@ TEST_P(Tables, OfAWriterThatDiedAreReadAsFarAsTheyGo) {
 TEST_P(Tables, SayLabelsByName) {
   const fs::path csv = folder_.path() / "labels.csv";
   {
-    TableWriter writer(file(), {"time", {"body", CellType::kLabel, {"left", "right, or \"so\""}}, "z"});
+    TableWriter writer(file(),
+                       {"time", {"body", CellType::kLabel, {"left", "right, or \"so\""}}, "z"});
     for (const int label : {1, 0, 1}) {
       writer.number(0.5);
       writer.label(label);
@@ -178,7 +186,9 @@ TEST_P(Tables, SayLabelsByName) {
     EXPECT_EQ(again.columns()[1].labels.at(static_cast<std::size_t>(again.cell(1))), name);
     EXPECT_EQ(again.cell(2), 2.0);
   }
-  EXPECT_EQ(content(csv), "time,body,z\n0.5,\"right, or \"\"so\"\"\",2\n0.5,left,2\n0.5,\"right, or \"\"so\"\"\",2\n");
+  EXPECT_EQ(
+      content(csv),
+      "time,body,z\n0.5,\"right, or \"\"so\"\"\",2\n0.5,left,2\n0.5,\"right, or \"\"so\"\"\",2\n");
 }
 
 TEST_P(Tables, CutAnywhereAreRefusedOrShorter) {
@@ -193,7 +203,8 @@ TEST_P(Tables, CutAnywhereAreRefusedOrShorter) {
       while (reader.next()) ++rows;
       EXPECT_LE(rows, kRows);
     } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what()).find("cut"), std::string::npos) << "does not name the file";
+      EXPECT_NE(std::string(error.what()).find("cut"), std::string::npos)
+          << "does not name the file";
     }
   }
 }
@@ -207,7 +218,8 @@ TEST_P(Tables, RefuseWhatIsNoNumberAndFoldersThatAreMissing) {
   EXPECT_NE(message_of([&] { Table(file()).cell(0, 0); }).find("no finite number"),
             std::string::npos);
   const fs::path nowhere = folder_.path() / "no" / (std::string("t") + GetParam());
-  EXPECT_NE(message_of([&] { TableWriter writer(nowhere, {"a"}); }).find("cannot be created"), std::string::npos);
+  EXPECT_NE(message_of([&] { TableWriter writer(nowhere, {"a"}); }).find("cannot be created"),
+            std::string::npos);
   EXPECT_NE(message_of([&] { Table table(nowhere); }).find("there is no such file"),
             std::string::npos);
   EXPECT_THROW(TableWriter(file(), {"a", "b"}).end_row(), std::logic_error);
@@ -223,13 +235,18 @@ TEST(TableNames, SayTheFormat) {
   for (const char* ending : {".npz", ".mcap"}) {
     const fs::path wrong = folder.path() / (std::string("wrong") + ending);
     fs::copy_file(csv, wrong);
-    EXPECT_NE(message_of([&] { Table table(wrong); }).find("though its name ends"), std::string::npos);
-    const fs::path right = folder.path() / (std::string("right") + ending), other = folder.path() / "other.csv";
+    EXPECT_NE(message_of([&] { Table table(wrong); }).find("though its name ends"),
+              std::string::npos);
+    const fs::path right = folder.path() / (std::string("right") + ending),
+                   other = folder.path() / "other.csv";
     TableWriter(right, {"a"}).finish();
     fs::copy_file(right, other, fs::copy_options::overwrite_existing);
-    EXPECT_NE(message_of([&] { Table table(other); }).find(std::string("rename it to end in ") + ending),
-              std::string::npos);
-    EXPECT_NE(message_of([&] { TableWriter text(right, {{"name", CellType::kText}}); }).find("only CSV"),
+    EXPECT_NE(
+        message_of([&] { Table table(other); }).find(std::string("rename it to end in ") + ending),
+        std::string::npos);
+    EXPECT_NE(message_of([&] {
+                TableWriter text(right, {{"name", CellType::kText}});
+              }).find("only CSV"),
               std::string::npos);
   }
 }

@@ -1,6 +1,4 @@
 // Trajectory and CSV files: what is written is read back bit for bit; what is wrong is said where.
-#include "counterpoint/engine/motion_files.h"
-
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -8,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/model/model_builder.h"
 #include "support/random_model.h"
 

@@ -94,8 +94,8 @@ TEST(Inverse, FindsTheImpulsesOfTheForwardStepToTheBit) {
 
 class TimeStep : public ::testing::TestWithParam<double> {};
 
-// Where capsules roll at a steady speed a step starts within a few round-off estimates of its solution; that
-// is no end yet (contact/solve/newton.cc): taken for one it left 2.5e-9.
+// Where capsules roll at a steady speed a step starts within a few round-off estimates of its
+// solution; that is no end yet (contact/solve/newton.cc): taken for one it left 2.5e-9.
 TEST(Inverse, OfSteadyRollingIsAtTheRoundoffFloor) {
   Simulator sim(load_scene(test::source_dir() + "/data/scenes/accuracy/capsules_27.yaml"));
   test::Random random(1);

@@ -26,7 +26,8 @@ Scene two_heaps() {
     for (const int layer : {0, 1, 2})
       text << "  - {name: b" << x << "_" << layer
            << ", box: [0.2, 0.2, 0.2], mass: 1, friction: 0.5, "
-           << "position: [" << x << ", 0, " << 0.2 + 0.36 * layer + 0.05 * x << "], rpy: [0.3, 0.4, 0.1], "
+           << "position: [" << x << ", 0, " << 0.2 + 0.36 * layer + 0.05 * x
+           << "], rpy: [0.3, 0.4, 0.1], "
            << "velocity: {linear: [0, 0.5, -3], angular: [3, 1, 2]}}\n";
   return load_scene(folder.write("heaps.yaml", text.str()));
 }

@@ -18,8 +18,8 @@ namespace {
 using test::BoxOnPlane;
 
 constexpr double kRoundoff = 1e-12;
-// What is at rest, or slides steadily, does so to the solver's residual (1e-10 of the momentum of a step; measured:
-// 7e-13 of the weight, 6e-11 of g).
+// What is at rest, or slides steadily, does so to the solver's residual (1e-10 of the momentum of a
+// step; measured: 7e-13 of the weight, 6e-11 of g).
 constexpr double kSteady = 1e-9;
 
 void run(Simulator& sim, double duration) {
@@ -70,8 +70,9 @@ TEST(JointLimit, StopsThePendulumAndCarriesItsWeight) {
   scene.q[0] = 1.0;
   Simulator sim(std::move(scene));
   run(sim, 5.0);
-  // It has fallen onto the lower limit, or swings inside: never past the limit by more than compliance gives under
-  // 20 N m, h^2 eps 20 / (kg m^2) = 8e-11 rad a step, corrected by a fifth or more of it in each.
+  // It has fallen onto the lower limit, or swings inside: never past the limit by more than
+  // compliance gives under 20 N m, h^2 eps 20 / (kg m^2) = 8e-11 rad a step, corrected by a fifth
+  // or more of it in each.
   constexpr double kYields = 1e-9;
   EXPECT_GT(sim.state().q[0], -0.5 - kYields);
   // Held against it by a torque, the limit force is that torque less gravity's.
@@ -162,9 +163,9 @@ TEST(Restitution, AnImpactWithinAStepIsTheExactBounce) {
   }
 }
 
-/// A rod of 1 m, hinged to the world, that comes down at 10 rad/s without gravity, at an angle q from
-/// the vertical, its tip 12 mm above the ground, which is beyond the margin of contacts. A ball about
-/// its hinge overlaps a box by `inside` [m], if that is above 0, and turns in it freely.
+/// A rod of 1 m, hinged to the world, that comes down at 10 rad/s without gravity, at an angle q
+/// from the vertical, its tip 12 mm above the ground, which is beyond the margin of contacts. A
+/// ball about its hinge overlaps a box by `inside` [m], if that is above 0, and turns in it freely.
 Simulator striking_rod(double q, double friction, double inside = 0.0) {
   constexpr double kAbove = 0.012, kTip = 0.02, kBall = 0.1, kHalf = 0.1;  // m
   const double height = std::cos(q) + kTip + kAbove;
@@ -183,8 +184,8 @@ Simulator striking_rod(double q, double friction, double inside = 0.0) {
        << "  - {urdf: rod.urdf, base: fixed, " << surface << ", position: [0, 0, " << height
        << "], joints: {hinge: " << q << "}, joint_velocities: {hinge: -10}}\n";
   if (inside > 0.0) {
-    text << "  - {name: box, box: [0.2, 0.2, 0.2], mass: 1, base: fixed, " << surface << ", position: [0, "
-         << kBall + kHalf - inside << ", " << height << "]}\n";
+    text << "  - {name: box, box: [0.2, 0.2, 0.2], mass: 1, base: fixed, " << surface
+         << ", position: [0, " << kBall + kHalf - inside << ", " << height << "]}\n";
   }
   return Simulator(load_scene(folder.write("rod.yaml", text.str())));
 }

@@ -42,7 +42,8 @@ VectorX step_without_prediction(const Scene& scene) {
 }
 
 /// The largest difference of the first pass from such a step over the covered trees, but for linear
-/// velocities of floating bases, relative to the velocity; the number of covered trees is added to `covered`.
+/// velocities of floating bases, relative to the velocity; the number of covered trees is added to
+/// `covered`.
 double error_of_first_pass(const Scene& scene, int& covered) {
   Workspace workspace(scene.model);
   const VelocityPredictor& predictor = predict(scene, workspace);
@@ -55,8 +56,7 @@ double error_of_first_pass(const Scene& scene, int& covered) {
     ++covered;
     const Tree& tree = scene.model.trees()[t];
     const int size = tree.v_end - tree.v_begin;
-    VectorX difference =
-        predicted.segment(tree.v_begin, size) - step.segment(tree.v_begin, size);
+    VectorX difference = predicted.segment(tree.v_begin, size) - step.segment(tree.v_begin, size);
     // A step corrects this for momentum (free_groups.h).
     if (scene.model.body(tree.body_begin).joint_type == JointType::kFloating)
       difference.head<3>().setZero();

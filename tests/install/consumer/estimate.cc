@@ -1,7 +1,9 @@
-// A user of estimation, who finds the damping of a joint from a recorded motion of a double pendulum.
-#include <cmath>
+// A user of estimation, who finds the damping of a joint from a recorded motion of a double
+// pendulum.
 #include <counterpoint/engine/engine.h>
 #include <counterpoint/engine/estimate/estimate.h>
+
+#include <cmath>
 #include <iostream>
 
 using namespace counterpoint;
@@ -33,7 +35,8 @@ int main(int, char** arguments) {
     experiment.map.entries.push_back({est::ColumnMap::Entry::Kind::kPosition, i, "q", {}});
     experiment.map.entries.push_back({est::ColumnMap::Entry::Kind::kForce, i, "u", {}});
   }
-  const std::vector<est::Parameter> parameters = est::parse_parameters("damping:elbow", experiment.scene);
+  const std::vector<est::Parameter> parameters =
+      est::parse_parameters("damping:elbow", experiment.scene);
   const std::vector<int> all{0};
   const est::FitProblem problem = est::fit_problem(experiment, parameters, all, true);
   const double found = est::fit(problem, {}).values()[0];

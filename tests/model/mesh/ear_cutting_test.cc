@@ -25,22 +25,24 @@ Vector3 total_area(const std::vector<Vector3>& vertices, const Triangles& triang
 TEST(EarCutting, ConvexPolygonIsAFanFromItsFirstCorner) {
   std::vector<Vector3> vertices;
   for (int i = 0; i < 6; ++i)
-    vertices.emplace_back(std::cos(i * std::numbers::pi / 3), 0.2, std::sin(i * std::numbers::pi / 3));
+    vertices.emplace_back(std::cos(i * std::numbers::pi / 3), 0.2,
+                          std::sin(i * std::numbers::pi / 3));
   const Triangles expected{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}};
   EXPECT_EQ(cut_ears(vertices, {0, 1, 2, 3, 4, 5}), expected);
 }
 
 // An L read from the corner before its reflex one, which is no ear.
 TEST(EarCutting, SearchStaysWhereAnEarWasCutAndGoesOnWhereNoneWas) {
-  const std::vector<Vector3> vertices{{0, 0, 1}, {2, 0, 1}, {2, 1, 1}, {1, 1, 1}, {1, 2, 1}, {0, 2, 1}};
+  const std::vector<Vector3> vertices{{0, 0, 1}, {2, 0, 1}, {2, 1, 1},
+                                      {1, 1, 1}, {1, 2, 1}, {0, 2, 1}};
   const Triangles expected{{3, 4, 5}, {3, 5, 0}, {3, 0, 1}, {2, 3, 1}};
   const Triangles found = cut_ears(vertices, {2, 3, 4, 5, 0, 1});
   EXPECT_EQ(found, expected);
   EXPECT_NEAR(total_area(vertices, found).z(), 3.0, 1e-15);
 }
 
-// Star-shaped polygons in any plane and of any sense: the triangles have the polygon's area, and none
-// is turned over.
+// Star-shaped polygons in any plane and of any sense: the triangles have the polygon's area, and
+// none is turned over.
 TEST(EarCutting, CoversFlatPolygonsWithoutOverlap) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0.2, 1.0), any(-1.0, 1.0);
@@ -52,7 +54,8 @@ TEST(EarCutting, CoversFlatPolygonsWithoutOverlap) {
     std::vector<Vector3> vertices;
     std::vector<int> polygon;
     for (int i = 0; i < corners; ++i) {
-      const double angle = (trial % 2 ? 2 : -2) * std::numbers::pi * i / corners, radius = uniform(random);
+      const double angle = (trial % 2 ? 2 : -2) * std::numbers::pi * i / corners,
+                   radius = uniform(random);
       vertices.push_back(radius * (std::cos(angle) * x + std::sin(angle) * y));
       polygon.push_back(i);
     }
@@ -79,8 +82,8 @@ TEST(EarCutting, EndsOnPolygonsThatOverlapThemselves) {
   EXPECT_LE(cut_ears(line, {0, 1, 2, 3}).size(), 2u);
 }
 
-// A box of 1 m whose corner 7 is raised by 0.3 m: its bent top encloses 0.1 m^3 if it is cut through
-// that corner, and half as much if it is cut past it.
+// A box of 1 m whose corner 7 is raised by 0.3 m: its bent top encloses 0.1 m^3 if it is cut
+// through that corner, and half as much if it is cut past it.
 TEST(EarCutting, BentFacesOfObjFilesAreCutFromTheirFirstCorner) {
   const test::TempFolder folder;
   const std::string box =
@@ -88,8 +91,8 @@ TEST(EarCutting, BentFacesOfObjFilesAreCutFromTheirFirstCorner) {
       "f 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
   constexpr double kSinglePrecision = 1e-6;  // in which assimp has coordinates
   const auto volume = [&](const std::string& top) {
-    return enclosed_volume(load_mesh(folder.write("box.obj", box + "f " + top + "\n"), Vector3::Ones(),
-                                     PolygonSplit::kEars));
+    return enclosed_volume(load_mesh(folder.write("box.obj", box + "f " + top + "\n"),
+                                     Vector3::Ones(), PolygonSplit::kEars));
   };
   EXPECT_NEAR(volume("5 6 7 8"), 1.10, kSinglePrecision);
   EXPECT_NEAR(volume("6 7 8 5"), 1.05, kSinglePrecision);

@@ -1,5 +1,3 @@
-#include "counterpoint/model/geometry.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "counterpoint/model/geometry.h"
 #include "support/hull_check.h"
 #include "support/random_model.h"
 #include "support/temp_folder.h"

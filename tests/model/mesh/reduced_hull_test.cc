@@ -25,7 +25,8 @@ TEST(ReducedHull, KeepsTheVerticesThatMatterAndSaysWhatItLost) {
     const auto reduced = reduce_hull(full, limit);
     EXPECT_EQ(static_cast<int>(reduced->vertices.size()), limit);
     EXPECT_LT(reduced->volume, full->volume);
-    // By definition: no vertex of the full hull is farther out, in any direction, and one is that far.
+    // By definition: no vertex of the full hull is farther out, in any direction, and one is that
+    // far.
     double most = 0.0;
     for (size_t f = 0; f < reduced->faces.size(); ++f) {
       for (const Vector3& v : full->vertices) {
@@ -38,7 +39,8 @@ TEST(ReducedHull, KeepsTheVerticesThatMatterAndSaysWhatItLost) {
     EXPECT_LT(reduced->deviation, last);
     last = reduced->deviation;
   }
-  // n caps on the unit ball, each of the area 4 pi / n, are 2 / n high; greedy caps about twice that.
+  // n caps on the unit ball, each of the area 4 pi / n, are 2 / n high; greedy caps about twice
+  // that.
   EXPECT_LT(last, 2.5 * 2.0 / 128);
 }
 
@@ -53,7 +55,8 @@ TEST(ReducedHull, SmallHullsStayAndTooSmallLimitsAreRefused) {
 TEST(ReducedHull, ACubeWithoutACornerMissesItByTheDistanceToTheCut) {
   std::vector<Vector3> points;
   for (int i = 0; i < 8; ++i) points.emplace_back(i & 1, i >> 1 & 1, i >> 2 & 1);
-  // Seven corners of a unit cube: the face through three neighbours lies 1 / sqrt(3) from the eighth.
+  // Seven corners of a unit cube: the face through three neighbours lies 1 / sqrt(3) from the
+  // eighth.
   EXPECT_NEAR(reduce_hull(make_convex_hull(points), 7)->deviation, 1.0 / std::sqrt(3.0), 1e-12);
 }
 
@@ -86,7 +89,8 @@ TEST(HullCache, InstancesShareOneHullAndItsVolumeIsToldOnce) {
   EXPECT_NE(g[0].shape.mesh, g[1].shape.mesh);
   EXPECT_NEAR(g[0].shape.mesh->volume / g[0].shape.mesh->source_volume, 0.875 / 0.75, 1e-6);
   int told = 0;
-  for (const Note& note : scene.model.notes()) told += note.message.find("1.17 times") != std::string::npos;
+  for (const Note& note : scene.model.notes())
+    told += note.message.find("1.17 times") != std::string::npos;
   EXPECT_GE(told, 3);  // both files and the wall
 }
 
