@@ -129,7 +129,7 @@ Pose Dynamics::frame_pose(int index) const {
 
 void Dynamics::frame_jacobian(int index, MatrixX& jacobian) const {
   const Model& m = model();
-  const Data& data = impl_->data;
+  const Kinematics& data = impl_->data;
   const Frame& frame = m.frames()[index];
   jacobian.setZero(6, m.nv());
   // A joint moves what is behind it: seen from its body's origin, `arm` away from the frame's.

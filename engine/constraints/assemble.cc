@@ -49,7 +49,7 @@ struct RowLanes {
 struct PairRows {
   const Model& model;
   const PairConstraint& pair;
-  const Data& data;
+  const Kinematics& data;
 
   /// Are there rows of angular velocity?
   bool turning() const { return pair.first + pair.law.rows > 3; }
@@ -145,7 +145,7 @@ void find_chain(const Model& model, int a, int b, PairChain& chain) {
   while (a != b) a > b ? follow(a, false) : follow(b, true);
 }
 
-void add_pair(const Model& model, const PairConstraint& pair, const Data& data,
+void add_pair(const Model& model, const PairConstraint& pair, const Kinematics& data,
               const std::vector<int>& block_of_tree, contact::Problem& problem) {
   const int tree_a = model.body(pair.body_a).tree, tree_b = model.body(pair.body_b).tree;
   const int block_a = tree_a < 0 ? -1 : block_of_tree[tree_a];
@@ -186,8 +186,8 @@ void mark_touched_trees(const Model& model, const ConstraintSet& constraints,
 }  // namespace
 
 void assemble_problem(const Model& model, const ConstraintSet& constraints, const VectorRef& w_free,
-                      const VectorRef& mass_diagonal, Data& data, std::vector<int>& block_of_tree,
-                      contact::Problem& problem) {
+                      const VectorRef& mass_diagonal, const BodyState& bodies,
+                      std::vector<int>& block_of_tree, contact::Problem& problem) {
   problem.clear();
   mark_touched_trees(model, constraints, block_of_tree);
   for (int t = 0; t < model.num_trees(); ++t) {
@@ -196,18 +196,18 @@ void assemble_problem(const Model& model, const ConstraintSet& constraints, cons
     const int size = tree.v_end - tree.v_begin;
     block_of_tree[t] = problem.add_block(size);
     contact::MatrixMap M = problem.mass(block_of_tree[t]);
-    crba_tree(model, tree, data, M);
+    crba_tree(model, tree, bodies, M);
     M.diagonal() += mass_diagonal.segment(tree.v_begin, size);
     problem.free_velocity().segment(problem.block_start(block_of_tree[t]), size) =
         w_free.segment(tree.v_begin, size);
   }
   for (const PairConstraint& pair : constraints.pairs)
-    add_pair(model, pair, data, block_of_tree, problem);
+    add_pair(model, pair, bodies.at, block_of_tree, problem);
   for (const JointConstraint& j : constraints.joints)
     add_joint_row(model, j, block_of_tree, problem);
 }
 
-void pair_velocity(const Model& model, const PairConstraint& pair, const Data& data,
+void pair_velocity(const Model& model, const PairConstraint& pair, const Kinematics& data,
                    const VectorRef& v, PairChain& chain, double* y) {
   if (pair.body_a != chain.body_a || pair.body_b != chain.body_b)
     find_chain(model, pair.body_a, pair.body_b, chain);
@@ -243,7 +243,7 @@ Force pair_impulse(const PairConstraint& pair, const double* impulse) {
   return out;
 }
 
-void add_pair_impulse(const PairConstraint& pair, const Force& impulse, const Data& data,
+void add_pair_impulse(const PairConstraint& pair, const Force& impulse, const Kinematics& data,
                       std::vector<Force>& body_impulse) {
   const std::pair<int, double> sides[] = {{pair.body_a, -1.0}, {pair.body_b, 1.0}};
   for (const auto& [body, sign] : sides) {
@@ -254,7 +254,7 @@ void add_pair_impulse(const PairConstraint& pair, const Force& impulse, const Da
   }
 }
 
-void project_on_joints(const Model& model, const Data& data, std::vector<Force>& body_force,
+void project_on_joints(const Model& model, const Kinematics& data, std::vector<Force>& body_force,
                        VectorOut tau) {
   for (int i = model.num_bodies() - 1; i > 0; --i) {
     if (body_force[i].force.isZero(0.0) && body_force[i].torque.isZero(0.0)) continue;

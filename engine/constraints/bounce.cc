@@ -147,7 +147,7 @@ Vector3 ConstraintFinder::relative_fall(EffectSet effects, const PairConstraint&
 }
 
 Bounce ConstraintFinder::find_contact_bounce(const Model& model, const SimulationOptions& options,
-                                             EffectSet effects, const Data& data,
+                                             EffectSet effects, const Kinematics& data,
                                              const Bouncing& what) const {
   const auto& [surface, contact, gap, v] = what;
   if (!(surface.restitution > 0.0)) return {};

@@ -15,7 +15,7 @@ constexpr double kAimedWhole = 0.2, kNotAimed = 0.4;
 struct Anchor {
   Vector3 position, velocity, acceleration;
 
-  Anchor(const Data& data, const std::vector<Motion>& A, int body, const Pose& X_BC)
+  Anchor(const Kinematics& data, const std::vector<Motion>& A, int body, const Pose& X_BC)
       : position(data.X_WB[body] * X_BC.translation) {
     const Vector3 arm = data.X_WB[body].rotation * X_BC.translation;
     const Motion& V = data.V[body];
@@ -26,20 +26,20 @@ struct Anchor {
 };
 
 /// p_B - p_A [m].
-Vector3 anchors_apart(const Closure& closure, const Data& data) {
+Vector3 anchors_apart(const Closure& closure, const Kinematics& data) {
   return data.X_WB[closure.body_b] * closure.X_BC.translation -
          data.X_WB[closure.body_a] * closure.X_AC.translation;
 }
 
 /// Rotation vector from A's anchor frame to B's [rad].
-Vector3 anchors_turned(const Closure& closure, const Data& data) {
+Vector3 anchors_turned(const Closure& closure, const Kinematics& data) {
   const Matrix3 R_WA = data.X_WB[closure.body_a].rotation * closure.X_AC.rotation;
   const Matrix3 R_WB = data.X_WB[closure.body_b].rotation * closure.X_BC.rotation;
   return quaternion_log(Quaternion(Matrix3(R_WB * R_WA.transpose())));
 }
 
 /// The error of a closure in the rows of `pair` [m or rad].
-Vector3 error_of(const Closure& closure, const PairConstraint& pair, const Data& data) {
+Vector3 error_of(const Closure& closure, const PairConstraint& pair, const Kinematics& data) {
   if (pair.first == 3) return anchors_turned(closure, data);
   const Vector3 apart = anchors_apart(closure, data);
   if (closure.type == ClosureType::kDistance) return {apart.norm() - closure.length, 0, 0};
@@ -48,7 +48,7 @@ Vector3 error_of(const Closure& closure, const PairConstraint& pair, const Data&
 
 }  // namespace
 
-void find_closures(const Model& model, const SimulationOptions& options, const Data& data,
+void find_closures(const Model& model, const SimulationOptions& options, const Kinematics& data,
                    const InverseWeights& weights, Idle idle, std::vector<Motion>& acceleration,
                    ConstraintSet& out) {
   const double h = options.time_step;
@@ -90,8 +90,9 @@ void find_closures(const Model& model, const SimulationOptions& options, const D
   }
 }
 
-void aim_closure(const Closure& closure, const ContactOptions& options, double h, const Data& data,
-                 const Data& reached, const std::vector<Motion>& V, PairConstraint& pair) {
+void aim_closure(const Closure& closure, const ContactOptions& options, double h,
+                 const Kinematics& data, const Kinematics& reached, const std::vector<Motion>& V,
+                 PairConstraint& pair) {
   const Vector3 error = error_of(closure, pair, data);
   const contact::Rows y = relative_velocity(pair, data, V);
   Vector3 bend = error_of(closure, pair, reached) - error;  // beyond h y

@@ -16,7 +16,7 @@ namespace counterpoint {
 
 /// Adds the rows of all closures, but between idle bodies, to `out`, behind the contacts. Needs
 /// compute_poses and compute_velocities; `acceleration` (num_bodies) is scratch.
-void find_closures(const Model& model, const SimulationOptions& options, const Data& data,
+void find_closures(const Model& model, const SimulationOptions& options, const Kinematics& data,
                    const InverseWeights& weights, Idle idle, std::vector<Motion>& acceleration,
                    ConstraintSet& out);  // Parameters: what it depends on, one by one
 
@@ -25,8 +25,9 @@ void find_closures(const Model& model, const SimulationOptions& options, const D
 /// curvature at the velocities of the start: the error left is second order in how far w+ will be
 /// off, not in h.
 /// Parameters: what it depends on, one by one.
-void aim_closure(const Closure& closure, const ContactOptions& options, double h, const Data& data,
-                 const Data& reached, const std::vector<Motion>& V, PairConstraint& pair);
+void aim_closure(const Closure& closure, const ContactOptions& options, double h,
+                 const Kinematics& data, const Kinematics& reached, const std::vector<Motion>& V,
+                 PairConstraint& pair);
 
 /// How much a closure is aimed if what it holds turns by this [rad] in the step. Where it cannot
 /// close, as beyond the reach of an arm, a prediction may be anything, and to aim by it diverges.

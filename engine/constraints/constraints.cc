@@ -97,7 +97,7 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
   }
 }
 
-void ConstraintFinder::find(const StepContext& at, const Data& data, ConstraintSet& out,
+void ConstraintFinder::find(const StepContext& at, const Kinematics& data, ConstraintSet& out,
                             EffectCounts& counts, Idle idle) {
   const auto& [model, options, effects, q, v] = at;
   out.clear();
@@ -123,7 +123,7 @@ void ConstraintFinder::find(const StepContext& at, const Data& data, ConstraintS
   friction_slip_.set(model, options, speed_, out);
 }
 
-bool ConstraintFinder::find_overrun(const StepContext& at, const Reached& w, const Data& data,
+bool ConstraintFinder::find_overrun(const StepContext& at, const Reached& w, const Kinematics& data,
                                     ConstraintSet& out, Idle idle) {
   const bool limits = at.effects.has(Effect::kLimits) &&
                       find_overrun_limits(at, limited_, w.velocity, weights_, idle, out);
@@ -154,15 +154,15 @@ void ConstraintFinder::stiffen_closures(const Model& model, ConstraintSet& out) 
   }
 }
 
-Vector3 relative_velocity_at(const Vector3& position, int body_a, int body_b, const Data& data,
-                             const std::vector<Motion>& V) {
+Vector3 relative_velocity_at(const Vector3& position, int body_a, int body_b,
+                             const Kinematics& data, const std::vector<Motion>& V) {
   Vector3 linear = Vector3::Zero();
   if (body_a != 0) linear -= V[body_a].at(position - data.X_WB[body_a].translation);
   if (body_b != 0) linear += V[body_b].at(position - data.X_WB[body_b].translation);
   return linear;
 }
 
-contact::Rows relative_velocity(const PairConstraint& pair, const Data& data,
+contact::Rows relative_velocity(const PairConstraint& pair, const Kinematics& data,
                                 const std::vector<Motion>& V) {
   Vector3 angular = Vector3::Zero();
   if (pair.first + pair.law.rows > 3) {

@@ -170,21 +170,21 @@ class ConstraintFinder {
   /// the same set. Needs compute_poses and compute_velocities.
   /// Only the effects given are looked at; constraints between none but idle bodies are left out
   /// (Collider::compute_candidates).
-  void find(const StepContext& at, const Data& data, ConstraintSet& out, EffectCounts& counts,
+  void find(const StepContext& at, const Kinematics& data, ConstraintSet& out, EffectCounts& counts,
             Idle idle = {});
 
   /// Adds to what find() found what the velocity w (nv) that a step came to runs into from afar
   /// (joint_limits.h, parked_contacts.h); for w that are a solution with it, nothing. False if
   /// nothing was added. Where contacts are parked it needs the poses of find().
-  bool find_overrun(const StepContext& at, const Reached& w, const Data& data, ConstraintSet& out,
-                    Idle idle = {});
+  bool find_overrun(const StepContext& at, const Reached& w, const Kinematics& data,
+                    ConstraintSet& out, Idle idle = {});
 
   /// The part of find_overrun that is about contacts.
-  bool find_reached_contacts(const StepContext& at, const Reached& w, const Data& data,
+  bool find_reached_contacts(const StepContext& at, const Reached& w, const Kinematics& data,
                              ConstraintSet& out);
 
   /// Gives rows to all contacts that are parked, those of far pairs too. Needs what find() needed.
-  void unpark_all(const StepContext& at, const Data& data, ConstraintSet& out);
+  void unpark_all(const StepContext& at, const Kinematics& data, ConstraintSet& out);
 
   /// A contact that may bounce: its gap [m], and its velocity now in its rows [m/s].
   struct Bouncing {
@@ -196,7 +196,7 @@ class ConstraintFinder {
   /// What restitution makes of it in the step; V_WB in data. Nothing of trees that are wedged: what
   /// is held from several sides would gain energy by Newton's law of impact. Of the last find().
   Bounce find_contact_bounce(const Model& model, const SimulationOptions& options,
-                             EffectSet effects, const Data& data, const Bouncing& what) const;
+                             EffectSet effects, const Kinematics& data, const Bouncing& what) const;
   /// Whether some body of a contact's trees is farther inside another one than the margin. Of the
   /// last find().
   bool is_wedged(const PairConstraint& contact) const {
@@ -215,30 +215,32 @@ class ConstraintFinder {
   const collision::Collider& collider() const { return collider_; }
 
  private:
-  void set_margins(const StepContext& at, const Data& data, Idle idle);
-  void find_candidates(const StepContext& at, const Data& data, ConstraintSet& out, Idle idle);
+  void set_margins(const StepContext& at, const Kinematics& data, Idle idle);
+  void find_candidates(const StepContext& at, const Kinematics& data, ConstraintSet& out,
+                       Idle idle);
   FarPair locate(const Model& model, const std::pair<int, int>& pair, EffectSet effects,
-                 const Data& data) const;
+                 const Kinematics& data) const;
   const Material& material_of(const Model& model, EffectSet effects,
                               const collision::Candidate& candidate);
   void move_to_meeting(const Model& model, collision::Candidate& candidate) const;
-  ParkedContact describe(const StepContext& at, const Data& data,
+  ParkedContact describe(const StepContext& at, const Kinematics& data,
                          const collision::Candidate& candidate);
-  Vector3 make_contact(const StepContext& at, const Data& data, const ParkedContact& open,
+  Vector3 make_contact(const StepContext& at, const Kinematics& data, const ParkedContact& open,
                        PairConstraint& contact);
   void give_rows(const StepContext& at, const ParkedContact& parked, PairConstraint& contact,
                  ConstraintSet& out);
-  void park_contacts_of(const StepContext& at, const FarPair& far, const Data& data,
+  void park_contacts_of(const StepContext& at, const FarPair& far, const Kinematics& data,
                         ConstraintSet& out);
   bool spread_travel(const Model& model, std::span<const std::pair<int, int>> close,
                      double threshold, double own_threshold);
-  void find_contacts(const StepContext& at, const Data& data, ConstraintSet& out,
+  void find_contacts(const StepContext& at, const Kinematics& data, ConstraintSet& out,
                      EffectCounts& counts, Idle idle);
   void find_crowds(const StepContext& at);
   void stiffen_closures(const Model& model, ConstraintSet& out);
   double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
-                         const Data& data);
-  double gap_less_turning(const PairConstraint& contact, double gap, double h, const Data& data);
+                         const Kinematics& data);
+  double gap_less_turning(const PairConstraint& contact, double gap, double h,
+                          const Kinematics& data);
 
   InverseWeights weights_;
   collision::Collider collider_;
@@ -274,12 +276,12 @@ class ConstraintFinder {
 };
 
 /// Of body B relative to A at a position in W [m/s], from the bodies' V_WB.
-Vector3 relative_velocity_at(const Vector3& position, int body_a, int body_b, const Data& data,
-                             const std::vector<Motion>& V);
+Vector3 relative_velocity_at(const Vector3& position, int body_a, int body_b,
+                             const Kinematics& data, const std::vector<Motion>& V);
 
 /// Velocity of B relative to A in the rows of a constraint [m/s, rad/s], from the bodies' V_WB
 /// (data.h).
-contact::Rows relative_velocity(const PairConstraint& pair, const Data& data,
+contact::Rows relative_velocity(const PairConstraint& pair, const Kinematics& data,
                                 const std::vector<Motion>& V);
 
 }  // namespace counterpoint

@@ -51,7 +51,7 @@ bool is_cheap(const Geometry& a, const Geometry& b) {
 }  // namespace
 
 /// Margins within which bodies may touch in a step.
-void ConstraintFinder::set_margins(const StepContext& at, const Data& data, Idle idle) {
+void ConstraintFinder::set_margins(const StepContext& at, const Kinematics& data, Idle idle) {
   const Model& model = at.model;
   const ContactOptions& contact = at.options.contact;
   const double h = at.h();
@@ -125,7 +125,7 @@ bool ConstraintFinder::spread_travel(const Model& model, std::span<const std::pa
 }
 
 FarPair ConstraintFinder::locate(const Model& model, const std::pair<int, int>& pair,
-                                 EffectSet effects, const Data& data) const {
+                                 EffectSet effects, const Kinematics& data) const {
   const collision::Collider::Whereabouts where = collider_.whereabouts(pair.first, pair.second);
   FarPair far;
   far.geometries = pair;
@@ -147,8 +147,8 @@ FarPair ConstraintFinder::locate(const Model& model, const std::pair<int, int>& 
   return far;
 }
 
-void ConstraintFinder::find_candidates(const StepContext& at, const Data& data, ConstraintSet& out,
-                                       Idle idle) {
+void ConstraintFinder::find_candidates(const StepContext& at, const Kinematics& data,
+                                       ConstraintSet& out, Idle idle) {
   const Model& model = at.model;
   const double h = at.h();
   set_margins(at, data, idle);
@@ -174,7 +174,7 @@ void ConstraintFinder::find_candidates(const StepContext& at, const Data& data, 
 }
 
 bool ConstraintFinder::find_reached_contacts(const StepContext& at, const Reached& w,
-                                             const Data& data, ConstraintSet& out) {
+                                             const Kinematics& data, ConstraintSet& out) {
   if (out.parked.empty() && out.far.empty()) return false;
   const ContactOptions& options = at.options.contact;
   const double h = at.h();
@@ -195,7 +195,8 @@ bool ConstraintFinder::find_reached_contacts(const StepContext& at, const Reache
          }) > 0;
 }
 
-void ConstraintFinder::unpark_all(const StepContext& at, const Data& data, ConstraintSet& out) {
+void ConstraintFinder::unpark_all(const StepContext& at, const Kinematics& data,
+                                  ConstraintSet& out) {
   for (const FarPair& far : out.far) park_contacts_of(at, far, data, out);
   out.far.clear();
   for (const ParkedContact& parked : out.parked) {
@@ -207,8 +208,8 @@ void ConstraintFinder::unpark_all(const StepContext& at, const Data& data, Const
 }
 
 /// Among those parked, where they would be had they never been far.
-void ConstraintFinder::park_contacts_of(const StepContext& at, const FarPair& far, const Data& data,
-                                        ConstraintSet& out) {
+void ConstraintFinder::park_contacts_of(const StepContext& at, const FarPair& far,
+                                        const Kinematics& data, ConstraintSet& out) {
   candidates_.clear();
   collider_.add_candidates({data.X_WB, margin_, travel_, {data.V, weights_.contact, at.h()}},
                            far.geometries, candidates_);
@@ -234,7 +235,7 @@ void ConstraintFinder::give_rows(const StepContext& at, const ParkedContact& par
 /// How much farther along n the point of a body at `arm` from its origin goes within the step than
 /// its velocity times h says, if the body keeps turning as it does.
 double ConstraintFinder::turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
-                                         const Data& data) {
+                                         const Kinematics& data) {
   if (body == 0) return 0.0;
   const Vector3 angle = h * data.V[body].angular;
   if (!turn_known_[body]) {
@@ -247,7 +248,7 @@ double ConstraintFinder::turning_advance(const Vector3& n, const Vector3& arm, d
 /// The gap a contact may close by velocity times h: less than it is where turning brings the two
 /// surfaces closer than that product says, as a rod's end that comes over.
 double ConstraintFinder::gap_less_turning(const PairConstraint& contact, double gap, double h,
-                                          const Data& data) {
+                                          const Kinematics& data) {
   if (!(gap > 0.0)) return gap;
   const auto advance = [&](int body) {
     return turning_advance(contact.frame.col(0), contact.position - data.X_WB[body].translation, h,
@@ -277,7 +278,7 @@ void ConstraintFinder::move_to_meeting(const Model& model, collision::Candidate&
 }
 
 /// A candidate, where the bodies meet, as one that may be parked.
-ParkedContact ConstraintFinder::describe(const StepContext& at, const Data& data,
+ParkedContact ConstraintFinder::describe(const StepContext& at, const Kinematics& data,
                                          const collision::Candidate& candidate) {
   const Model& model = at.model;
   const double h = at.h();
@@ -299,7 +300,7 @@ ParkedContact ConstraintFinder::describe(const StepContext& at, const Data& data
 
 /// Makes of `contact`, a constraint at its defaults, that of a candidate; returns its velocity now
 /// in the rows.
-Vector3 ConstraintFinder::make_contact(const StepContext& at, const Data& data,
+Vector3 ConstraintFinder::make_contact(const StepContext& at, const Kinematics& data,
                                        const ParkedContact& open, PairConstraint& contact) {
   const Model& model = at.model;
   const SimulationOptions& options = at.options;
@@ -325,8 +326,8 @@ Vector3 ConstraintFinder::make_contact(const StepContext& at, const Data& data,
   return v;
 }
 
-void ConstraintFinder::find_contacts(const StepContext& at, const Data& data, ConstraintSet& out,
-                                     EffectCounts& counts, Idle idle) {
+void ConstraintFinder::find_contacts(const StepContext& at, const Kinematics& data,
+                                     ConstraintSet& out, EffectCounts& counts, Idle idle) {
   const Model& model = at.model;
   const double h = at.h();
   find_candidates(at, data, out, idle);

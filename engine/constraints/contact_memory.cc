@@ -15,12 +15,13 @@ Key key_of(const RememberedForce& r) { return {static_cast<int>(r.kind), r.a, r.
 bool by_key(const RememberedForce& x, const RememberedForce& y) { return key_of(x) < key_of(y); }
 
 /// Where a contact is, as seen from the body that moves: of two that do from body B.
-Vector3 seen_from_body(const PairConstraint& pair, const Data& data) {
+Vector3 seen_from_body(const PairConstraint& pair, const Kinematics& data) {
   const Pose& X_WB = data.X_WB[pair.body_b != 0 ? pair.body_b : pair.body_a];
   return X_WB.rotation.transpose() * (pair.position - X_WB.translation);
 }
 
-RememberedForce identify_contact(const ConstraintSet& constraints, size_t i, const Data& data) {
+RememberedForce identify_contact(const ConstraintSet& constraints, size_t i,
+                                 const Kinematics& data) {
   RememberedForce out;
   out.kind = RememberedForce::Kind::kContact;
   out.a = constraints.contacts[i].geometry_a;
@@ -52,7 +53,7 @@ RememberedForce identify_joint(const JointConstraint& row) {
 
 /// Calls visit(constraint in the problem, who it is).
 template <class Visit>
-void for_each_identity(const ConstraintSet& constraints, const Data& data, Visit visit) {
+void for_each_identity(const ConstraintSet& constraints, const Kinematics& data, Visit visit) {
   int c = 0;
   for (size_t i = 0; i < constraints.pairs.size(); ++i)
     visit(c++, i < constraints.contacts.size() ? identify_contact(constraints, i, data)

@@ -14,7 +14,7 @@ namespace counterpoint {
 /// The constraints of a step of h [s], at the poses in `data`, and the problem that holds them.
 struct PosedConstraints {
   const ConstraintSet& constraints;
-  const Data& data;
+  const Kinematics& data;
   const contact::Problem& problem;
   double h;
 };

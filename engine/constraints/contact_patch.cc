@@ -26,7 +26,7 @@ constexpr double kOnePlane = 1e-9;
 constexpr int kSlender = 64;
 
 /// A cylinder that stands on its rim, about whose axis the patch lies.
-bool is_round_face(const Model& model, const Data& data, const collision::Candidate& contact,
+bool is_round_face(const Model& model, const Kinematics& data, const collision::Candidate& contact,
                    const ContactPatch& patch) {
   for (const int index : {contact.geometry_a, contact.geometry_b}) {
     const Geometry& g = model.geometries()[static_cast<size_t>(index)];
@@ -60,7 +60,7 @@ double spin_share(const ContactPatch& patch, const Vector3& middle, double radiu
 
 }  // namespace
 
-size_t find_patch(const StepContext& at, const Data& data, const ConstraintSet& set,
+size_t find_patch(const StepContext& at, const Kinematics& data, const ConstraintSet& set,
                   std::span<const double> radii, size_t first, ContactPatch& out) {
   const PairConstraint& one = set.pairs[first];
   const collision::Candidate& pair_of = set.contacts[first];
@@ -171,7 +171,7 @@ double mean_distance(std::span<const Eigen::Vector2d> corners, bool round) {
   return area > 1e-12 * longest * longest ? moment / area : 0.5 * longest;
 }
 
-void spread_friction(const StepContext& at, const Data& data, std::span<const double> radii,
+void spread_friction(const StepContext& at, const Kinematics& data, std::span<const double> radii,
                      ConstraintSet& out) {
   ContactPatch patch;
   PatchFriction friction;

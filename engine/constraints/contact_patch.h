@@ -49,14 +49,14 @@ struct PatchFriction {
 /// Contacts first, first + 1, ... of one pair of geometries as a patch, up to the one returned,
 /// which is of another. out.size is 0 where they are none. Needs compute_velocities.
 /// @param radii  of bodies [m] (collision::body_radii)
-size_t find_patch(const StepContext& at, const Data& data, const ConstraintSet& set,
+size_t find_patch(const StepContext& at, const Kinematics& data, const ConstraintSet& set,
                   std::span<const double> radii, size_t first, ContactPatch& out);
 /// False where it does not spin, and friction stays as it is.
 bool find_friction(const ContactPatch& patch, PatchFriction& out);
 
 /// Sets `rub`, `strength`, `spins` and friction of all contacts in `out`. The other arguments are
 /// those of find_patch.
-void spread_friction(const StepContext& at, const Data& data, std::span<const double> radii,
+void spread_friction(const StepContext& at, const Kinematics& data, std::span<const double> radii,
                      ConstraintSet& out);
 
 /// Mean distance [m] from the origin of points spread evenly over a polygon around it, given by its

@@ -77,7 +77,7 @@ bool is_near(const ParkedContact& contact, double parking_gap, double h) {
 }
 
 bool is_reached(const ParkedContact& contact, const ContactOptions& options, double h,
-                const std::vector<Motion>& V, const Data& data) {
+                const std::vector<Motion>& V, const Kinematics& data) {
   const int a = contact.body_a, b = contact.body_b;
   Vector3 w = Vector3::Zero();
   if (contact.spin > 0.0 && a != 0) w -= V[a].angular;
@@ -86,12 +86,12 @@ bool is_reached(const ParkedContact& contact, const ContactOptions& options, dou
   return closes_faster(contact, v, w.squaredNorm(), (contact.gap - end_gap(options)) / h);
 }
 
-bool is_far(const FarPair& pair, double parking_gap, double h, const Data& data) {
+bool is_far(const FarPair& pair, double parking_gap, double h, const Kinematics& data) {
   return exceeds(pair, parking_gap, kSpeedUp * h, data.V, data.X_WB);
 }
 
 bool stays_far(const FarPair& pair, const ContactOptions& options, double h,
-               const std::vector<Motion>& V, const Data& data) {
+               const std::vector<Motion>& V, const Kinematics& data) {
   return exceeds(pair, end_gap(options), h, V, data.X_WB);
 }
 

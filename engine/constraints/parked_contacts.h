@@ -39,13 +39,13 @@ bool is_near(const ParkedContact& contact, double parking_gap, double h);
 
 /// Whether the body velocities V (data.h) at the end of the step lead to it, so that it gets rows.
 bool is_reached(const ParkedContact& contact, const ContactOptions& options, double h,
-                const std::vector<Motion>& V, const Data& data);
+                const std::vector<Motion>& V, const Kinematics& data);
 
 /// Whether every contact that a pair may have is parked, at the poses and velocities of data.
-bool is_far(const FarPair& pair, double parking_gap, double h, const Data& data);
+bool is_far(const FarPair& pair, double parking_gap, double h, const Kinematics& data);
 
 /// Whether none of them is_reached.
 bool stays_far(const FarPair& pair, const ContactOptions& options, double h,
-               const std::vector<Motion>& V, const Data& data);
+               const std::vector<Motion>& V, const Kinematics& data);
 
 }  // namespace counterpoint

@@ -178,13 +178,13 @@ double work_of_joint_forces(const Model& model, const Tree& tree, double h, cons
 }  // namespace
 
 Fault singular_inertia_fault(const Model& model, int body, const VectorRef& diagonal,
-                             const Data& data) {
+                             const Kinematics& at, const DynamicsScratch& scratch) {
   const Body& moved = model.body(body);
   const int nv = joint_nv(moved.joint_type);
   MatrixX D = MatrixX::Zero(nv, nv);
   for (int j = 0; j < nv; ++j) {
-    const Force column = data.IA[body] * data.axis[moved.v_index + j];
-    for (int i = 0; i < nv; ++i) D(i, j) = dot(data.axis[moved.v_index + i], column);
+    const Force column = scratch.IA[body] * at.axis[moved.v_index + j];
+    for (int i = 0; i < nv; ++i) D(i, j) = dot(at.axis[moved.v_index + i], column);
     D(j, j) += diagonal[moved.v_index + j];
   }
   Fault fault;
@@ -212,30 +212,34 @@ Fault solver_fault(const Model& model, contact::Status status, const ConstraintS
 }
 
 SpeedCause speed_cause(const Model& model, double h, const Fault& fault, double reach,
-                       const State& state, const Input& input, const State& next, const Data& data,
-                       std::vector<Motion>& V_next) {
+                       const State& state, const Input& input, const State& next) {
   if (!(std::abs(state.v[fault.coordinate]) * reach < fault.bound)) return SpeedCause::kGiven;
+  Kinematics at(model);
+  compute_poses(model, state.q, at);
+  compute_velocities(model, state.v, at);
+  compute_inertias(model, at);
+  std::vector<Motion> V_next(static_cast<size_t>(model.num_bodies()));
   const Tree& tree = model.trees()[model.body(fault.body).tree];
-  compute_body_velocities(model, next.v, data, V_next);
+  compute_body_velocities(model, next.v, at, V_next);
   double gained = 0.0, work = work_of_joint_forces(model, tree, h, state, input, next);
   const auto mean_velocity = [&](int b, const Vector3& arm) -> Vector3 {
-    return 0.5 * (data.V[b].at(arm) + V_next[b].at(arm));
+    return 0.5 * (at.V[b].at(arm) + V_next[b].at(arm));
   };
   for (int b = tree.body_begin; b < tree.body_end; ++b) {
-    const SpatialInertia& inertia = data.inertia[b];
-    gained += 0.5 * dot(V_next[b], inertia * V_next[b]) - 0.5 * dot(data.V[b], inertia * data.V[b]);
+    const SpatialInertia& inertia = at.inertia[b];
+    gained += 0.5 * dot(V_next[b], inertia * V_next[b]) - 0.5 * dot(at.V[b], inertia * at.V[b]);
     work += h * inertia.mass * model.gravity().dot(mean_velocity(b, inertia.center));
   }
   for (const GravityCompensation& carried :
        compensations_of(model, {tree.body_begin, tree.body_end}))
     work -=
-        h * carried.mass * model.gravity().dot(mean_velocity(carried.body, arm_of(carried, data)));
+        h * carried.mass * model.gravity().dot(mean_velocity(carried.body, arm_of(carried, at)));
   for (int k = tree.v_begin; k < tree.v_end && input.applied_force.size() > 0; ++k)
     work += 0.5 * h * input.applied_force[k] * (state.v[k] + next.v[k]);
   for (const ExternalWrench& w : input.wrenches) {
     if (w.body < tree.body_begin || w.body >= tree.body_end) continue;
-    const Vector3 turned = 0.5 * (data.V[w.body].angular + V_next[w.body].angular);
-    work += h * (w.wrench.force.dot(mean_velocity(w.body, data.X_WB[w.body].rotation * w.point)) +
+    const Vector3 turned = 0.5 * (at.V[w.body].angular + V_next[w.body].angular);
+    work += h * (w.wrench.force.dot(mean_velocity(w.body, at.X_WB[w.body].rotation * w.point)) +
                  w.wrench.torque.dot(turned));
   }
   return work >= 0.5 * gained ? SpeedCause::kDriven : SpeedCause::kStep;

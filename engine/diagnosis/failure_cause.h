@@ -12,7 +12,7 @@ namespace counterpoint {
 /// The joint of `body`, at which ABA found no inertia: `value` is what it found [kg, kg m^2], the
 /// least eigenvalue where there are several coordinates. Of the data that it left.
 Fault singular_inertia_fault(const Model& model, int body, const VectorRef& diagonal,
-                             const Data& data);
+                             const Kinematics& at, const DynamicsScratch& scratch);
 
 /// Why the solver failed with `status` on the problem of these constraints: a constraint that
 /// cannot be posed, a free velocity that is not finite, or the constraint at which the equation of
@@ -23,11 +23,9 @@ Fault solver_fault(const Model& model, contact::Status status, const ConstraintS
                    const VectorRef& w,
                    const VectorRef& impulse);  // Parameters: what it depends on, one by one
 
-/// What made the coordinate of a kSpeed fault so fast between state and next. `reach`: see
-/// StateCheck. Needs compute_poses, compute_velocities and compute_inertias at state; V_next
-/// (num_bodies) is scratch.
+/// Finds why the coordinate of a kSpeed fault became so fast between state and next, over a step of
+/// h [s]. reach: see StateCheck.
 SpeedCause speed_cause(const Model& model, double h, const Fault& fault, double reach,
-                       const State& state, const Input& input, const State& next, const Data& data,
-                       std::vector<Motion>& V_next);  // Parameters: what it depends on, one by one
+                       const State& state, const Input& input, const State& next);
 
 }  // namespace counterpoint

@@ -126,27 +126,29 @@ void accelerate_three(const MultiDofFactor& factor, const Motion& A, double* a) 
 }
 
 bool reduce_joint(const Model& model, int i, const VectorRef& tau, const VectorRef& joint_diagonal,
-                  Data& data) {
+                  const BodyState& bodies) {
+  const auto& [at, velocity, external, scratch] = bodies;
   const Body& body = model.body(i);
   const int k = body.v_index;
   const bool has_parent = body.parent != 0;
-  const Motion* axis = &data.axis[k];
+  const Motion* axis = &at.axis[k];
+  const Motion c = velocity_product(at, velocity, i);
   double diagonal[6];
   for (int j = 0; j < joint_nv(body.joint_type); ++j) diagonal[j] = joint_diagonal[k + j];
   switch (body.joint_type) {
     case JointType::kRevolute:
-      return reduce_single(true, axis->angular, tau[k], diagonal[0], data.c[i], has_parent,
-                           data.IA[i], data.pA[i], data.U[i], data.D_inv[i], data.u[i]);
+      return reduce_single(true, axis->angular, tau[k], diagonal[0], c, has_parent, scratch.IA[i],
+                           scratch.pA[i], scratch.U[i], scratch.D_inv[i], scratch.u[i]);
     case JointType::kPrismatic:
-      return reduce_single(false, axis->linear, tau[k], diagonal[0], data.c[i], has_parent,
-                           data.IA[i], data.pA[i], data.U[i], data.D_inv[i], data.u[i]);
+      return reduce_single(false, axis->linear, tau[k], diagonal[0], c, has_parent, scratch.IA[i],
+                           scratch.pA[i], scratch.U[i], scratch.D_inv[i], scratch.u[i]);
     case JointType::kPlanar:
     case JointType::kSpherical:
-      return reduce_three(axis, tau.data() + k, diagonal, data.c[i], has_parent, data.IA[i],
-                          data.pA[i], data.multi[i]);
+      return reduce_three(axis, tau.data() + k, diagonal, c, has_parent, scratch.IA[i],
+                          scratch.pA[i], scratch.multi[i]);
     case JointType::kFloating:
-      return reduce_floating(axis, tau.data() + k, diagonal, data.c[i], has_parent, data.IA[i],
-                             data.pA[i], data.multi[i]);
+      return reduce_floating(axis, tau.data() + k, diagonal, c, has_parent, scratch.IA[i],
+                             scratch.pA[i], scratch.multi[i]);
   }
   return false;
 }
@@ -154,51 +156,53 @@ bool reduce_joint(const Model& model, int i, const VectorRef& tau, const VectorR
 }  // namespace
 
 bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
-         const Vector3& gravity, BodyRange bodies, Data& data, VectorOut a, int* singular_body) {
-  for (int i = bodies.begin; i < bodies.end; ++i) {
-    data.IA[i] = ArticulatedInertia::rigid(data.inertia[i]);
-    if (!data.has_coriolis) {
-      data.pA[i] = Force();
-    } else if (data.has_mean_force[i]) {
-      data.pA[i] = data.mean_force[i];
+         const Vector3& gravity, BodyRange range, const BodyState& bodies, VectorOut a,
+         int* singular_body) {
+  const auto& [at, velocity, external, scratch] = bodies;
+  for (int i = range.begin; i < range.end; ++i) {
+    scratch.IA[i] = ArticulatedInertia::rigid(at.inertia[i]);
+    if (!velocity.has_coriolis) {
+      scratch.pA[i] = Force();
+    } else if (velocity.has_mean_force[i]) {
+      scratch.pA[i] = velocity.mean_force[i];
     } else {
-      data.pA[i] = cross(data.V[i], data.inertia[i] * data.V[i]);
+      scratch.pA[i] = cross(at.V[i], at.inertia[i] * at.V[i]);
     }
-    if (data.has_external) data.pA[i] -= data.external[i];
+    if (external.has_external) scratch.pA[i] -= external.external[i];
   }
-  subtract_carried_weight(model, gravity, bodies, data, data.pA);
-  for (const AddedInertia& more : data.added)
-    if (more.body >= bodies.begin && more.body < bodies.end)
-      data.IA[more.body] += ArticulatedInertia::rigid(more.inertia);
-  for (int i = bodies.end - 1; i >= bodies.begin; --i) {
-    if (!reduce_joint(model, i, tau, diagonal, data)) {
+  subtract_carried_weight(model, gravity, range, at, scratch.pA);
+  for (const AddedInertia& more : external.added)
+    if (more.body >= range.begin && more.body < range.end)
+      scratch.IA[more.body] += ArticulatedInertia::rigid(more.inertia);
+  for (int i = range.end - 1; i >= range.begin; --i) {
+    if (!reduce_joint(model, i, tau, diagonal, bodies)) {
       if (singular_body != nullptr) *singular_body = i;
       return false;
     }
     const int parent = model.body(i).parent;
     if (parent == 0) continue;
-    data.IA[parent] += data.IA[i].shifted(data.arm[i]);
-    data.pA[parent] += shift(data.pA[i], data.arm[i]);
+    scratch.IA[parent] += scratch.IA[i].shifted(at.arm[i]);
+    scratch.pA[parent] += shift(scratch.pA[i], at.arm[i]);
   }
-  data.A[0] = {Vector3::Zero(), -gravity};
-  for (int i = bodies.begin; i < bodies.end; ++i) {
+  scratch.A[0] = {Vector3::Zero(), -gravity};
+  for (int i = range.begin; i < range.end; ++i) {
     const Body& body = model.body(i);
     double* a_i = a.data() + body.v_index;
-    const Motion A = shift(data.A[body.parent], data.arm[i]) + data.c[i];
+    const Motion A = shift(scratch.A[body.parent], at.arm[i]) + velocity_product(at, velocity, i);
     switch (body.joint_type) {
       case JointType::kRevolute:
       case JointType::kPrismatic:
-        a_i[0] = data.D_inv[i] * (data.u[i] - dot(A, data.U[i]));
+        a_i[0] = scratch.D_inv[i] * (scratch.u[i] - dot(A, scratch.U[i]));
         break;
       case JointType::kPlanar:
       case JointType::kSpherical:
-        accelerate_three(data.multi[i], A, a_i);
+        accelerate_three(scratch.multi[i], A, a_i);
         break;
       case JointType::kFloating:
-        accelerate_floating(&data.axis[body.v_index], data.multi[i], A, a_i);
+        accelerate_floating(&at.axis[body.v_index], scratch.multi[i], A, a_i);
         break;
     }
-    data.A[i] = A + joint_motion(body.joint_type, &data.axis[body.v_index], a_i);
+    scratch.A[i] = A + joint_motion(body.joint_type, &at.axis[body.v_index], a_i);
   }
   return true;
 }

@@ -48,10 +48,12 @@ void set_joint_force(const Body& body, const Motion* axis, const Force& f, int r
 /// The rows of one body: the force that accelerates its subtree along each coordinate of its joint,
 /// carried to the root. It stays in registers on its way; kept in memory for all coordinates of a
 /// subtree at once (and four at a time) it took no less time.
-void fill_rows(const Model& model, const Tree& tree, const Data& data, int i, SymmetricOut& out) {
+void fill_rows(const Model& model, const Tree& tree, const BodyState& bodies, int i,
+               SymmetricOut& out) {
+  const Kinematics& at = bodies.at;
   const Body& body = model.body(i);
-  const Motion* axis = &data.axis[body.v_index];
-  const RigidInertia& inertia = data.composite[i];
+  const Motion* axis = &at.axis[body.v_index];
+  const RigidInertia& inertia = bodies.scratch.composite[i];
   const int first = body.v_index - tree.v_begin;
   for (int j = 0; j < joint_nv(body.joint_type); ++j) {
     Force f;
@@ -62,9 +64,9 @@ void fill_rows(const Model& model, const Tree& tree, const Data& data, int i, Sy
     }
     set_own_force(body, axis, f, j, first, out);
     for (int k = i, parent = body.parent; parent != 0;) {
-      f.torque += data.arm[k].cross(f.force);
+      f.torque += at.arm[k].cross(f.force);
       const Body& ancestor = model.body(parent);
-      set_joint_force(ancestor, &data.axis[ancestor.v_index], f, first + j,
+      set_joint_force(ancestor, &at.axis[ancestor.v_index], f, first + j,
                       ancestor.v_index - tree.v_begin, out);
       k = parent;
       parent = ancestor.parent;
@@ -74,29 +76,30 @@ void fill_rows(const Model& model, const Tree& tree, const Data& data, int i, Sy
 
 }  // namespace
 
-void crba_tree(const Model& model, const Tree& tree, Data& data, InertiaOut M) {
+void crba_tree(const Model& model, const Tree& tree, const BodyState& bodies, InertiaOut M) {
+  std::vector<RigidInertia>& composite = bodies.scratch.composite;
   for (int i = tree.body_begin; i < tree.body_end; ++i)
-    data.composite[i] = RigidInertia::about_origin(data.inertia[i]);
-  for (const AddedInertia& more : data.added)
+    composite[i] = RigidInertia::about_origin(bodies.at.inertia[i]);
+  for (const AddedInertia& more : bodies.external.added)
     if (more.body >= tree.body_begin && more.body < tree.body_end)
-      data.composite[more.body] += RigidInertia::about_origin(more.inertia);
+      composite[more.body] += RigidInertia::about_origin(more.inertia);
   M.setZero();
   SymmetricOut out(M);
   for (int i = tree.body_end - 1; i >= tree.body_begin; --i) {
-    fill_rows(model, tree, data, i, out);
+    fill_rows(model, tree, bodies, i, out);
     const int parent = model.body(i).parent;
     if (parent == 0) continue;
-    RigidInertia moved = data.composite[i];
-    moved.move(data.arm[i]);
-    data.composite[parent] += moved;
+    RigidInertia moved = composite[i];
+    moved.move(bodies.at.arm[i]);
+    composite[parent] += moved;
   }
 }
 
-void crba(const Model& model, Data& data, InertiaOut M) {
+void crba(const Model& model, const BodyState& bodies, InertiaOut M) {
   if (model.num_trees() != 1) M.setZero();
   for (const Tree& tree : model.trees()) {
     const int n = tree.v_end - tree.v_begin;
-    crba_tree(model, tree, data, M.block(tree.v_begin, tree.v_begin, n, n));
+    crba_tree(model, tree, bodies, M.block(tree.v_begin, tree.v_begin, n, n));
   }
 }
 

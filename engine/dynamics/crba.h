@@ -11,9 +11,9 @@ using InertiaOut =
 
 /// M(q) of the bodies of one tree, both triangles, without rotor inertia (armature): (v_end -
 /// v_begin) squared [kg m^2, kg m, kg]. Needs compute_poses and compute_inertias.
-void crba_tree(const Model& model, const Tree& tree, Data& data, InertiaOut M);
+void crba_tree(const Model& model, const Tree& tree, const BodyState& bodies, InertiaOut M);
 
 /// The same of the whole model, nv x nv, block diagonal by tree.
-void crba(const Model& model, Data& data, InertiaOut M);
+void crba(const Model& model, const BodyState& bodies, InertiaOut M);
 
 }  // namespace counterpoint

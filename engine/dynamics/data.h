@@ -1,8 +1,8 @@
-// Per-body results of the recursive algorithms. Recomputable; fields grouped by what fills them.
+// Kinematics of the bodies, the forces on them, and the scratch memory of the recursive algorithms.
 //
-// Every body's motions and forces are kept in world axes at the body's own origin: going from body
-// to parent then takes a shift and no rotation, and lengths in the arithmetic stay those of a link,
-// however far from the world's origin it is (docs/decisions/dynamics.md).
+// Motions and forces of a body are expressed in world axes at the body's own origin. Going from a
+// body to its parent then takes a shift and no rotation, and lengths in the arithmetic stay those
+// of a link, however far from the world's origin it is (docs/decisions/dynamics.md).
 #pragma once
 
 #include <vector>
@@ -25,13 +25,15 @@ struct AddedInertia {
   SpatialInertia inertia;
 };
 
-struct Data {
-  explicit Data(const Model& model);
+/// Poses, velocities and inertias of all bodies at one (q, v): written by the functions of
+/// kinematics.h alone, read by everything else.
+struct Kinematics {
+  explicit Kinematics(const Model& model);
 
-  // compute_poses (kinematics.h)
-  std::vector<double> sine, cosine;  ///< by body, of a revolute joint's angle
-  /// Of the bodies that the algorithms use, which are turned so that a joint's axis is z: for the
-  /// pose of a link as its file has it, Dynamics::frame (engine/dynamics.h).
+  // compute_poses
+  std::vector<double> sine, cosine;  ///< by body: of a revolute joint's angle
+  /// Poses of the frames that the algorithms use, which are turned so that a joint's axis is z.
+  /// Dynamics::frame (engine/dynamics.h) gives the pose of a link as its file has it.
   std::vector<Pose> X_WB;
   std::vector<Vector3> arm;  ///< from the parent's origin to the body's, in W [m]
   std::vector<Motion> axis;  ///< nv: columns of the joints' motion subspaces S, in W
@@ -42,24 +44,50 @@ struct Data {
 
   // compute_inertias
   std::vector<SpatialInertia> inertia;
+};
 
-  // aba, crba: beyond data.inertia, and not in forces quadratic in velocity; set by the caller
+/// Velocity-dependent (Coriolis, centrifugal, gyroscopic) forces in the form that rnea and aba take:
+/// none, or for each body those at (q, v), or their mean over the step.
+struct VelocityForces {
+  explicit VelocityForces(const Model& model);
+
+  bool has_coriolis = true;
+  /// By body: whether mean_force replaces V x* I V and I c (free_flight.h, mid_velocity.h,
+  /// energy_projection.h).
+  std::vector<char> has_mean_force;
+  std::vector<Force> mean_force;  ///< at the body's origin, in W [N m, N]
+  VectorX mean_rotor_force;       ///< nv: of the rotors, for the caller to add [N m, N]
+
+  /// Whether the force on a body is the one at (q, v).
+  bool is_instantaneous(int body) const { return has_coriolis && !has_mean_force[body]; }
+};
+
+/// Wrenches on bodies, and inertia that only the forward step has.
+struct ExternalForces {
+  explicit ExternalForces(const Model& model) : external(model.num_bodies()) {}
+
+  bool has_external = false;    ///< whether the wrenches are used
+  std::vector<Force> external;  ///< by body: at its origin, in W [N m, N]
   std::vector<AddedInertia> added;
 
-  // rnea, aba: external wrenches, set by the caller
-  std::vector<Force> external;
-  bool has_external = false;
+  /// Makes the wrenches zero, and uses them.
+  void begin() {
+    has_external = true;
+    for (Force& f : external) f = Force();
+  }
+};
 
-  // rnea, aba: forces quadratic in velocity; where they are left out, c is to be zero as well
-  bool has_coriolis = true;
+/// The velocity product that accelerations start from: c, or zero where the velocity-dependent force
+/// is not the one at (q, v).
+inline Motion velocity_product(const Kinematics& at, const VelocityForces& velocity, int body) {
+  return velocity.is_instantaneous(body) ? at.c[body] : Motion();
+}
 
-  // rnea, aba: the mean over the step of V x* I V, at the body's origin in W [N m, N], for bodies
-  // where the caller knows it (free_flight.h, energy_projection.h); their c is then to be zero
-  std::vector<char> has_mean_force;
-  std::vector<Force> mean_force;
-  VectorX mean_rotor_force;  ///< nv: of their rotors, for the caller to add [N m, N]
+/// Scratch memory of the recursive algorithms: one per thread.
+struct DynamicsScratch {
+  explicit DynamicsScratch(const Model& model);
 
-  // rnea
+  // rnea, aba
   std::vector<Motion> A;  ///< spatial acceleration less gravity
   std::vector<Force> F;   ///< force through the joint
 
@@ -72,6 +100,28 @@ struct Data {
 
   // crba
   std::vector<RigidInertia> composite;  ///< of the subtrees, about their first bodies' origins
+};
+
+/// All of them, for callers that own them together.
+struct Data : Kinematics, VelocityForces, ExternalForces, DynamicsScratch {
+  explicit Data(const Model& model)
+      : Kinematics(model), VelocityForces(model), ExternalForces(model), DynamicsScratch(model) {}
+};
+
+/// The arguments of a recursive algorithm, which writes nothing but its scratch memory.
+struct BodyState {
+  BodyState(const Kinematics& kinematics, const VelocityForces& velocity_forces,
+            const ExternalForces& external_forces, DynamicsScratch& scratch_memory)
+      : at(kinematics),
+        velocity(velocity_forces),
+        external(external_forces),
+        scratch(scratch_memory) {}
+  BodyState(Data& data) : BodyState(data, data, data, data) {}  // NOLINT: implicit on purpose
+
+  const Kinematics& at;
+  const VelocityForces& velocity;
+  const ExternalForces& external;
+  DynamicsScratch& scratch;
 };
 
 }  // namespace counterpoint

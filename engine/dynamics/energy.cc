@@ -10,14 +10,14 @@ double total_mass(const Model& model) {
   return mass;
 }
 
-double kinetic_energy(const Model& model, const VectorRef& v, const Data& data) {
+double kinetic_energy(const Model& model, const VectorRef& v, const Kinematics& data) {
   double energy = 0.5 * v.dot(model.armature().cwiseProduct(v));
   for (int i = 1; i < model.num_bodies(); ++i)
     energy += 0.5 * dot(data.V[i], data.inertia[i] * data.V[i]);
   return energy;
 }
 
-double potential_energy(const Model& model, const Data& data) {
+double potential_energy(const Model& model, const Kinematics& data) {
   double energy = 0.0;
   for (int i = 1; i < model.num_bodies(); ++i) {
     const SpatialInertia& inertia = model.body(i).inertia;
@@ -28,7 +28,7 @@ double potential_energy(const Model& model, const Data& data) {
   return energy;
 }
 
-Force total_momentum(const Model& model, const Data& data) {
+Force total_momentum(const Model& model, const Kinematics& data) {
   Force momentum;
   for (int i = 1; i < model.num_bodies(); ++i)
     momentum += shift(data.inertia[i] * data.V[i], data.X_WB[i].translation);

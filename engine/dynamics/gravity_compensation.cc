@@ -15,7 +15,7 @@ std::span<const GravityCompensation> compensations_of(const Model& model, BodyRa
 }
 
 void subtract_carried_weight(const Model& model, const Vector3& gravity, BodyRange bodies,
-                             const Data& data, std::vector<Force>& needed) {
+                             const Kinematics& data, std::vector<Force>& needed) {
   if (model.gravity_compensations().empty() || gravity.isZero(0.0)) return;
   for (const GravityCompensation& carried : compensations_of(model, bodies)) {
     const Vector3 weight = carried.mass * gravity;

@@ -15,14 +15,14 @@ namespace counterpoint {
 std::span<const GravityCompensation> compensations_of(const Model& model, BodyRange bodies);
 
 /// The point that carries, from the body's origin in W [m]. Needs compute_poses.
-inline Vector3 arm_of(const GravityCompensation& carried, const Data& data) {
+inline Vector3 arm_of(const GravityCompensation& carried, const Kinematics& data) {
   return data.X_WB[carried.body].rotation * carried.center;
 }
 
 /// Takes the carried weight of a range of bodies out of `needed` (num_bodies): forces that
 /// acceleration under gravity [m/s^2] takes, at the bodies' origins in W. Needs compute_poses.
 void subtract_carried_weight(const Model& model, const Vector3& gravity, BodyRange bodies,
-                             const Data& data, std::vector<Force>& needed);
+                             const Kinematics& data, std::vector<Force>& needed);
 
 /// Sum of m c over the compensations of a body, in its frame [kg m].
 Vector3 carried_moment(const Model& model, int body);

@@ -20,8 +20,7 @@ class Response {
     compute_poses(model, model.default_q(), data);
     compute_velocities(model, tau, data);
     compute_inertias(model, data);
-    data.has_external = true;
-    for (Force& f : data.external) f = Force();
+    data.begin();
     // The world answers to nothing; trees are moved one at a time.
     for (Motion& a : data.A) a = Motion();
   }

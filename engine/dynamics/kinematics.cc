@@ -9,7 +9,7 @@
 
 namespace counterpoint {
 
-Data::Data(const Model& model)
+Kinematics::Kinematics(const Model& model)
     : sine(model.num_bodies()),
       cosine(model.num_bodies()),
       X_WB(model.num_bodies()),
@@ -17,12 +17,15 @@ Data::Data(const Model& model)
       axis(model.nv()),
       V(model.num_bodies()),
       c(model.num_bodies()),
-      inertia(model.num_bodies()),
-      external(model.num_bodies()),
-      has_mean_force(model.num_bodies(), 0),
+      inertia(model.num_bodies()) {}
+
+VelocityForces::VelocityForces(const Model& model)
+    : has_mean_force(model.num_bodies(), 0),
       mean_force(model.num_bodies()),
-      mean_rotor_force(VectorX::Zero(model.nv())),
-      A(model.num_bodies()),
+      mean_rotor_force(VectorX::Zero(model.nv())) {}
+
+DynamicsScratch::DynamicsScratch(const Model& model)
+    : A(model.num_bodies()),
       F(model.num_bodies()),
       IA(model.num_bodies()),
       pA(model.num_bodies()),
@@ -40,7 +43,7 @@ COUNTERPOINT_WIDE void sines_and_cosines(const double* angle, int count, double*
 }
 
 /// Sines and cosines of all revolute joints' angles at once.
-void compute_turns(const Model& model, const VectorRef& q, BodyRange bodies, Data& data) {
+void compute_turns(const Model& model, const VectorRef& q, BodyRange bodies, Kinematics& at) {
   constexpr int kBlock = 64;
   double angle[kBlock];
   for (int begin = bodies.begin; begin < bodies.end; begin += kBlock) {
@@ -54,89 +57,97 @@ void compute_turns(const Model& model, const VectorRef& q, BodyRange bodies, Dat
       ordinary &= std::abs(angle[i]) <= kMaxReducedAngle;
     }
     if (!any) continue;
-    sines_and_cosines(angle, count, &data.sine[begin], &data.cosine[begin]);
+    sines_and_cosines(angle, count, &at.sine[begin], &at.cosine[begin]);
     if (ordinary) continue;
-    for (int i = 0; i < count; ++i) sin_cos(angle[i], data.sine[begin + i], data.cosine[begin + i]);
+    for (int i = 0; i < count; ++i) sin_cos(angle[i], at.sine[begin + i], at.cosine[begin + i]);
   }
 }
 
 }  // namespace
 
-void compute_poses(const Model& model, const VectorRef& q, BodyRange bodies, Data& data) {
-  compute_turns(model, q, bodies, data);
+void compute_poses(const Model& model, const VectorRef& q, BodyRange bodies, Kinematics& at) {
+  compute_turns(model, q, bodies, at);
   for (int i = bodies.begin; i < bodies.end; ++i) {
     const Body& body = model.body(i);
-    const Pose& X_WP = data.X_WB[body.parent];
-    Pose& X_WB = data.X_WB[i];
+    const Pose& X_WP = at.X_WB[body.parent];
+    Pose& X_WB = at.X_WB[i];
     if (body.joint_type == JointType::kRevolute) {
       // Turned before it is composed: that does not wait for the parent.
       const Matrix3& R_PJ = body.X_PJ.rotation;
-      const double s = data.sine[i], c = data.cosine[i];
+      const double s = at.sine[i], c = at.cosine[i];
       Matrix3 R_PB;
       R_PB.col(0) = c * R_PJ.col(0) + s * R_PJ.col(1);
       R_PB.col(1) = c * R_PJ.col(1) - s * R_PJ.col(0);
       R_PB.col(2) = R_PJ.col(2);
       X_WB.rotation.noalias() = X_WP.rotation * R_PB;
-      data.arm[i].noalias() = X_WP.rotation * body.X_PJ.translation;
-      X_WB.translation = X_WP.translation + data.arm[i];
-      data.axis[body.v_index] = {X_WB.rotation.col(2), Vector3::Zero()};
+      at.arm[i].noalias() = X_WP.rotation * body.X_PJ.translation;
+      X_WB.translation = X_WP.translation + at.arm[i];
+      at.axis[body.v_index] = {X_WB.rotation.col(2), Vector3::Zero()};
       continue;
     }
     const Pose X_WJ = body.parent == 0 ? body.X_PJ : X_WP * body.X_PJ;
     X_WB = joint_pose(X_WJ, body.joint_type, q.data() + body.q_index);
-    data.arm[i] = X_WB.translation - X_WP.translation;
-    joint_axes(body.joint_type, X_WJ.rotation, X_WB.rotation, &data.axis[body.v_index]);
+    at.arm[i] = X_WB.translation - X_WP.translation;
+    joint_axes(body.joint_type, X_WJ.rotation, X_WB.rotation, &at.axis[body.v_index]);
   }
 }
 
-void compute_velocities(const Model& model, const VectorRef& v, BodyRange bodies, Data& data) {
+void compute_velocities(const Model& model, const VectorRef& v, BodyRange bodies, Kinematics& at) {
   for (int i = bodies.begin; i < bodies.end; ++i) {
     const Body& body = model.body(i);
     const Motion V_J =
-        joint_motion(body.joint_type, &data.axis[body.v_index], v.data() + body.v_index);
+        joint_motion(body.joint_type, &at.axis[body.v_index], v.data() + body.v_index);
     // Here, not in data: what was just stored would be waited for.
     Motion V = V_J, c;
     if (body.parent != 0) {
-      V += shift(data.V[body.parent], data.arm[i]);
+      V += shift(at.V[body.parent], at.arm[i]);
       c = cross(V, V_J);
     }
     if (joint_axes_turn(body.joint_type)) c.linear -= V_J.angular.cross(V_J.linear);
-    data.V[i] = V;
-    data.c[i] = c;
+    at.V[i] = V;
+    at.c[i] = c;
   }
 }
 
 void compute_body_velocities(const Model& model, const VectorRef& v, BodyRange bodies,
-                             const Data& data, std::vector<Motion>& V) {
+                             const Kinematics& at, std::vector<Motion>& V) {
   for (int i = bodies.begin; i < bodies.end; ++i) {
     const Body& body = model.body(i);
-    Motion of_body =
-        joint_motion(body.joint_type, &data.axis[body.v_index], v.data() + body.v_index);
-    if (body.parent != 0) of_body += shift(V[body.parent], data.arm[i]);
+    Motion of_body = joint_motion(body.joint_type, &at.axis[body.v_index], v.data() + body.v_index);
+    if (body.parent != 0) of_body += shift(V[body.parent], at.arm[i]);
     V[i] = of_body;
   }
 }
 
-void compute_body_velocities(const Model& model, const VectorRef& v, const Data& data,
+void compute_body_velocities(const Model& model, const VectorRef& v, const Kinematics& at,
                              std::vector<Motion>& V) {
-  compute_body_velocities(model, v, moving_bodies(model), data, V);
+  compute_body_velocities(model, v, moving_bodies(model), at, V);
 }
 
-void compute_velocity_accelerations(const Model& model, const Data& data, std::vector<Motion>& A) {
+void compute_velocity_accelerations(const Model& model, const Kinematics& at,
+                                    std::vector<Motion>& A) {
   for (int i = 1; i < model.num_bodies(); ++i) {
-    A[i] = data.c[i];
-    if (model.body(i).parent != 0) A[i] += shift(A[model.body(i).parent], data.arm[i]);
+    A[i] = at.c[i];
+    if (model.body(i).parent != 0) A[i] += shift(A[model.body(i).parent], at.arm[i]);
   }
 }
 
-void compute_inertias(const Model& model, BodyRange bodies, Data& data) {
+void compute_velocity_accelerations(const Model& model, const Kinematics& at,
+                                    const VelocityForces& velocity, std::vector<Motion>& A) {
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    A[i] = velocity_product(at, velocity, i);
+    if (model.body(i).parent != 0) A[i] += shift(A[model.body(i).parent], at.arm[i]);
+  }
+}
+
+void compute_inertias(const Model& model, BodyRange bodies, Kinematics& at) {
   for (int i = bodies.begin; i < bodies.end; ++i) {
     const SpatialInertia& inertia = model.body(i).inertia;
-    const Matrix3& R = data.X_WB[i].rotation;
-    data.inertia[i].mass = inertia.mass;
-    data.inertia[i].center.noalias() = R * inertia.center;
+    const Matrix3& R = at.X_WB[i].rotation;
+    at.inertia[i].mass = inertia.mass;
+    at.inertia[i].center.noalias() = R * inertia.center;
     const Matrix3 turned = R * inertia.rotational;
-    Matrix3& out = data.inertia[i].rotational;
+    Matrix3& out = at.inertia[i].rotational;
     for (int j = 0; j < 3; ++j)
       for (int k = 0; k <= j; ++k) out(j, k) = out(k, j) = turned.row(j).dot(R.row(k));
   }

@@ -12,34 +12,39 @@ inline Force shift(const Force& f, const Vector3& arm) {
   return {f.torque + arm.cross(f.force), f.force};
 }
 
-/// Fills data.X_WB, arm, axis from q (nq), of all bodies or of a range of whole trees. Quaternions
+/// Fills at.X_WB, arm, axis from q (nq), of all bodies or of a range of whole trees. Quaternions
 /// must be of unit length.
-void compute_poses(const Model& model, const VectorRef& q, BodyRange bodies, Data& data);
-inline void compute_poses(const Model& model, const VectorRef& q, Data& data) {
-  compute_poses(model, q, moving_bodies(model), data);
+void compute_poses(const Model& model, const VectorRef& q, BodyRange bodies, Kinematics& at);
+inline void compute_poses(const Model& model, const VectorRef& q, Kinematics& at) {
+  compute_poses(model, q, moving_bodies(model), at);
 }
 
-/// Fills data.V and c from v (nv). Needs compute_poses.
-void compute_velocities(const Model& model, const VectorRef& v, BodyRange bodies, Data& data);
-inline void compute_velocities(const Model& model, const VectorRef& v, Data& data) {
-  compute_velocities(model, v, moving_bodies(model), data);
+/// Fills at.V and c from v (nv). Needs compute_poses.
+void compute_velocities(const Model& model, const VectorRef& v, BodyRange bodies, Kinematics& at);
+inline void compute_velocities(const Model& model, const VectorRef& v, Kinematics& at) {
+  compute_velocities(model, v, moving_bodies(model), at);
 }
 
 /// V_WB of all bodies, or of a range of whole trees, at another v (nv) into V (num_bodies). Needs
 /// compute_poses.
 void compute_body_velocities(const Model& model, const VectorRef& v, BodyRange bodies,
-                             const Data& data, std::vector<Motion>& V);
-void compute_body_velocities(const Model& model, const VectorRef& v, const Data& data,
+                             const Kinematics& at, std::vector<Motion>& V);
+void compute_body_velocities(const Model& model, const VectorRef& v, const Kinematics& at,
                              std::vector<Motion>& V);
 
 /// Spatial accelerations of all bodies if the joints' velocities were constant, gravity left out,
 /// into A (num_bodies). Needs compute_velocities.
-void compute_velocity_accelerations(const Model& model, const Data& data, std::vector<Motion>& A);
+void compute_velocity_accelerations(const Model& model, const Kinematics& at,
+                                    std::vector<Motion>& A);
+/// The same without the velocity products of bodies whose velocity-dependent force `velocity` has in
+/// another form (velocity_product of data.h).
+void compute_velocity_accelerations(const Model& model, const Kinematics& at,
+                                    const VelocityForces& velocity, std::vector<Motion>& A);
 
-/// Fills data.inertia. Needs compute_poses.
-void compute_inertias(const Model& model, BodyRange bodies, Data& data);
-inline void compute_inertias(const Model& model, Data& data) {
-  compute_inertias(model, moving_bodies(model), data);
+/// Fills at.inertia. Needs compute_poses.
+void compute_inertias(const Model& model, BodyRange bodies, Kinematics& at);
+inline void compute_inertias(const Model& model, Kinematics& at) {
+  compute_inertias(model, moving_bodies(model), at);
 }
 
 }  // namespace counterpoint

@@ -5,29 +5,30 @@
 #include "counterpoint/engine/dynamics/kinematics.h"
 
 namespace counterpoint {
-void rnea(const Model& model, const VectorRef& a, const Vector3& gravity, Data& data,
+
+void rnea(const Model& model, const VectorRef& a, const Vector3& gravity, const BodyState& bodies,
           VectorOut tau) {
+  const auto& [at, velocity, external, scratch] = bodies;
+  std::vector<Motion>& A = scratch.A;
+  std::vector<Force>& F = scratch.F;
   // Gravity enters as an acceleration of the world upwards.
-  data.A[0] = {Vector3::Zero(), -gravity};
+  A[0] = {Vector3::Zero(), -gravity};
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
-    data.A[i] = shift(data.A[body.parent], data.arm[i]) + data.c[i] +
-                joint_motion(body.joint_type, &data.axis[body.v_index], a.data() + body.v_index);
-    const bool flies = data.has_coriolis && data.has_mean_force[i];
-    const Matrix3& R_WB = data.X_WB[i].rotation;
-    data.F[i] = data.has_coriolis && !flies
-                    ? rigid_body_force(body.inertia, R_WB, data.V[i], data.A[i])
-                    : rigid_body_force(body.inertia, R_WB, data.A[i]);
-    if (flies) data.F[i] += data.mean_force[i];
-    if (data.has_external) data.F[i] -= data.external[i];
+    A[i] = shift(A[body.parent], at.arm[i]) + velocity_product(at, velocity, i) +
+           joint_motion(body.joint_type, &at.axis[body.v_index], a.data() + body.v_index);
+    const Matrix3& R_WB = at.X_WB[i].rotation;
+    F[i] = velocity.is_instantaneous(i) ? rigid_body_force(body.inertia, R_WB, at.V[i], A[i])
+                                        : rigid_body_force(body.inertia, R_WB, A[i]);
+    if (velocity.has_coriolis && velocity.has_mean_force[i]) F[i] += velocity.mean_force[i];
+    if (external.has_external) F[i] -= external.external[i];
   }
-  subtract_carried_weight(model, gravity, moving_bodies(model), data, data.F);
+  subtract_carried_weight(model, gravity, moving_bodies(model), at, F);
   tau.setZero();
   for (int i = model.num_bodies() - 1; i > 0; --i) {
     const Body& body = model.body(i);
-    add_joint_force(body.joint_type, &data.axis[body.v_index], data.F[i],
-                    tau.data() + body.v_index);
-    if (body.parent != 0) data.F[body.parent] += shift(data.F[i], data.arm[i]);
+    add_joint_force(body.joint_type, &at.axis[body.v_index], F[i], tau.data() + body.v_index);
+    if (body.parent != 0) F[body.parent] += shift(F[i], at.arm[i]);
   }
 }
 

@@ -29,9 +29,9 @@ inline Force rigid_body_force(const SpatialInertia& inertia, const Matrix3& R_WB
 
 /// tau = M(q) a - n(q, v) - J' f_external: the joint forces (nv) that give acceleration a (nv)
 /// [rad/s^2, m/s^2] to the bodies; what acts on single coordinates (rotor inertia, damping) is the
-/// caller's. gravity [m/s^2]. Needs compute_poses and compute_velocities; external wrenches from
-/// data.external if data.has_external.
-void rnea(const Model& model, const VectorRef& a, const Vector3& gravity, Data& data,
+/// caller's. gravity [m/s^2]. Needs compute_poses and compute_velocities; velocity-dependent forces
+/// and external wrenches are those of `bodies`.
+void rnea(const Model& model, const VectorRef& a, const Vector3& gravity, const BodyState& bodies,
           VectorOut tau);
 
 }  // namespace counterpoint

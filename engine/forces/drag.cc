@@ -4,34 +4,35 @@
 
 namespace counterpoint {
 
-void compute_drag(const Model& model, double h, Data& data) {
-  data.added.resize(model.drags().size());
-  for (size_t i = 0; i < data.added.size(); ++i) {
+void compute_drag(const Model& model, double h, const Kinematics& at, ExternalForces& external) {
+  external.added.resize(model.drags().size());
+  for (size_t i = 0; i < external.added.size(); ++i) {
     const BodyDrag& link = model.drags()[i];
     const Drag& drag = link.drag;
-    const Motion& V = data.V[link.body];
+    const Motion& V = at.V[link.body];
     SpatialInertia hC;
-    hC.center = data.X_WB[link.body].rotation * link.center;
+    hC.center = at.X_WB[link.body].rotation * link.center;
     hC.mass = h * (drag.linear + drag.quadratic * V.at(hC.center).norm());
     const double about = h * (drag.angular + drag.angular_quadratic * V.angular.norm());
     hC.rotational = about * Matrix3::Identity();
-    data.added[i] = {link.body, hC};
+    external.added[i] = {link.body, hC};
   }
 }
 
-void add_drag(const Model& model, double h, const Vector3& gravity,
-              std::vector<Motion>& acceleration, Data& data) {
-  compute_velocity_accelerations(model, data, acceleration);
-  for (const AddedInertia& hC : data.added) {
-    Motion known = acceleration[hC.body] - data.V[hC.body] * (1.0 / h);
+void add_drag(const Model& model, double h, const Vector3& gravity, const Kinematics& at,
+              const VelocityForces& velocity, std::vector<Motion>& acceleration,
+              ExternalForces& external) {
+  compute_velocity_accelerations(model, at, velocity, acceleration);
+  for (const AddedInertia& hC : external.added) {
+    Motion known = acceleration[hC.body] - at.V[hC.body] * (1.0 / h);
     known.linear -= gravity;
-    data.external[hC.body] += hC.inertia * known;
+    external.external[hC.body] += hC.inertia * known;
   }
 }
 
-void add_drag_inverse(double h, const std::vector<Motion>& V_next, Data& data) {
-  for (const AddedInertia& hC : data.added)
-    data.external[hC.body] -= hC.inertia * V_next[hC.body] * (1.0 / h);
+void add_drag_inverse(double h, const std::vector<Motion>& V_next, ExternalForces& external) {
+  for (const AddedInertia& hC : external.added)
+    external.external[hC.body] -= hC.inertia * V_next[hC.body] * (1.0 / h);
 }
 
 }  // namespace counterpoint

@@ -18,17 +18,18 @@
 
 namespace counterpoint {
 
-/// h C of every drag of the model from data.V, into data.added. Needs compute_poses and
+/// h C of every drag of the model from at.V, into external.added. Needs compute_poses and
 /// compute_velocities.
-void compute_drag(const Model& model, double h, Data& data);
+void compute_drag(const Model& model, double h, const Kinematics& at, ExternalForces& external);
 
-/// Forward: adds -C V and what is to be taken back onto data.external. Needs compute_drag and
-/// data.c; `acceleration` (num_bodies) is scratch.
-void add_drag(const Model& model, double h, const Vector3& gravity,
-              std::vector<Motion>& acceleration, Data& data);
+/// Forward: adds -C V and what is to be taken back onto external.external. Needs compute_drag and
+/// compute_velocities; `acceleration` (num_bodies) is scratch.
+void add_drag(const Model& model, double h, const Vector3& gravity, const Kinematics& at,
+              const VelocityForces& velocity, std::vector<Motion>& acceleration,
+              ExternalForces& external);
 
-/// Inverse: adds -C V_next onto data.external; V_next (num_bodies) is V at the end of the step.
+/// Inverse: adds -C V_next onto external.external; V_next (num_bodies) is V at the end of the step.
 /// Needs compute_drag.
-void add_drag_inverse(double h, const std::vector<Motion>& V_next, Data& data);
+void add_drag_inverse(double h, const std::vector<Motion>& V_next, ExternalForces& external);
 
 }  // namespace counterpoint

@@ -26,7 +26,7 @@ double smooth_step(double x) {
 
 /// Of the velocities V [rad/s, m/s] of bodies and v of coordinates, in the poses of `data`.
 TreeMotion motion_of(const Model& model, const Tree& tree, const VectorX& rotors,
-                     const VectorRef& v, const Data& data, const std::vector<Motion>& V) {
+                     const VectorRef& v, const Kinematics& data, const std::vector<Motion>& V) {
   TreeMotion motion;
   motion.floats = model.body(tree.body_begin).joint_type == JointType::kFloating;
   for (int i = tree.body_begin; i < tree.body_end; ++i) {
@@ -154,7 +154,7 @@ bool EnergyProjection::find_change(const StepContext& at, bool predicted, const 
 /// pose q (+) from h x. data: of q.
 TreeMotion EnergyProjection::motion_at(const StepContext& at, int t, double from,
                                        const VectorRef& x, bool predicted, const VectorX& rotors,
-                                       const Data& data) {
+                                       const Kinematics& data) {
   const Model& model = at.model;
   const double h = at.h();
   const Tree& tree = model.trees()[t];
@@ -167,7 +167,7 @@ TreeMotion EnergyProjection::motion_at(const StepContext& at, int t, double from
     integrate_configuration(model, at.q, x, (from - back) * h, bodies, q_);
     compute_poses(model, q_, bodies, *scratch_);
   }
-  const Data& there = elsewhere ? *scratch_ : data;
+  const Kinematics& there = elsewhere ? *scratch_ : data;
   compute_body_velocities(model, x, bodies, there, V_);
   return motion_of(model, tree, rotors, x, there, V_);
 }
@@ -176,7 +176,8 @@ TreeMotion EnergyProjection::motion_at(const StepContext& at, int t, double from
 // goes with the square of the scale. Else a root in one variable that exists, since the energy goes
 // from 0 to infinity with the scale: by secants from 1, kept in a bracket.
 TreeMotion EnergyProjection::keep_energy(const StepContext& at, int t, bool predicted,
-                                         const VectorX& rotors, double energy, const Data& data) {
+                                         const VectorX& rotors, double energy,
+                                         const Kinematics& data) {
   const Tree& tree = at.model.trees()[t];
   constexpr int kMaxTrials = 60;
   auto reached = reached_.segment(tree.v_begin, tree.v_end - tree.v_begin);
@@ -221,7 +222,6 @@ void EnergyProjection::set_force(const Model& model, double h, const VectorX& ro
     data.A[i] = A;
     data.has_mean_force[i] = 1;
     data.mean_force[i] = rigid_body_force(body.inertia, data.X_WB[i].rotation, data.A[i]);
-    data.c[i] = Motion();
   }
   data.mean_rotor_force.segment(begin, size) =
       rotors.segment(begin, size).cwiseProduct(taken_.segment(begin, size)) / h;

@@ -93,9 +93,9 @@ class EnergyProjection {
                    double share, Data& data);
   // Parameters: a state, a tree of it and where to look.
   TreeMotion motion_at(const StepContext& at, int t, double from, const VectorRef& x,
-                       bool predicted, const VectorX& rotors, const Data& data);
+                       bool predicted, const VectorX& rotors, const Kinematics& data);
   TreeMotion keep_energy(const StepContext& at, int t, bool predicted, const VectorX& rotors,
-                         double energy, const Data& data);
+                         double energy, const Kinematics& data);
   void set_force(const Model& model, double h, const VectorX& rotors, const Tree& tree, Data& data);
 
   std::optional<Data> scratch_;  ///< if a tree can be corrected

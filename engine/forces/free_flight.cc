@@ -60,19 +60,18 @@ Force FreeFlight::mean_force(const Model& model, int index, double h, const Vect
 }
 
 void FreeFlight::apply(const Model& model, double h, const VectorRef& v, const Vector3& gravity,
-                       BodyRange bodies, Data& data) const {
+                       BodyRange bodies, const Kinematics& at, VelocityForces& forces) const {
   const auto before = [](const Flyer& flyer, int body) { return flyer.body < body; };
   auto flyer = std::lower_bound(flyers_.begin(), flyers_.end(), bodies.begin, before);
   for (; flyer != flyers_.end() && flyer->body < bodies.end; ++flyer) {
     const int i = flyer->body;
     const Body& body = model.body(i);
     const Vector3 omega = v.segment<3>(body.v_index + joint_num_linear(body.joint_type));
-    const Matrix3& R_WB = data.X_WB[i].rotation;
+    const Matrix3& R_WB = at.X_WB[i].rotation;
     const Force force = mean_force(model, static_cast<int>(flyer - flyers_.begin()), h, omega,
                                    R_WB.transpose() * gravity);
-    data.has_mean_force[i] = 1;
-    data.mean_force[i] = {R_WB * force.torque, R_WB * force.force};
-    data.c[i] = Motion();
+    forces.has_mean_force[i] = 1;
+    forces.mean_force[i] = {R_WB * force.torque, R_WB * force.force};
   }
 }
 

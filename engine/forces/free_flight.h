@@ -23,12 +23,11 @@ class FreeFlight {
  public:
   explicit FreeFlight(const Model& model);
 
-  /// Fills data.has_mean_force and mean_force, and makes c zero, of the flying bodies in a range,
-  /// for a step of h [s] from v (nv) under gravity [m/s^2]. Where nothing acts their angular
-  /// velocity keeps energy and angular momentum, their centre of mass its velocity. Needs
-  /// compute_poses.
+  /// Fills forces.has_mean_force and mean_force of the flying bodies in a range for a step of h [s]
+  /// from v (nv) under gravity [m/s^2]. Where nothing acts their angular velocity keeps energy and
+  /// angular momentum, their centre of mass its velocity. Needs compute_poses.
   void apply(const Model& model, double h, const VectorRef& v, const Vector3& gravity,
-             BodyRange bodies, Data& data) const;
+             BodyRange bodies, const Kinematics& at, VelocityForces& forces) const;
 
   /// -n_flight of the flying body `index` in its own axes, at its origin [N m, N], as a function of
   /// angular velocity [rad/s] and gravity [m/s^2] in these axes; gravity matters to tops alone.

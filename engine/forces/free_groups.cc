@@ -94,7 +94,8 @@ void FreeGroups::list_free_trees(const Model& model) {
   });
 }
 
-void FreeGroups::add_group(const StepContext& at, std::span<const int> trees, const Data& data) {
+void FreeGroups::add_group(const StepContext& at, std::span<const int> trees,
+                           const Kinematics& data) {
   const Model& model = at.model;
   const auto off_center = [&](int t) { return off_center_[static_cast<size_t>(t)] != 0; };
   if (std::none_of(trees.begin(), trees.end(), off_center)) return;
@@ -110,7 +111,7 @@ void FreeGroups::add_group(const StepContext& at, std::span<const int> trees, co
 }
 
 void FreeGroups::find(const StepContext& at, const ConstraintSet& constraints, Idle idle,
-                      const Data& data) {
+                      const Kinematics& data) {
   count_ = 0;
   trees_.clear();
   if (!any_) return;
@@ -130,7 +131,7 @@ void FreeGroups::find(const StepContext& at, const ConstraintSet& constraints, I
 
 /// At the poses in `data`, with velocities v.
 CenterMotion FreeGroups::motion_of(const Model& model, const Group& group, const VectorRef& v,
-                                   const Data& data) {
+                                   const Kinematics& data) {
   CenterMotion sum;
   for (const int t : group.trees) {
     const Tree& tree = model.trees()[static_cast<size_t>(t)];
@@ -197,7 +198,8 @@ void FreeGroups::correct(const StepContext& at, const Input& input, const Vector
 }
 
 void FreeGroups::restore(const StepContext& at, const Input& known, const VectorRef& q_reached,
-                         const VectorRef& v_next, const Data& data, std::vector<Force>& forces,
+                         const VectorRef& v_next, const Kinematics& data,
+                         std::vector<Force>& forces,
                          VectorOut u) {  // Parameters: see the header
   const Model& model = at.model;
   for (size_t i = 0; i < count_; ++i) {

@@ -57,7 +57,8 @@ class FreeGroups {
   /// each other, none of which drag, another tree or the world touches or is close to. Those of
   /// which all trees are single bodies about their centre of mass need no correction and are left
   /// out. Needs compute_poses and compute_velocities.
-  void find(const StepContext& at, const ConstraintSet& constraints, Idle idle, const Data& data);
+  void find(const StepContext& at, const ConstraintSet& constraints, Idle idle,
+            const Kinematics& data);
   std::span<const Group> groups() const { return {groups_.data(), count_}; }
   /// The trees of all groups, those about their centre of mass too.
   std::span<const int> trees() const { return trees_; }
@@ -69,7 +70,7 @@ class FreeGroups {
   /// Corrects the forces u (nv) that were recovered from v_next (nv) as if that were the solution
   /// of the step, at the poses in `data`. forces: scratch by body.
   void restore(const StepContext& at, const Input& known, const VectorRef& q_reached,
-               const VectorRef& v_next, const Data& data, std::vector<Force>& forces,
+               const VectorRef& v_next, const Kinematics& data, std::vector<Force>& forces,
                VectorOut u);  // Parameters: what it depends on
 
   /// Whether the model has trees that may need a correction.
@@ -78,9 +79,9 @@ class FreeGroups {
  private:
   void join_touched(const StepContext& at, const ConstraintSet& constraints);
   void list_free_trees(const Model& model);
-  void add_group(const StepContext& at, std::span<const int> trees, const Data& data);
+  void add_group(const StepContext& at, std::span<const int> trees, const Kinematics& data);
   CenterMotion motion_of(const Model& model, const Group& group, const VectorRef& v,
-                         const Data& data);
+                         const Kinematics& data);
   CenterMotion motion_at(const Model& model, const Group& group, const VectorRef& q,
                          const VectorRef& v);
   Vector3 weight_and_wrenches(const StepContext& at, const Group& group, const Input& input) const;

@@ -28,7 +28,6 @@ void MidVelocity::add_force(const Model& model, const VectorRef& w, const Vector
     if (!data.has_mean_force[i]) data.mean_force[i] = Force();
     data.mean_force[i] += force;
     data.has_mean_force[i] = 1;
-    data.c[i] = Motion();
   }
 }
 

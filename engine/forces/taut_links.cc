@@ -128,7 +128,7 @@ const Model& TautLinks::slowed(const Model& model) {
   return *slowed_;
 }
 
-void TautLinks::find_losses(const Model& slowed, double h, const Data& data) {
+void TautLinks::find_losses(const Model& slowed, double h, const Kinematics& data) {
   loses_ = false;
   loss_.clear();
   for (const TautLink& link : links_) {
@@ -141,11 +141,12 @@ void TautLinks::find_losses(const Model& slowed, double h, const Data& data) {
   }
 }
 
-void TautLinks::add_losses(Data& data) const {
-  for (size_t i = 0; i < loss_.size(); ++i) data.external[links_[i].body].torque += loss_[i];
+void TautLinks::add_losses(ExternalForces& external) const {
+  for (size_t i = 0; i < loss_.size(); ++i) external.external[links_[i].body].torque += loss_[i];
 }
 
-void TautLinks::add_force(int body, const Vector3& point, const Vector3& force, const Data& data) {
+void TautLinks::add_force(int body, const Vector3& point, const Vector3& force,
+                          const Kinematics& data) {
   if (!is_pulled_[static_cast<size_t>(body)]) return;
   const Pose& X_WB = data.X_WB[body];
   const Vector3 arm = point - X_WB * model_->body(body).inertia.center;
@@ -154,7 +155,7 @@ void TautLinks::add_force(int body, const Vector3& point, const Vector3& force, 
 
 void TautLinks::find_rates(const ConstraintSet& constraints, const contact::Problem& problem,
                            const VectorX& impulse, double h, const std::vector<Force>& joint_force,
-                           std::span<const ExternalWrench> wrenches, const Data& data) {
+                           std::span<const ExternalWrench> wrenches, const Kinematics& data) {
   for (const int body : pulled_) moments_[static_cast<size_t>(body)].setZero();
   for (const ExternalWrench& w : wrenches)
     add_force(w.body, data.X_WB[w.body] * w.point, w.wrench.force, data);

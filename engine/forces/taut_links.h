@@ -52,9 +52,9 @@ class TautLinks {
   bool loses() const { return loses_; }
 
   /// What the links lose where factors rise, as torques in W at the velocities in `data`, of a step
-  /// of h [s]; add_losses adds them to data.external. Needs compute_poses and compute_velocities.
-  void find_losses(const Model& slowed, double h, const Data& data);
-  void add_losses(Data& data) const;
+  /// of h [s]; add_losses adds them to external.external. Needs compute_poses and compute_velocities.
+  void find_losses(const Model& slowed, double h, const Kinematics& data);
+  void add_losses(ExternalForces& external) const;
 
   /// There are links whose forces are those of joints.
   bool needs_joint_forces() const { return !tree_links_.empty(); }
@@ -64,14 +64,14 @@ class TautLinks {
   /// Parameters: what it depends on.
   void find_rates(const ConstraintSet& constraints, const contact::Problem& problem,
                   const VectorX& impulse, double h, const std::vector<Force>& joint_force,
-                  std::span<const ExternalWrench> wrenches, const Data& data);
+                  std::span<const ExternalWrench> wrenches, const Kinematics& data);
   /// Takes more where these rates ask for it. False if they do not.
   bool raise(double h);
   /// Adds what the next step is to know, behind what is in `memory`.
   void remember(double h, std::vector<RememberedForce>& memory) const;
 
  private:
-  void add_force(int body, const Vector3& point, const Vector3& force, const Data& data);
+  void add_force(int body, const Vector3& point, const Vector3& force, const Kinematics& data);
   void clear();
   void list();
 

@@ -11,15 +11,15 @@
 namespace counterpoint {
 namespace {
 
-/// Regularizer over alpha of an equality's row, times kClosureSoftness: enough for closures that
-/// are redundant, or lie in a singular pose, too little for an error that a step would show.
+/// Regularizer of an equality's row over alpha, times kClosureSoftness: large enough for redundant
+/// closures and singular poses, too small for an error that a step would show.
 constexpr double kCompliance = 1e-14;
-/// Newton's method on the error of q: steps, and the error [m, rad] that is as good as none.
+/// Newton's method on the error of q: most steps, and the error [m, rad] that counts as zero.
 constexpr int kMostSteps = 10;
 constexpr double kClosed = 1e-14;
 
-/// A step in which the bias of an equality is its curvature (stabilization 0) or its error (1, at
-/// rest).
+/// Options under which the bias of an equality is its curvature (stabilization 0), or its error
+/// (stabilization 1, at rest).
 SimulationOptions equality_options(const SimulationOptions& options, bool error) {
   SimulationOptions out = options;
   out.contact.compliance = kCompliance;
@@ -36,40 +36,35 @@ EffectSet equalities_of(EffectSet effects) {
   return equalities;
 }
 
-/// x (nv) = x - inv(M) J' f with J x + bias = 0 for the equalities in ws.constraints at the poses
-/// in ws.data. False if that cannot be solved.
+/// x (nv) becomes x - inv(M) J' f with J x + bias = 0 for the equalities in ws.constraints at the
+/// poses of ws.stage. False if that has no solution.
 bool solve_equalities(const Model& model, EffectSet effects, Workspace::Impl& ws, VectorX& x) {
-  assemble_problem(model, ws.constraints, x, rotor_inertia(model, effects, ws), ws.data,
-                   ws.block_of_tree, ws.problem);
-  const int size = ws.problem.num_velocities();
-  if (ws.w.size() < size) ws.w.resize(size);
-  Eigen::Ref<VectorX> solution = ws.w.head(size);
-  if (ws.equality_solver.factor(ws.problem)) {
-    ws.equality_solver.solve(ws.problem, solution);
+  ContactSolution& solution = ws.solution;
+  contact::Problem& problem = solution.problem;
+  assemble_problem(model, ws.constraints, x, ws.start.rotor_inertia(model, effects),
+                   {ws.stage.at, ws.stage.velocity, ws.motion.external, ws.motion.scratch},
+                   solution.block_of_tree, problem);
+  solution.grow();
+  Eigen::Ref<VectorX> velocities = solution.velocities();
+  if (ws.equality_solver.factor(problem)) {
+    ws.equality_solver.solve(problem, velocities);
   } else {
-    if (ws.impulse.size() < ws.problem.num_rows()) ws.impulse.resize(ws.problem.num_rows());
-    solution = ws.problem.free_velocity();
+    velocities = problem.free_velocity();
     const contact::Report& solved =
-        ws.solver.solve(ws.problem, contact::Settings(), solution,
-                        Eigen::Ref<VectorX>(ws.impulse.head(ws.problem.num_rows())));
+        solution.solver.solve(problem, contact::Settings(), velocities, solution.impulses());
     if (!contact::succeeded(solved.status)) return false;
   }
-  for (int t = 0; t < model.num_trees(); ++t) {
-    const int block = ws.block_of_tree[t];
-    if (block < 0) continue;
-    const Tree& tree = model.trees()[t];
-    const int count = tree.v_end - tree.v_begin;
-    x.segment(tree.v_begin, count) = solution.segment(ws.problem.block_start(block), count);
-  }
+  for_each_touched(model, solution,
+                   [&](auto in_tree, auto in_block) { x(in_tree) = solution.velocity(in_block); });
   return true;
 }
 
 void find_equalities(const StepContext& at, Workspace::Impl& ws) {
-  ws.finder.find({at.model, at.options, equalities_of(at.effects), at.q, at.v}, ws.data,
+  ws.finder.find({at.model, at.options, equalities_of(at.effects), at.q, at.v}, ws.stage.at,
                  ws.constraints, ws.counts);
 }
 
-/// The bias is to be none.
+/// Sets all biases to zero.
 void drop_biases(ConstraintSet& constraints) {
   for (PairConstraint& pair : constraints.pairs) pair.law.bias.fill(0.0);
   for (JointConstraint& row : constraints.joints) row.law.bias.fill(0.0);
@@ -104,17 +99,16 @@ double project_on_equalities(const Model& model, const SimulationOptions& option
                              EffectSet effects, Workspace::Impl& ws, State& state,
                              StepReport& report) {
   const SimulationOptions of_error = equality_options(options, true);
-  const BodyRange all = moving_bodies(model);
   const double most = options.time_step * options.contact.max_recovery_speed;
   VectorX& change = ws.displacement;
   double first = 0.0, last = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kMostSteps; ++i) {
     change.setZero(model.nv());
-    compute_kinematics(model, state.q, change, {&all, 1}, ws.data);
+    compute_kinematics(model, state.q, change, ws.stage.at);
     find_equalities({model, of_error, effects, state.q, change}, ws);
     const double error = largest_bias(ws.constraints);
     if (i == 0) first = error;
-    // Rounding ends it where the error is small; where nothing can close, so does this.
+    // Ends at rounding, and where the equalities cannot close.
     if (error <= kClosed || !(error < 0.5 * last)) break;
     last = error;
     const double share = std::min(1.0, most / error);
@@ -128,7 +122,7 @@ double project_on_equalities(const Model& model, const SimulationOptions& option
     integrate_configuration(model, state.q, change, 1.0, state.q);
     if (share < 1.0) break;
   }
-  compute_kinematics(model, state.q, state.v, {&all, 1}, ws.data);
+  compute_kinematics(model, state.q, state.v, ws.stage.at);
   find_equalities({model, of_error, effects, state.q, state.v}, ws);
   drop_biases(ws.constraints);
   if (!solve_equalities(model, effects, ws, state.v)) report.status = contact::Status::kNoProgress;

@@ -13,17 +13,17 @@
 
 namespace counterpoint {
 
-/// Any closures or mimic joints?
+/// Whether closures or mimic joints act.
 bool has_equalities(const Model& model, EffectSet effects);
 
-/// Makes the accelerations (nv) of the smooth motion at (q, v), whose kinematics are in ws.data,
-/// those under its closures and mimic joints.
+/// Turns the accelerations (nv) of the smooth motion at (q, v), whose kinematics are in ws.stage,
+/// into those under its closures and mimic joints.
 void constrain_acceleration(const StepContext& at, Workspace::Impl& ws, VectorX& acceleration,
                             StepReport& report);
 
-/// Puts (q, w) of a state on its closures and mimic joints: no farther than a step of h [s] at
-/// max_recovery_speed, so that what starts open closes by and by. The worst error met on the way
-/// there [m or rad] is returned.
+/// Projects (q, w) of a state onto its closures and mimic joints, by no more than h times
+/// max_recovery_speed, so that a closure that starts open closes gradually. Returns the largest
+/// error before the projection [m or rad].
 double project_on_equalities(const Model& model, const SimulationOptions& options,
                              EffectSet effects, Workspace::Impl& ws, State& state,
                              StepReport& report);

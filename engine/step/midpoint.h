@@ -5,13 +5,13 @@
 //   impulses        (M(q) + h D) (w_c - w_m) = J' f(J w_c + b)
 //                   q+ = q (+) h w_c,    w+ = w_c + h a / 2
 //
-// p: what closures and mimic joints will make of w_m as far as (q, w) tells (velocity_predictor.h).
-// Forces at w_m alone would be those before these impulses, off by half of them, and feed energy
+// p: the change that closures and mimic joints will make to w_m, as far as (q, w) determines it
+// (velocity_predictor.h). Forces at w_m alone would miss half of these impulses, and feed energy
 // into or out of a linkage for ever.
 //
-// D: what dampers, springs and servos take per velocity, kd + h kp / 2. In both lines together
-// these forces are those at w_c, the mean velocity of the step: a servo that a contact holds still
-// pulls with kp (q_t - q), however far it would have moved in free air.
+// D: force of dampers, springs and servos per velocity, kd + h kp / 2. In both lines together these
+// forces are taken at w_c, the mean velocity of the step: a servo that a contact holds still pulls
+// with kp (q_t - q), however far it would have moved in free air.
 //
 // Without constraints w_c = w_m, and this is the implicit midpoint rule on the configuration
 // manifold (Hairer, Lubich, Wanner 2006, II.1 and IV.8): order 2, no drift of the energy, exact for
@@ -25,8 +25,9 @@
 //   2 (M(q) + h D) (w_c - (w + w+) / 2) = J' f(J w_c + b)
 //
 // a contact problem, solved from (q+ (-) q) / h, which is w_c but for the rounding of poses, on in
-// a step or two. Then w_m, a, and u by one recursion. It needs q+ where there are constraints: to
-// say which solution, of exact friction, and to be told where q+ and w+ are of no one step.
+// a step or two. Then w_m, a, and u follow by one recursion. It needs q+ where there are
+// constraints: q+ selects the solution, which Coulomb friction leaves open, and reveals q+ and w+
+// that belong to no single step.
 #pragma once
 
 #include "counterpoint/engine/step/step_start.h"
@@ -34,22 +35,23 @@
 
 namespace counterpoint {
 
-/// From what prepare_step found at `state` to `next`. kNoProgress if the fixed-point iteration for
-/// w_m does not arrive: bodies that turn by more than about a radian a step.
+/// Advances from the state of `step`, for which ws.start is prepared, to `next`. The status is
+/// kNoProgress if the fixed-point iteration for w_m does not converge: bodies that turn by more
+/// than about a radian a step.
 void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report);
 
-/// Improves w_c (nv), read off poses, by v and v_next, as far as rounding of poses up to
-/// `pose_rounding` [m, rad, 1] explains the change. False, and w_c as it was, where v_next says
-/// otherwise. Needs poses at q in ws.data, and the laws of the step in ws.constraints.
+/// Improves w_c (nv), which was read off poses, by v and v_next, as far as a rounding of poses up
+/// to `pose_rounding` [m, rad, 1] explains the change. False, with w_c unchanged, where v_next
+/// contradicts it. Needs ws.start, and the laws of the step in ws.constraints.
 bool refine_contact_velocity(const InverseArguments& step, double pose_rounding,
                              Workspace::Impl& ws, VectorX& w_c);
 
-/// w_m from v, v_next and the impulses J' f, which are in ws.tau (nv): into `middle` (nv). Needs
-/// poses at q in ws.data.
+/// w_m from v, v_next and the impulses J' f, which are in ws.inverse.tau (nv): into `middle` (nv).
 void find_middle(const InverseArguments& step, Workspace::Impl& ws, VectorX& middle);
 
-/// Puts q_m and w_m into ws.data, and what acts on bodies there; returns gravity [m/s^2].
-Vector3 set_middle(const StepContext& at, const VectorRef& middle,
+/// Fills ws.stage with the kinematics at q_m and w_m (nv), and ws.motion.external with the wrenches
+/// there; returns gravity [m/s^2].
+Vector3 set_middle(const StepContext& at, const VectorRef& w_m,
                    const std::vector<ExternalWrench>& wrenches, Workspace::Impl& ws);
 
 }  // namespace counterpoint

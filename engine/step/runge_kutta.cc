@@ -38,11 +38,16 @@ void exponent_rate(const Model& model, const VectorX& theta, const VectorX& w, V
 
 void compute_acceleration(const StepContext& at, const Input& input, Workspace::Impl& ws,
                           VectorX& acceleration, StepReport& report) {
-  // Over no time: implicit terms vanish.
-  set_motor_forces(at, 0.0, input, ws);
-  add_joint_forces(at, 0.0, ws.diagonal, ws.tau, ws.counts);
-  const Vector3 gravity = set_forces_at(at.model, at.effects, at.q, at.v, input.wrenches, ws);
-  accelerate(at.model, 1.0, gravity, ws.no_rotors, ws, acceleration, report);
+  // A time step of zero makes the implicit terms vanish.
+  CoordinateForces& forces = ws.motion.forces;
+  set_motor_forces(at, 0.0, input, ws.sleepers.idle_bodies(), forces, ws.constraints.joints,
+                   ws.counts);
+  add_joint_forces(at, 0.0, forces.diagonal, forces.tau, ws.counts);
+  const Vector3 gravity = set_forces_at(at.model, at.effects, at.q, at.v, input.wrenches,
+                                        ws.taut_links, ws.stage, ws.motion.external, ws.counts);
+  ws.displacement.setZero();
+  accelerate(at.model, 1.0, gravity, ws.displacement, ws.sleepers.awake(), ws.stage.at,
+             ws.stage.velocity, ws.motion, acceleration, report);
 }
 
 void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& next,

@@ -16,22 +16,22 @@ namespace counterpoint {
 /// @throws InputError if the scene calls for constraints that are not switched off.
 void refuse_constraints(EffectSet effects);
 
-/// Where a stage is taken, of the step, and what it counts, of six.
+/// A stage of the method: its time as a share of the step, and its weight in sixths.
 struct RungeKuttaStage {
   double node, weight;
 };
 inline constexpr RungeKuttaStage kRungeKuttaStages[4] = {
     {0.0, 1.0}, {0.5, 2.0}, {0.5, 2.0}, {1.0, 1.0}};
 
-/// theta' (nv) at theta, for velocities w.
+/// theta' (nv) at theta (nv) for velocities w (nv).
 void exponent_rate(const Model& model, const VectorX& theta, const VectorX& w, VectorX& rate);
 
-/// The acceleration (nv) of the smooth motion there; leaves ws.data at its kinematics. All
+/// The acceleration (nv) of the smooth motion at a stage; leaves its kinematics in ws.stage. All
 /// bodies must be awake.
 void compute_acceleration(const StepContext& at, const Input& input, Workspace::Impl& ws,
                           VectorX& acceleration, StepReport& report);
 
-/// @throws InputError as refuse_constraints.
+/// Advances from the state of `step` to `next`. @throws InputError as refuse_constraints.
 void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& next,
                       StepReport& report);
 

@@ -26,7 +26,7 @@ bool same_state(const Model& model, const Tree& tree, const State& a, const Stat
 /// True if the motion h w of a tree is lost in the rounding of its bodies' poses: a few times that
 /// of the largest coordinate, and as much about the origin of a body of that radius.
 bool is_still(const Model& model, const Tree& tree, double h, const VectorX& w,
-              const std::vector<double>& radii, const Data& data) {
+              const std::vector<double>& radii, const Kinematics& data) {
   constexpr double kRoundoffs = 2.0 * std::numeric_limits<double>::epsilon();
   for (int b = tree.body_begin; b < tree.body_end; ++b) {
     const Body& body = model.body(b);
@@ -155,7 +155,7 @@ void Sleepers::find_islands(const Model& model, const ConstraintSet& constraints
 }
 
 void Sleepers::hold_still(const Model& model, double h, const std::vector<double>& radii,
-                          const Data& data, const State& state, const VectorX& displacement,
+                          const Kinematics& data, const State& state, const VectorX& displacement,
                           State& next) {
   std::fill(island_awake_.begin(), island_awake_.end(), 0);
   const auto& trees = model.trees();

@@ -37,8 +37,8 @@ class Sleepers {
   /// `state`: else they would tremble for ever, or creep by 1e-20 m a step where a coordinate
   /// happens to be zero. radii: by body [m]; displacement: the velocities they were moved with.
   /// Needs compute_poses and find_islands.
-  void hold_still(const Model& model, double h, const std::vector<double>& radii, const Data& data,
-                  const State& state, const VectorX& displacement,
+  void hold_still(const Model& model, double h, const std::vector<double>& radii,
+                  const Kinematics& data, const State& state, const VectorX& displacement,
                   State& next);  // Parameters: all it depends on
   /// Remembers what this step did to the trees that were awake.
   void end(const Model& model, const State& state, const Input& input,

@@ -34,20 +34,22 @@ struct Push {
   bool landed = false;  ///< one that was open stopped something, faster than the tolerance
 };
 
-Push find_push(const SimulationOptions& options, const Workspace::Impl& ws) {
+Push find_push(const SimulationOptions& options, const ConstraintSet& constraints,
+               const ContactSolution& solution) {
   Push push;
-  if (ws.constraints.empty()) return push;
+  if (constraints.empty()) return push;
+  const contact::Problem& problem = solution.problem;
   const double tolerance = options.step_control->tolerance;
-  const auto num_pairs = static_cast<int>(ws.constraints.pairs.size());
+  const auto num_pairs = static_cast<int>(constraints.pairs.size());
   // A row of a speed limit has no gap.
   const bool limits_have_gaps = !options.effects.has(Effect::kVelocityLimits);
-  for (int c = 0; c < ws.problem.num_constraints(); ++c) {
-    const contact::Law& law = ws.problem.law(c);
+  for (int c = 0; c < problem.num_constraints(); ++c) {
+    const contact::Law& law = problem.law(c);
     if (!contact::is_one_sided(law.type)) continue;
-    const double speed = std::abs(ws.impulse[ws.problem.first_row(c)]) * law.regularizer /
+    const double speed = std::abs(solution.impulse[problem.first_row(c)]) * law.regularizer /
                          options.contact.compliance;
     push.speed += speed;
-    const double gap = c < num_pairs      ? ws.constraints.contacts[static_cast<size_t>(c)].gap
+    const double gap = c < num_pairs      ? constraints.contacts[static_cast<size_t>(c)].gap
                        : limits_have_gaps ? law.bias[0] * options.time_step
                                           : 0.0;
     push.landed = push.landed || (speed > tolerance && gap > tolerance * options.time_step &&
@@ -58,12 +60,13 @@ Push find_push(const SimulationOptions& options, const Workspace::Impl& ws) {
 
 /// When [s] the first contact of the last step will close that closes faster than `speed` [m/s],
 /// from the start of that step; early, as if gravity drove it. Infinity if there is none.
-double time_to_contact(const Model& model, double speed, const Workspace::Impl& ws) {
+double time_to_contact(const Model& model, double speed, const ConstraintSet& constraints,
+                       const Kinematics& at) {
   const double gravity = model.gravity().norm();
   double first = kInfinity;
-  for (size_t i = 0; i < ws.constraints.contacts.size(); ++i) {
-    const double gap = ws.constraints.contacts[i].gap;
-    const double closing = -relative_velocity(ws.constraints.pairs[i], ws.data, ws.data.V)[0];
+  for (size_t i = 0; i < constraints.contacts.size(); ++i) {
+    const double gap = constraints.contacts[i].gap;
+    const double closing = -relative_velocity(constraints.pairs[i], at, at.V)[0];
     if (!(gap > 0.0)) continue;
     const double square = closing * closing + 2.0 * gravity * gap;
     if (closing <= 0.0 || square <= speed * speed) continue;
@@ -96,9 +99,9 @@ class Trial {
       report_.second = report_.first;
       return;
     }
-    const Push first = find_push(options_, ws_);
+    const Push first = find_push(options_, ws_.constraints, ws_.solution);
     if (!step(middle, 0.5 * h, next, report_.second)) return;
-    const Push second = find_push(options_, ws_);
+    const Push second = find_push(options_, ws_.constraints, ws_.solution);
     switched_ = first.landed || second.landed ||
                 std::abs(first.speed - second.speed) >
                     std::max(0.5 * (first.speed + second.speed), control_.tolerance);
@@ -175,9 +178,8 @@ double factor(double error, int order) {
 }
 
 /// A step that ends shortly before the impact that is in one of h, or half as long.
-double nearer(const Model& model, const StepControlOptions& control, double h, double impact_step,
-              const Workspace::Impl& ws) {
-  const double before = time_to_contact(model, control.tolerance, ws) - kAim * impact_step;
+double nearer(const StepControlOptions& control, double h, double impact_step, double to_contact) {
+  const double before = to_contact - kAim * impact_step;
   return before > 0.0 && before < kBisect * h ? before : kBisect * h;
 }
 
@@ -219,8 +221,12 @@ ControlledReport step_controlled(const Model& model, const SimulationOptions& op
     report.missed = h <= min_step;
     if (report.missed && control.strict) fail_missed(trial, model, min_step, report);
     if (report.missed) break;
+    const auto to_contact = [&] {
+      const Workspace::Impl& ws = workspace.impl();
+      return time_to_contact(model, control.tolerance, ws.constraints, ws.start.kinematics());
+    };
     h = report.impact
-            ? std::max(nearer(model, control, h, impact_step, workspace.impl()), impact_step)
+            ? std::max(nearer(control, h, impact_step, to_contact()), impact_step)
             : std::max(h * std::min(factor(report.error, trial.order()), kBisect), min_step);
   }
   if (!report.succeeded()) return report;

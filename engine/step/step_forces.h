@@ -1,56 +1,90 @@
-// The forces of a step, in the order in which they are gathered, and the velocity that they alone
-// lead to.
+// Forces of a step beside those of constraints, and the velocity that they alone lead to.
 #pragma once
 
 #include <span>
 
+#include "counterpoint/engine/forces/taut_links.h"
+#include "counterpoint/engine/step/sleep.h"
 #include "counterpoint/engine/step/step_start.h"
-#include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint {
 
-/// Wrenches on bodies at their poses in ws.data, into data.external.
+/// What the stages of a forward step read once prepare_step is done.
+struct StageInput {
+  const StepArguments& step;
+  const StepStart& start;
+  const Sleepers& sleepers;
+  const TautLinks& taut_links;
+  EffectCounts& counts;  ///< the only part that stages write: how often an effect ran
+};
+
+/// Forces on single coordinates. Their part that is implicit in the velocity, h times the slope, is
+/// added to the diagonal of M.
+struct CoordinateForces {
+  VectorX tau;       ///< nv [N, N m]
+  VectorX diagonal;  ///< nv [kg, kg m^2]
+};
+
+/// Forces beside those of constraints, and the scratch memory of the dynamics that use them.
+struct FreeMotion {
+  explicit FreeMotion(const Model& model);
+
+  CoordinateForces forces;
+  ExternalForces external;
+  DynamicsScratch scratch;
+  VectorX acceleration;                       ///< nv
+  std::vector<Motion> velocity_acceleration;  ///< by body: scratch of drag
+};
+
+/// Kinematics and velocity-dependent forces within a step: at the middle of implicit_midpoint, at
+/// the stages of runge_kutta_4.
+struct StageMotion {
+  explicit StageMotion(const Model& model) : at(model), velocity(model) {}
+  Kinematics at;
+  VelocityForces velocity;
+};
+
+/// Sets the applied wrenches and the losses of taut links (taut_links.h), at these poses.
 void set_external(const std::vector<ExternalWrench>& wrenches, EffectSet effects,
-                  Workspace::Impl& ws);
+                  const TautLinks& taut_links, const Kinematics& at, ExternalForces& external,
+                  EffectCounts& counts);
 
-/// How fast the forces of the step to `next` turn its taut links (taut_links.h). After the step;
-/// uses up ws.data but for the poses at its start.
-void find_taut_rates(const StepArguments& step, const State& next, Workspace::Impl& ws);
+/// Sets h C of all drag (drag.h) as added inertia, and external forces ready to take its forces.
+/// False if there is none.
+bool set_drag(const Model& model, EffectSet effects, double h, const Kinematics& at,
+              ExternalForces& external, EffectCounts& counts);
 
-/// h C of all drag (drag.h), with data.external ready for its forces. False if there is none.
-bool set_drag(const Model& model, EffectSet effects, double h, Workspace::Impl& ws);
+/// Switches velocity-dependent forces on or off as the effects say; returns gravity [m/s^2], zero
+/// where it is off.
+Vector3 set_body_forces(const Model& model, EffectSet effects, VelocityForces& velocity,
+                        EffectCounts& counts);
 
-/// Velocity-dependent forces and gravity as far as they are on; returns gravity [m/s^2]. Before any
-/// dynamics, after everything that needs the accelerations at constant joint velocities as they
-/// are.
-Vector3 set_body_forces(const Model& model, EffectSet effects, Workspace::Impl& ws);
+/// Poses, velocities and inertias of all bodies at (q, v).
+void compute_kinematics(const Model& model, const VectorRef& q, const VectorRef& v, Kinematics& at);
 
-/// What rotors add to the diagonal of M (nv), as far as they are on.
-const VectorX& rotor_inertia(const Model& model, EffectSet effects, const Workspace::Impl& ws);
-
-/// Kinematics at (q, w) of all bodies, and what acts on them there and then: wrenches, gravity,
-/// velocity-dependent forces, drag, none of it over a step. Returns gravity [m/s^2].
+/// Kinematics at (q, w) of all bodies, and the forces there, none of them a mean over a step:
+/// wrenches, velocity-dependent forces, drag. Returns gravity [m/s^2].
 Vector3 set_forces_at(const Model& model, EffectSet effects, const VectorRef& q, const VectorRef& w,
-                      const std::vector<ExternalWrench>& wrenches, Workspace::Impl& ws);
+                      const std::vector<ExternalWrench>& wrenches, const TautLinks& taut_links,
+                      StageMotion& stage, ExternalForces& external, EffectCounts& counts);
 
-/// Poses, velocities, inertias of all that is in `ranges`.
-void compute_kinematics(const Model& model, const VectorRef& q, const VectorRef& v,
-                        std::span<const BodyRange> ranges, Data& data);
+/// Sets forces.tau and forces.diagonal to applied forces, within the limits of the motors, and
+/// servos that act over h [s]; servos that can be at their limit become rows of `joints`.
+void set_motor_forces(const StepContext& at, double h, const Input& input, Idle idle,
+                      CoordinateForces& forces, std::vector<JointConstraint>& joints,
+                      EffectCounts& counts);
 
-/// Applied forces, as far as motors can give them, and servos: into tau and diagonal; servos that
-/// can be at their limit become rows. h [s]: over which they act.
-void set_motor_forces(const StepContext& at, double h, const Input& input, Workspace::Impl& ws);
-
-/// w* = w + h inv(M + diagonal) (n + u - ...): the velocity if there were no constraint. Needs
-/// prepare_step; makes rows of servos that can be at their limit, in ws.constraints. Where M is
+/// w_free = w + h inv(M + diagonal) (tau + forces on bodies) of the awake trees. Where M is
 /// singular the report says so.
-void compute_free_velocity(const StepArguments& step, Workspace::Impl& ws, VectorX& w_free,
-                           StepReport& report);
-
-/// w + h inv(M + diagonal) (tau + forces on bodies), of all that is awake; the second half of the
-/// above.
 void accelerate(const Model& model, double h, const Vector3& gravity, const VectorRef& w,
-                Workspace::Impl& ws, VectorX& w_free,
-                StepReport& report);  // Parameters: all it depends on
+                std::span<const BodyRange> awake, const Kinematics& at,
+                const VelocityForces& velocity, FreeMotion& motion, VectorX& w_free,
+                StepReport& report);
+
+/// The free-velocity stage: w_free = w + h inv(M + diagonal) (n + u - ...), the velocity (nv) that
+/// the step would reach without constraints. Needs inertias in in.start. Adds the rows of servos
+/// that can be at their limit to `constraints`.
+void find_free_velocity(const StageInput& in, FreeMotion& motion, ConstraintSet& constraints,
+                        VectorX& w_free, StepReport& report);
 
 }  // namespace counterpoint

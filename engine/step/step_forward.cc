@@ -8,8 +8,8 @@
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/step/midpoint.h"
 #include "counterpoint/engine/step/runge_kutta.h"
-#include "counterpoint/engine/step/step_constraints.h"
-#include "counterpoint/engine/step/step_forces.h"
+#include "counterpoint/engine/step/step_workspace.h"
+#include "counterpoint/engine/step/taut_rates.h"
 
 namespace counterpoint {
 
@@ -31,59 +31,85 @@ void check_time_step(double h) {
 
 namespace {
 
-/// M (w+ - w) = h (n + u - D w+) + J' f,  q+ = q (+) h w+, from ws.start.
-void step_euler(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report) {
-  const Model& model = step.model;
-  const State& state = step.state;
-  const double h = step.h();
-  compute_free_velocity(step, ws, next.v, report);
-  if (report.succeeded()) solve_constraints(step, ws, next.v, report);
-  const bool constrained = !ws.constraints.empty();
-  const VectorX& displacement =
-      report.succeeded() && constrained ? correct_overlaps(step, ws, next.v, report) : next.v;
-  ws.sleepers.find_islands(model, ws.constraints);
+/// The integrate stage: moves the awake bodies from `state` by h times the displacement velocity
+/// (nv), except islands whose motion is lost in rounding, and corrects the momentum of free groups.
+void integrate(const StageInput& in, const ConstraintSet& constraints,
+               const std::vector<double>& radii, const VectorX& displacement, Sleepers& sleepers,
+               State& next) {
+  const auto& [model, options, settings, state, input, effects] = in.step;
+  const double h = in.step.h();
+  sleepers.find_islands(model, constraints);
   next.q = state.q;
   next.time = state.time + h;
-  for (const BodyRange& bodies : ws.sleepers.awake())
+  for (const BodyRange& bodies : sleepers.awake())
     integrate_configuration(model, state.q, displacement, h, bodies, next.q);
-  if (constrained)
-    ws.sleepers.hold_still(model, h, ws.finder.radii(), ws.data, state, displacement, next);
-  if (!report.succeeded() || ws.free_groups.groups().empty()) return;
-  const bool displaced = &displacement != &next.v;
-  if (displaced) integrate_configuration(model, state.q, next.v, h, ws.q_reached);
-  ws.free_groups.correct(step.context(), step.input, displaced ? ws.q_reached : next.q, next);
+  if (!constraints.empty())
+    sleepers.hold_still(model, h, radii, in.start.kinematics(), state, displacement, next);
 }
 
-/// The forces of the constraints of a step go with the state that it led to.
+/// Gives the free groups of a step the momentum that they must have. displacement: as in integrate.
+void correct_free_groups(const StepArguments& step, const VectorX& displacement, FreeGroups& groups,
+                         VectorX& q_reached, State& next) {
+  if (groups.groups().empty()) return;
+  const bool displaced = &displacement != &next.v;
+  if (displaced) integrate_configuration(step.model, step.state.q, next.v, step.h(), q_reached);
+  groups.correct(step.context(), step.input, displaced ? q_reached : next.q, next);
+}
+
+/// M (w+ - w) = h (n + u - D w+) + J' f,  q+ = q (+) h w+: the stages of a semi-implicit Euler
+/// step.
+void step_euler(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report) {
+  const StageInput in{step, ws.start, ws.sleepers, ws.taut_links, ws.counts};
+  ConstraintStage constraints(in, ws.motion, ws.finder, ws.constraints, ws.solution, report);
+  {
+    const PhaseTimer timer(ws.times, &PhaseTimes::dynamics);
+    ws.start.find_inertias(step.model, ws.sleepers.awake());
+    find_free_velocity(in, ws.motion, ws.constraints, next.v, report);
+  }
+  if (report.succeeded()) {
+    const PhaseTimer timer(ws.times, &PhaseTimes::constraints);
+    constraints.solve(next.v);
+  }
+  const VectorX* displacement = &next.v;
+  if (report.succeeded() && !ws.constraints.empty()) {
+    const PhaseTimer timer(ws.times, &PhaseTimes::overlaps);
+    displacement = &constraints.correct_overlaps(ws.overlap_correction, ws.displacement, next.v);
+  }
+  integrate(in, ws.constraints, ws.finder.radii(), *displacement, ws.sleepers, next);
+  if (report.succeeded())
+    correct_free_groups(step, *displacement, ws.free_groups, ws.q_reached, next);
+}
+
+/// Stores the forces of the step's constraints in the state that it leads to.
 void remember(const StepArguments& step, Workspace::Impl& ws, State& next) {
   if (ws.constraints.empty() && ws.sleepers.num_sleeping_bodies() == 0) {
     next.memory.clear();
   } else {
-    remember_impulses(step.model, {ws.constraints, ws.data, ws.problem, step.h()}, ws.impulse,
-                      ws.sleepers.idle_bodies(), step.state.memory, next.memory);
+    remember_impulses(
+        step.model, {ws.constraints, ws.start.kinematics(), ws.solution.problem, step.h()},
+        ws.solution.impulse, ws.sleepers.idle_bodies(), step.state.memory, next.memory);
   }
   if (step.effects.has(Effect::kTautLinks)) ws.taut_links.remember(step.h(), next.memory);
 }
 
-/// What a step was given goes before what came of it.
-void blame_given(const StepArguments& step, Workspace::Impl& ws, StepReport& report) {
-  const Fault given = ws.check.of_given(step.model, step.state, step.input);
+/// If an argument was invalid, reports that instead of its consequences.
+void report_invalid_input(const StepArguments& step, const StateCheck& check, StepReport& report) {
+  const Fault given = check.of_given(step.model, step.state, step.input);
   if (!given.any()) return;
   report.fault = given;
   report.status = status_of(given);
 }
 
-/// Looks at what came out of a step.
-void check_result(const StepArguments& step, const State& next, Workspace::Impl& ws,
+/// Reports a state that is not finite or too fast.
+void check_result(const StepArguments& step, const StateCheck& check, const State& next,
                   StepReport& report) {
   const auto& [model, options, settings, state, input, effects] = step;
-  if (ws.check.accepts(options.max_speed, next)) return;
-  report.fault = ws.check.of_result(model, options.max_speed, next);
+  if (check.accepts(options.max_speed, next)) return;
+  report.fault = check.of_result(model, options.max_speed, next);
   report.status = status_of(report.fault);
   if (report.fault.kind != FaultKind::kSpeed) return;
-  const double reach = ws.check.reach()[static_cast<size_t>(report.fault.coordinate)];
-  report.fault.cause =
-      speed_cause(model, step.h(), report.fault, reach, state, input, next, ws.data, ws.velocity);
+  const double reach = check.reach()[static_cast<size_t>(report.fault.coordinate)];
+  report.fault.cause = speed_cause(model, step.h(), report.fault, reach, state, input, next);
 }
 
 bool may_sleep(const StepArguments& step) {
@@ -91,44 +117,49 @@ bool may_sleep(const StepArguments& step) {
          step.effects.has(Effect::kSleeping);
 }
 
-void choose_awake(const StepArguments& step, Workspace::Impl& ws) {
-  if (!may_sleep(step)) return ws.sleepers.wake_all(step.model);
-  ws.counts.add(Effect::kSleeping);
-  ws.sleepers.begin(step.model, step.options, step.settings, step.state, step.input);
+/// The wake stage: finds the trees that sleep through the step.
+void choose_awake(const StepArguments& step, Sleepers& sleepers, EffectCounts& counts) {
+  if (!may_sleep(step)) return sleepers.wake_all(step.model);
+  counts.add(Effect::kSleeping);
+  sleepers.begin(step.model, step.options, step.settings, step.state, step.input);
 }
 
-/// Trees at rest but for this step: what a fast body may strike had its contacts looked for in a
-/// wider space, and softer laws are of one step.
-void keep_awake(const Model& model, const StepReport& report, Workspace::Impl& ws) {
+/// Keeps trees awake whose next step may differ from this one at an equal state: trees that a fast
+/// body may reach (their contact search used a larger margin), and trees whose laws or inertias
+/// were changed for this step only.
+void keep_awake(const Model& model, const StepReport& report, const Workspace::Impl& ws,
+                Sleepers& sleepers) {
   for (int t = 0; t < model.num_trees(); ++t) {
-    const bool softened = report.softening.any() && ws.softened_trees.holds(t, -1);
-    if (softened || ws.finder.in_reach_of_fast()[t]) ws.sleepers.keep_awake(t);
+    const bool softened = report.softening.any() && ws.solution.softened_trees.holds(t, -1);
+    if (softened || ws.finder.in_reach_of_fast()[t]) sleepers.keep_awake(t);
   }
   for (const TautLink& link : ws.taut_links.links())
-    ws.sleepers.keep_awake(model.body(link.body).tree);
+    sleepers.keep_awake(model.body(link.body).tree);
 }
 
-/// Checks what came of it, and keeps what the next step starts from.
+/// The final stage: checks the result, and stores the impulses and sleeping trees that the next
+/// step starts from.
 void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report) {
-  if (report.succeeded()) check_result(step, next, ws, report);
-  if (!report.succeeded()) blame_given(step, ws, report);
+  if (report.succeeded()) check_result(step, ws.check, next, report);
+  if (!report.succeeded()) report_invalid_input(step, ws.check, report);
   report.contacts = static_cast<int>(ws.constraints.contacts.size());
-  report.constraint_rows = ws.constraints.empty() ? 0 : ws.problem.num_rows();
+  report.constraint_rows = ws.constraints.empty() ? 0 : ws.solution.problem.num_rows();
   report.sleeping_bodies = ws.sleepers.num_sleeping_bodies();
   report.max_penetration = std::max(ws.constraints.max_penetration, ws.sleepers.max_penetration());
   if (report.succeeded()) remember(step, ws, next);
   if (may_sleep(step) && report.succeeded()) {
     ws.sleepers.end(step.model, step.state, step.input, ws.constraints, next);
-    keep_awake(step.model, report, ws);
+    keep_awake(step.model, report, ws, ws.sleepers);
   } else {
     ws.sleepers.forget();
   }
 }
 
-/// From the state to `next`, of what is awake.
+/// Advances the awake trees from `state` to `next` with one of the integrators.
 void advance(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report) {
-  const StepStart& start = prepare_step(step.context(), ws);
-  ws.constraints = start.constraints();
+  report = {};
+  report.softening = step.input.softening;
+  ws.constraints = prepare_step(step.context(), ws).constraints();
   switch (step.options.integrator) {
     case Integrator::kSemiImplicitEuler:
       return step_euler(step, ws, next, report);
@@ -139,25 +170,23 @@ void advance(const StepArguments& step, Workspace::Impl& ws, State& next, StepRe
   }
 }
 
-/// The same with what a report of it needs, and all awake if softer laws are of all.
+/// Advances the awake trees. A softening of all trees changes the laws of sleeping trees too, which
+/// came to rest with their own: then all are woken and the step is done again.
 void advance_awake(const StepArguments& step, Workspace::Impl& ws, State& next,
                    StepReport& report) {
-  report = {};
-  report.softening = step.input.softening;
   advance(step, ws, next, report);
-  // Softer laws of all trees are also of those that sleep, which came to rest with their own.
   const bool all_softened = report.softening.any() && report.softening.tree < 0;
   if (!all_softened || ws.sleepers.num_sleeping_bodies() == 0) return;
   ws.sleepers.wake_all(step.model);
-  report = {};
-  report.softening = step.input.softening;
   advance(step, ws, next, report);
 }
 
-/// How often a step is made again with more inertia of taut links: forces hardly depend on it.
+/// A step is repeated up to this number of times with more inertia of taut links: the forces hardly
+/// depend on it.
 constexpr int kMostTautened = 4;
 
-/// From the state to `next`, with as much inertia of taut links as its forces ask for.
+/// Advances from `state` to `next` with as much inertia of taut links (taut_links.h) as the forces
+/// of the step ask for.
 void advance_with_taut_links(const StepArguments& step, Workspace::Impl& ws, State& next,
                              StepReport& report) {
   const auto& [model, options, settings, state, input, effects] = step;
@@ -177,7 +206,7 @@ void advance_with_taut_links(const StepArguments& step, Workspace::Impl& ws, Sta
   try_step(options);
   const bool free = on && input.taut_links.empty();
   if (free && !report.succeeded() && options.integrator == Integrator::kImplicitMidpoint) {
-    // Too fast for its iteration, nothing is known of forces.
+    // Links too fast for the midpoint iteration leave no forces to judge by: an Euler step tells.
     SimulationOptions euler = options;
     euler.integrator = Integrator::kSemiImplicitEuler;
     const StepReport failed = report;
@@ -198,8 +227,7 @@ void advance_with_taut_links(const StepArguments& step, Workspace::Impl& ws, Sta
 
 StepReport step_forward(const Model& model, const SimulationOptions& options,
                         const contact::Settings& settings, const State& state, const Input& input,
-                        Workspace& workspace,
-                        State& next) {  // Parameters: what it depends on, one by one
+                        Workspace& workspace, State& next) {
   Workspace::Impl& ws = workspace.impl();
   const PhaseTimer timer(ws.times, &PhaseTimes::step);
   const EffectSet effects = active_effects(ws.called, options.effects);
@@ -208,10 +236,10 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
   check_time_step(options.time_step);
   if (!ws.check.accepts(model, state, input)) {
     report.softening = input.softening;
-    blame_given(step, ws, report);
+    report_invalid_input(step, ws.check, report);
     return report;
   }
-  choose_awake(step, ws);
+  choose_awake(step, ws.sleepers, ws.counts);
   advance_with_taut_links(step, ws, next, report);
   conclude(step, ws, next, report);
   return report;

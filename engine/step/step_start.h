@@ -1,5 +1,5 @@
-// What a step and its inverse are functions of: their arguments, and everything that follows from
-// (q, v) alone. The parts of a step read it; none changes it.
+// The arguments of a step and of its inverse, and everything that follows from (q, v) alone. The
+// later stages of a step read these as const objects.
 #pragma once
 
 #include "counterpoint/engine/constraints/constraints.h"
@@ -12,20 +12,23 @@
 
 namespace counterpoint {
 
-/// Of step_forward: from `state` on, under `input`.
+class Sleepers;
+
+/// The arguments of step_forward: a step from `state` under `input`.
 struct StepArguments {
   const Model& model;
   const SimulationOptions& options;
   const contact::Settings& settings;
   const State& state;
   const Input& input;
-  EffectSet effects;  ///< those that act in the step
+  EffectSet effects;  ///< effects that act in the step
 
   double h() const { return options.time_step; }  ///< [s]
   StepContext context() const { return {model, options, effects, state.q, state.v}; }
 };
 
-/// Of step_inverse: from (q, v) to (q_next, v_next), with what is known of the input.
+/// The arguments of step_inverse: a step from (q, v) to (q_next, v_next), and the known part of the
+/// input.
 struct InverseArguments {
   const Model& model;
   const SimulationOptions& options;
@@ -34,54 +37,72 @@ struct InverseArguments {
   const VectorRef& q_next;  ///< nq, or empty where the integrator does not need it
   const VectorRef& v_next;  ///< nv
   const Input& known;
-  EffectSet effects;          ///< those that act in the step
-  bool exact_q_next = false;  ///< q_next is no rounded one: differences vary it apart from v_next
+  EffectSet effects;  ///< effects that act in the step
+  /// q_next carries no rounding of poses, since differences vary it independently of v_next.
+  bool exact_q_next = false;
 
   double h() const { return options.time_step; }  ///< [s]
   StepContext context() const { return {model, options, effects, q, v}; }
 };
 
-/// Everything of a step that follows from (q, v) alone, so that the inverse, which knows no more,
-/// sees what the forward step saw. Only prepare_step changes it; kinematics and velocity-dependent
-/// forces are beside it, in Workspace::Impl::data. It keeps its memory from step to step.
+/// Everything of a step that follows from (q, v) alone: kinematics, constraints with their laws,
+/// velocity-dependent forces. The inverse, which knows (q, v) too, comes to the same bits. Only
+/// prepare_step and find_inertias write it. It keeps its memory from step to step.
 class StepStart {
  public:
   explicit StepStart(const Model& model);
   StepStart(const StepStart&) = delete;
   StepStart& operator=(const StepStart&) = delete;
 
-  /// Contacts, closures, limits, friction, mimic joints with their laws and final biases. The step
-  /// works on a copy, to which it adds what input and solution call for.
+  /// Poses and velocities at (q, v) of the awake bodies; under runge_kutta_4 only where there are
+  /// free groups. Inertias are there after find_inertias.
+  const Kinematics& kinematics() const { return data_; }
+  /// Velocity-dependent forces of the step. Under implicit_midpoint they are those at (q, v), and
+  /// the step takes those at its middle.
+  const VelocityForces& velocity_forces() const { return data_; }
+  /// Contacts, closures, limits, dry friction and mimic joints with their laws and final biases.
+  /// The step works on a copy, to which it adds what input and solution call for.
   const ConstraintSet& constraints() const { return constraints_; }
   const Vector3& gravity() const { return gravity_; }  ///< [m/s^2]; zero where it is off
   const VelocityPredictor& predictor() const { return predictor_; }
   const FreeFlight& free_flight() const { return free_flight_; }
   const EnergyProjection& energy_projection() const { return energy_projection_; }
-  /// To which speeds are scaled right [-] (EnergyProjection::set_tolerance).
+  /// The rotor inertia that is added to the diagonal of M (nv), zero where armatures are off.
+  const VectorX& rotor_inertia(const Model& model, EffectSet effects) const {
+    return effects.has(Effect::kArmature) ? model.armature() : no_rotors_;
+  }
+
+  /// Completes kinematics() with the inertias of ranges of bodies.
+  void find_inertias(const Model& model, std::span<const BodyRange> ranges);
+  void find_inertias(const Model& model);
+  /// The relative accuracy to which energy projection scales speeds [-].
   void set_projection_tolerance(double tolerance) { energy_projection_.set_tolerance(tolerance); }
 
  private:
   friend const StepStart& prepare_step(const StepContext&, Workspace::Impl&);
-  void find_constraints(const StepContext& at, Workspace::Impl& ws);
-  void set_mean_forces(const StepContext& at, Workspace::Impl& ws);
-  void predict_equalities(const StepContext& at, Workspace::Impl& ws);
-  void add_rest(const Model& model, const VectorRef& v, int t, double share, Workspace::Impl& ws);
+  void find_constraints(const StepContext& at, ConstraintFinder& finder, Sleepers& sleepers,
+                        EffectCounts& counts);
+  void set_mean_forces(const StepContext& at, std::span<const BodyRange> awake);
+  void predict_equalities(const StepContext& at, std::span<const BodyRange> awake);
+  void add_unprojected_forces(const Model& model, const VectorRef& v, int tree, double share);
 
+  Data data_;
   ConstraintSet constraints_;
   Vector3 gravity_ = Vector3::Zero();
   FreeFlight free_flight_;
   VelocityPredictor predictor_;
   MidVelocity mid_velocity_;
   EnergyProjection energy_projection_;
-  VectorX other_;  ///< nv: what velocity-dependent forces are taken at beside v
+  VectorX other_;      ///< nv: the second velocity of the bilinear form of mid_velocity.h
+  VectorX no_rotors_;  ///< nv: zero
 };
 
-/// Fills ws.start for a step from (q, v) of all that is awake (ws.sleepers), after waking what that
-/// touches. Leaves kinematics, gravity and velocity-dependent forces at (q, v) in ws.data, as far
-/// as the integrator takes them there; no applied forces. Of runge_kutta_4 nothing is known ahead.
+/// Fills ws.start for a step from (q, v) of the awake trees (ws.sleepers), and wakes the trees that
+/// these touch. It also finds the free groups and the losses of taut links. Applied forces play no
+/// part. Under runge_kutta_4 only the free groups are found.
 const StepStart& prepare_step(const StepContext& at, Workspace::Impl& ws);
 
-/// step_inverse (step.h), by its arguments.
+/// step_inverse (step.h) of these arguments.
 void invert_step(const InverseArguments& step, Workspace::Impl& ws, Inverse& out);
 
 }  // namespace counterpoint

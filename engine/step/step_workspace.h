@@ -1,34 +1,64 @@
-// What a step works with, behind Workspace. Not for users.
+// The memory of a step behind Workspace. Each member is the output of one stage, or its scratch.
 #pragma once
+
+#include <memory>
 
 #include "counterpoint/contact/laws/cone_lanes.h"
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/equality_solver.h"
 #include "counterpoint/engine/diagnosis/state_check.h"
 #include "counterpoint/engine/forces/free_groups.h"
 #include "counterpoint/engine/forces/taut_links.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/step/overlap_correction.h"
 #include "counterpoint/engine/step/sleep.h"
-#include "counterpoint/engine/step/softening.h"
+#include "counterpoint/engine/step/step_constraints.h"
+#include "counterpoint/engine/step/step_forces.h"
 #include "counterpoint/engine/step/step_start.h"
 
 namespace counterpoint {
 
-/// Scratch of the Runge-Kutta method.
+/// The midpoint rule's velocities w_m (nv) and their scratch (midpoint.h).
+struct MidpointVelocities {
+  VectorX w_m;       ///< velocity at the middle without the share of equalities
+  VectorX next_w_m;  ///< next iterate
+  VectorX at_w;      ///< w_m and the share of equalities: forces are taken here
+  VectorX at_q;      ///< nq: poses at the middle
+};
+
+/// Scratch memory of the Runge-Kutta method.
 struct RungeKuttaStages {
   State at;
   VectorX theta, theta_rate, acceleration, theta_sum, v_sum;
 };
 
-/// Scratch of step control.
+/// Scratch memory of step control (step_control.cc).
 struct StepControlScratch {
-  State whole;                ///< the end of one step in place of two
-  VectorX q;                  ///< nv: how far its q is off
-  std::vector<char> touched;  ///< by tree: constraints were on it
+  State whole;                ///< end of one step in place of two half steps
+  VectorX q;                  ///< nv: difference of its q
+  std::vector<char> touched;  ///< by tree: constraints acted on it
 };
 
-/// @throws InputError unless it is positive and finite.
+/// Results and scratch memory of the inverse.
+struct InverseScratch {
+  explicit InverseScratch(const Model& model)
+      : body_velocity(model.num_bodies()),
+        body_impulse(model.num_bodies()),
+        tau(VectorX::Zero(model.nv())),
+        acceleration(VectorX::Zero(model.nv())) {}
+
+  VectorX contact_velocity;           ///< nv: argument of the impulses: w+, or w_c (midpoint.h)
+  std::vector<Motion> body_velocity;  ///< V of the bodies at it
+  std::vector<Force> body_impulse;
+  std::vector<double> pair_velocities, pair_impulses;  ///< y and f of the pairs, row by row
+  contact::FrictionLanes lanes;                        ///< laws of pairs, four at a time
+  PairChain chain;
+  VectorX tau, acceleration;  ///< nv
+  VectorX discarded;          ///< nv: output that this caller ignores
+};
+
+/// Throws InputError unless the time step [s] is positive and finite.
 void check_time_step(double h);
 
 struct DerivativeScratch;  // step_derivatives.cc
@@ -36,72 +66,64 @@ struct DerivativeScratch;  // step_derivatives.cc
 struct Workspace::Impl {
   explicit Impl(const Model& model)
       : check(model),
-        data(model),
-        finder(model, compute_inverse_weights(model, data)),
+        finder(model, inverse_weights_of(model)),
         sleepers(model),
         start(model),
         free_groups(model),
-        other(VectorX::Zero(model.nv())),
+        motion(model),
+        stage(model),
+        no_velocity_forces(model),
         displacement(VectorX::Zero(model.nv())),
-        velocity(model.num_bodies()),
-        body_impulse(model.num_bodies()),
-        velocity_acceleration(model.drags().empty() ? 0 : model.num_bodies()),
-        tau(VectorX::Zero(model.nv())),
-        diagonal(VectorX::Zero(model.nv())),
-        acceleration(VectorX::Zero(model.nv())),
-        no_rotors(VectorX::Zero(model.nv())),
-        q_middle(model.default_q()),
-        middle(VectorX::Zero(model.nv())),
         q_reached(model.default_q()),
+        inverse(model),
         called(called_for(model, finder.collider())),
-        taut_links(model, called.has(Effect::kTautLinks)) {}
+        taut_links(model, called.has(Effect::kTautLinks)) {
+    midpoint.w_m = midpoint.at_w = VectorX::Zero(model.nv());
+    midpoint.at_q = model.default_q();
+    no_velocity_forces.has_coriolis = false;
+  }
 
-  PhaseTimes* times = nullptr;  ///< added to by forward steps; none, none is read
+  PhaseTimes* times = nullptr;  ///< forward steps add to it, unless it is null
   StateCheck check;
-  Data data;
   ConstraintFinder finder;
   Sleepers sleepers;
-  StepStart start;         ///< what follows from (q, v) alone: only prepare_step changes it
+  StepStart start;         ///< written by prepare_step
   FreeGroups free_groups;  ///< found by prepare_step
-  /// start.constraints(), and what input and solution add to them: limited servos, limits and
-  /// contacts that w+ runs into, softer laws.
+  /// start.constraints() and the constraints that input and solution add: limited servos, limits
+  /// and contacts that w+ reaches, softer laws.
   ConstraintSet constraints;
 
-  // forward
-  VectorX other;  ///< nv: the velocity that forces of the midpoint rule are taken at
-  std::vector<int> block_of_tree;
-  contact::Problem problem;
-  size_t posed_contacts = 0;  ///< the first of the problem's constraints are contacts
-  contact::Solver solver;
+  // Forward.
+  FreeMotion motion;  ///< forces and the dynamics that use them
+  StageMotion stage;  ///< kinematics within the step
+  MidpointVelocities midpoint;
+  VelocityForces no_velocity_forces;
+  ContactSolution solution;
   OverlapCorrection overlap_correction;
   EqualitySolver equality_solver;
-  SoftenedTrees softened_trees;
-  // Grown only: Eigen allocates whenever a size changes.
-  VectorX w;        ///< velocities of the touched trees, as the problem orders them, then unused
-  VectorX impulse;  ///< of all constraints, then unused
-  VectorX displacement;  ///< velocities that positions change by, where these are not w+
-
-  // inverse
-  std::vector<Motion> velocity;  ///< V at v_next
-  std::vector<Force> body_impulse;
-  std::vector<double> pair_velocities, pair_impulses;  ///< y and f of the pairs, row by row
-  contact::FrictionLanes lanes;                        ///< laws of pairs, four at a time
-  PairChain chain;
-
-  std::vector<Motion> velocity_acceleration;  ///< scratch of drag
-  VectorX tau, diagonal, acceleration, no_rotors;
-  VectorX q_middle, middle, next_middle;  ///< scratch of the midpoint rule
-  VectorX q_reached;  ///< nq: the poses at which the velocity after a step is taken (FreeGroups)
-  /// nv: that the impulses of a step are functions of: w+, or w_c of the midpoint rule.
-  VectorX contact_velocity;
-  VectorX not_wanted;  ///< nv: what functions add to that is asked for something else
+  VectorX displacement;  ///< nv: velocities that displace the bodies, where these are not w+
+  VectorX q_reached;     ///< nq: poses at which the velocity after a step is taken (FreeGroups)
   RungeKuttaStages stages;
   StepControlScratch control;
-  std::shared_ptr<DerivativeScratch> derivatives;  ///< from the first time they are asked for
-  EffectSet called;                                ///< what the model calls for
+  std::vector<Force> joint_force;  ///< by body: scratch of the rates of taut links
+
+  InverseScratch inverse;
+  std::shared_ptr<DerivativeScratch> derivatives;  ///< made when derivatives are first asked for
+
+  EffectSet called;  ///< effects that the model calls for
   EffectCounts counts;
   TautLinks taut_links;
-  std::vector<Force> joint_force;  ///< by body, scratch of the rates of taut links
+
+  /// The state of the bodies at (q, v) as the recursive algorithms read it.
+  BodyState bodies() {
+    return {start.kinematics(), start.velocity_forces(), motion.external, motion.scratch};
+  }
+
+ private:
+  static InverseWeights inverse_weights_of(const Model& model) {
+    Data data(model);
+    return compute_inverse_weights(model, data);
+  }
 };
 
 }  // namespace counterpoint

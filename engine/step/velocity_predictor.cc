@@ -28,7 +28,7 @@ void for_each_marked(const Model& model, const ConstraintSet& constraints, Visit
   });
 }
 
-bool turns(const Tree& tree, const Data& data) {
+bool turns(const Tree& tree, const Kinematics& data) {
   for (int i = tree.body_begin; i < tree.body_end; ++i)
     if (!data.V[i].angular.isZero(0.0)) return true;
   return false;
@@ -81,7 +81,7 @@ bool VelocityPredictor::aims(const Model& model, const PairConstraint& pair) con
 /// False if there are none.
 bool VelocityPredictor::choose(const Model& model, EffectSet effects, Of of,
                                const ConstraintSet& constraints, std::span<const BodyRange> ranges,
-                               const Data& data) {
+                               const Kinematics& data) {
   const bool servos = effects.has(Effect::kServos);
   for (size_t t = 0; t < known_.size(); ++t) known_[t] = !(servos && with_servo_[t]);
   for_each_marked(model, constraints, [&](int a, int b, bool equality) {
@@ -205,7 +205,8 @@ void VelocityPredictor::find(const StepContext& at, Of of, double span, const Ve
 }
 
 /// Closures between trees of which all is known, towards the pose that velocity_ leads to.
-void VelocityPredictor::aim(const StepContext& at, ConstraintSet& constraints, const Data& data) {
+void VelocityPredictor::aim(const StepContext& at, ConstraintSet& constraints,
+                            const Kinematics& data) {
   const Model& model = at.model;
   const double h = at.h();
   if (equalities_.pairs.empty()) return;
@@ -249,8 +250,6 @@ void VelocityPredictor::refine(const StepContext& at, const Vector3& gravity,
       mid_velocity_.add_force(model, v, first_, tree, data);
       found = accelerate(model, tree, h, v, gravity, data);
       for (int i = tree.body_begin; i < tree.body_end; ++i) data.has_mean_force[i] = 0;
-      // Velocity products, which energy_projection.h looks at, as they were.
-      compute_velocities(model, v, {tree.body_begin, tree.body_end}, data);
     } else {
       found = accelerate(model, tree, h, v, gravity, data);
     }

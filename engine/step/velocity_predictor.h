@@ -78,12 +78,12 @@ class VelocityPredictor {
 
  private:
   bool choose(const Model& model, EffectSet effects, Of of, const ConstraintSet& constraints,
-              std::span<const BodyRange> ranges, const Data& data);
+              std::span<const BodyRange> ranges, const Kinematics& data);
   void gather_equalities(const Model& model, const ConstraintSet& constraints);
   bool accelerate(const Model& model, const Tree& tree, double span, const VectorRef& v,
                   const Vector3& gravity, Data& data);
   bool solve_equalities(const Model& model);
-  void aim(const StepContext& at, ConstraintSet& constraints, const Data& data);
+  void aim(const StepContext& at, ConstraintSet& constraints, const Kinematics& data);
 
   std::vector<char> with_servo_;        ///< by tree
   std::vector<char> known_;             ///< by tree: nothing acts on it that (q, w) does not tell

@@ -53,7 +53,7 @@ ClosureDerivator::ClosureDerivator(const Model& model)
     m->setZero(3, model.nv());
 }
 
-void ClosureDerivator::begin(const Model& model, const Data& data, const VectorRef& v) {
+void ClosureDerivator::begin(const Model& model, const Kinematics& data, const VectorRef& v) {
   for (int t = 0; t < model.num_trees(); ++t) {
     if (!held_[static_cast<size_t>(t)]) continue;
     const Tree& tree = model.trees()[t];
@@ -117,7 +117,7 @@ void ClosureDerivator::aim(const Model& model, double h, const VectorRef& q, con
 
 ClosureDerivator::Side ClosureDerivator::side(const Model& model, int body, double sign,
                                               const Pose& X_BC, const Vector3& place,
-                                              const Data& data) const {
+                                              const Kinematics& data) const {
   Side side;
   side.body = body;
   side.sign = sign;
@@ -132,7 +132,7 @@ ClosureDerivator::Side ClosureDerivator::side(const Model& model, int body, doub
 }
 
 ClosureDerivator::Error ClosureDerivator::error(const Closure& closure, bool turns,
-                                                const Data& data) {
+                                                const Kinematics& data) {
   const Pose &X_A = data.X_WB[closure.body_a], &X_B = data.X_WB[closure.body_b];
   Error out;
   if (!turns) {
@@ -286,7 +286,7 @@ void ClosureDerivator::add_share_slope(const Model& model, double slope, int bod
 }
 
 void ClosureDerivator::compute(const Model& model, const ContactOptions& options, double h,
-                               const Closure& closure, const PairConstraint& pair, const Data& data,
+                               const Closure& closure, const PairConstraint& pair, const Kinematics& data,
                                bool aimed) {
   const bool turns = pair.first == 3, distance = closure.type == ClosureType::kDistance;
   const Side a = side(model, pair.body_a, -1.0, closure.X_AC, pair.position, data);
@@ -343,7 +343,7 @@ void ClosureDerivator::add_to(MatrixX& out, double scale, const Columns& slopes)
       out(coordinates[i], coordinates[j]) += scale * jacobian.col(i).dot(slopes.col(j));
 }
 
-ContactMotion closure_motion(const Closure& closure, const PairConstraint& pair, const Data& data) {
+ContactMotion closure_motion(const Closure& closure, const PairConstraint& pair, const Kinematics& data) {
   const Vector3 to_b = data.X_WB[closure.body_b] * closure.X_BC.translation - pair.position;
   Eigen::Matrix<double, 3, 6> anchor;
   anchor << -skew(to_b), Matrix3::Identity();

@@ -31,14 +31,14 @@ class ClosureDerivator {
   explicit ClosureDerivator(const Model& model);
 
   /// For a state of the poses in `data` and v (nv).
-  void begin(const Model& model, const Data& data, const VectorRef& v);
+  void begin(const Model& model, const Kinematics& data, const VectorRef& v);
   /// Sets the velocities w (nv) that biases are aimed with, in a step of h [s] from q.
   void aim(const Model& model, double h, const VectorRef& q, const VectorRef& w);
 
   /// Of rows as find_closures makes them, aimed or not: what is below. Needs begin, and aim if
   /// they are aimed.
   void compute(const Model& model, const ContactOptions& options, double h, const Closure& closure,
-               const PairConstraint& pair, const Data& data,
+               const PairConstraint& pair, const Kinematics& data,
                bool aimed);  // Parameters: what it depends on, one by one
 
   /// Adds jacobian' `slopes`, of those below, `scale` times: to nv x nv.
@@ -75,8 +75,8 @@ class ClosureDerivator {
   };
 
   Side side(const Model& model, int body, double sign, const Pose& X_BC, const Vector3& place,
-            const Data& data) const;
-  static Error error(const Closure& closure, bool turns, const Data& data);
+            const Kinematics& data) const;
+  static Error error(const Closure& closure, bool turns, const Kinematics& data);
   void list(const Model& model, const PairConstraint& pair);
   void add_turns(const Model& model, const Side& side, const Error& error);
   void add_points(const Model& model, const Side& side, const Vector3& spin);
@@ -99,6 +99,6 @@ class ClosureDerivator {
 };
 
 /// How the place of a closure's rows, and their frame, follow a displacement of B against A.
-ContactMotion closure_motion(const Closure& closure, const PairConstraint& pair, const Data& data);
+ContactMotion closure_motion(const Closure& closure, const PairConstraint& pair, const Kinematics& data);
 
 }  // namespace counterpoint

@@ -293,7 +293,7 @@ bool ContactMotionFinder::touch_ahead(const Pair& pair, const Contact& contact,
   return true;
 }
 
-bool ContactMotionFinder::find(const Model& model, const Data& data,
+bool ContactMotionFinder::find(const Model& model, const Kinematics& data,
                                const collision::Collider& collider,
                                const collision::BodyMotions& motions,
                                const collision::Candidate& contact, double towards_b,

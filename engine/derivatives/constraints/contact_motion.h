@@ -40,7 +40,7 @@ class ContactMotionFinder {
   /// differences of the two shapes' contacts in their relative pose, at that which the motion leads
   /// to where they were taken there (pair_motion.h). False if a neighbouring pose has no such
   /// contact.
-  bool find(const Model& model, const Data& data, const collision::Collider& collider,
+  bool find(const Model& model, const Kinematics& data, const collision::Collider& collider,
             const collision::BodyMotions& motions, const collision::Candidate& contact,
             double towards_b, ContactMotion& out);  // Parameters: what it depends on, one by one
 

@@ -74,7 +74,7 @@ Matrix6 carried(const Force& f) {
   return m;
 }
 
-PairBodies pair_bodies(const PairConstraint& pair, const Data& data,
+PairBodies pair_bodies(const PairConstraint& pair, const Kinematics& data,
                        const std::vector<Motion>& V_next) {
   PairBodies out;
   out.arm_a = pair.position - data.X_WB[pair.body_a].translation;

@@ -43,7 +43,7 @@ struct PairBodies {
   Motion next_a, next_b, start_a, start_b;
   Vector3 arm_a, arm_b;  ///< from the body's origin to the place [m]
 };
-PairBodies pair_bodies(const PairConstraint& pair, const Data& data,
+PairBodies pair_bodies(const PairConstraint& pair, const Kinematics& data,
                        const std::vector<Motion>& V_next);
 
 /// The columns (angular, linear) of a constraint's rows, up to six, and what its law is taken at.

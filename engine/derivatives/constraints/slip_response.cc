@@ -13,7 +13,7 @@ void SlipResponse::begin() {
 }
 
 void SlipResponse::add(const Model& model, int body, int source, const Vector3& place,
-                       const Force& by_speed, const Data& data) {
+                       const Force& by_speed, const Kinematics& data) {
   if (body == 0) return;
   const Tree& tree = model.trees()[model.body(body).tree];
   const Force there = shift(by_speed, place - TreeSweep::reference(tree, data));
@@ -29,7 +29,7 @@ void SlipResponse::add(const Model& model, int body, int source, const Vector3& 
 }
 
 void SlipResponse::add(const Model& model, const PairConstraint& pair,
-                       const std::vector<Motion>& V_next, double h, const Data& data,
+                       const std::vector<Motion>& V_next, double h, const Kinematics& data,
                        double share) {
   if (pair.fastest < 0 || !(pair.law.slip_speed > 0.0)) return;
   contact::Rows y = relative_velocity(pair, data, V_next);

@@ -24,7 +24,7 @@ class SlipResponse {
   /// The friction of a contact of a step of h [s], of which `share` counts; V_next: the bodies'
   /// velocities at its end.
   void add(const Model& model, const PairConstraint& pair, const std::vector<Motion>& V_next,
-           double h, const Data& data, double share = 1.0);
+           double h, const Kinematics& data, double share = 1.0);
 
   /// What wrenches on bodies change by, -dW / d|u|, as the bodies of contact `source` move: those
   /// of `from` on, up to the next source's.
@@ -41,7 +41,7 @@ class SlipResponse {
 
  private:
   void add(const Model& model, int body, int source, const Vector3& place, const Force& by_speed,
-           const Data& data);
+           const Kinematics& data);
 
   std::vector<Source> sources_;
   std::vector<ForceBySpeed> forces_;

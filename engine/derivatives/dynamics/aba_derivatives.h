@@ -16,7 +16,7 @@ class AbaDerivator {
   /// if M + diagonal (nv, constant, not negative) is singular. Nothing is allocated once `out` has
   /// its size.
   bool compute(const Model& model, const VectorRef& v, const VectorRef& a,
-               const VectorRef& diagonal, const Vector3& gravity, const Data& data,
+               const VectorRef& diagonal, const Vector3& gravity, const Kinematics& data,
                AbaDerivatives& out);  // Parameters: what it depends on, one by one
   /// Those of inverse dynamics that it went by.
   const RneaDerivatives& inverse() const { return inverse_; }

@@ -22,7 +22,7 @@ InertiaRegressor::InertiaRegressor(const Model& model)
     : V_(model.num_bodies()), A_(model.num_bodies()), moving_(model.num_bodies()) {}
 
 void InertiaRegressor::set_motion(const Model& model, const double* v, const double* a,
-                                  const Vector3& gravity, const Data& data) {
+                                  const Vector3& gravity, const Kinematics& data) {
   A_[0] = {Vector3::Zero(), -gravity};
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
@@ -47,7 +47,7 @@ void InertiaRegressor::set_motion(const Model& model, const double* v, const dou
 }
 
 void InertiaRegressor::compute(const Model& model, const VectorRef& v, const VectorRef& a,
-                               const Vector3& gravity, const Data& data, MatrixX& Y) {
+                               const Vector3& gravity, const Kinematics& data, MatrixX& Y) {
   set_motion(model, data.has_coriolis ? v.data() : nullptr, a.data(), gravity, data);
   const int columns = 10 * model.num_joints();
   if (Y.rows() != model.nv() || Y.cols() != columns) Y.resize(model.nv(), columns);
@@ -77,7 +77,7 @@ void InertiaRegressor::compute(const Model& model, const VectorRef& v, const Vec
 }
 
 void InertiaRegressor::add(const Model& model, int body, const InertialParameters& change,
-                           double factor, const Data& data, VectorOut tau) const {
+                           double factor, const Kinematics& data, VectorOut tau) const {
   const Moving& m = moving_[body];
   const Vector3 moment = change.segment<3>(1);
   const Matrix3 I = inertia_tensor(change);

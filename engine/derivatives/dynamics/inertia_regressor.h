@@ -18,15 +18,15 @@ class InertiaRegressor {
   /// false leaves velocity-dependent forces out; mean forces are not looked at. Needs
   /// compute_poses. Nothing is allocated once Y has its size.
   void compute(const Model& model, const VectorRef& v, const VectorRef& a, const Vector3& gravity,
-               const Data& data, MatrixX& Y);
+               const Kinematics& data, MatrixX& Y);
 
   /// Y times a change of one body's parameters: adds `factor` times that to tau (nv). After
   /// set_motion with the same poses.
   void add(const Model& model, int body, const InertialParameters& change, double factor,
-           const Data& data, VectorOut tau) const;
+           const Kinematics& data, VectorOut tau) const;
   /// The motion of all bodies that `add` is at. v may be null: zero.
   void set_motion(const Model& model, const double* v, const double* a, const Vector3& gravity,
-                  const Data& data);
+                  const Kinematics& data);
 
  private:
   /// In body axes.

@@ -13,7 +13,7 @@ KineticGradient::KineticGradient(const Model& model)
       S_(model.nv()),
       P_(model.nv()) {}
 
-void KineticGradient::compute(const Model& model, const Tree& tree, const Data& data,
+void KineticGradient::compute(const Model& model, const Tree& tree, const Kinematics& data,
                               const double* x, const VectorX& rotors) {
   const Vector3& reference = TreeSweep::reference(tree, data);
   floats = model.body(tree.body_begin).joint_type == JointType::kFloating;

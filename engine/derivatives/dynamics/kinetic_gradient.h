@@ -15,7 +15,7 @@ class KineticGradient {
 
   /// At poses and inertias in `data`, x (nv) [m/s, rad/s]; rotors (nv) on the diagonal of M. Of a
   /// tree that floats T is less that of its centre of mass.
-  void compute(const Model& model, const Tree& tree, const Data& data, const double* x,
+  void compute(const Model& model, const Tree& tree, const Kinematics& data, const double* x,
                const VectorX& rotors);
 
   // Of the tree computed last, valid up to its size.

@@ -17,7 +17,7 @@ class RneaDerivator {
   /// forces are not looked at. Needs compute_poses, compute_inertias. Nothing is allocated once
   /// `out` has its size.
   void compute(const Model& model, const VectorRef& v, const VectorRef& a, const Vector3& gravity,
-               const Data& data, RneaDerivatives& out);
+               const Kinematics& data, RneaDerivatives& out);
 
  private:
   TreeSweep sweep_;

@@ -135,7 +135,7 @@ TreeSweep::TreeSweep(const Model& model)
 }
 
 /// Columns along axes of the parent, which the parent's turning carries.
-void TreeSweep::add_translations(const Body& body, int first, int count, const Data& data,
+void TreeSweep::add_translations(const Body& body, int first, int count, const Kinematics& data,
                                  const SweepInput& in, Moving& moving) {
   const Vector3 omega = moving.V.angular, alpha = moving.A.angular;
   for (int j = 0; j < count; ++j) {
@@ -156,7 +156,7 @@ void TreeSweep::add_translations(const Body& body, int first, int count, const D
 /// Columns about axes through the body's origin, seen at `origin`; of more than one, about axes of
 /// the body.
 void TreeSweep::add_rotations(const Body& body, int first, int count, const Vector3& origin,
-                              const Data& data, const SweepInput& in, Moving& moving) {
+                              const Kinematics& data, const SweepInput& in, Moving& moving) {
   const Motion V = moving.V, A = moving.A;
   Motion across, rate;
   const int group = body.v_index + first;
@@ -179,7 +179,7 @@ void TreeSweep::add_rotations(const Body& body, int first, int count, const Vect
   }
 }
 
-void TreeSweep::set_composite(int i, const Vector3& origin, const Data& data,
+void TreeSweep::set_composite(int i, const Vector3& origin, const Kinematics& data,
                               const SweepInput& in) {
   Composite& c = composites_[i];
   const Motion& V = moving_[i].V;
@@ -197,7 +197,7 @@ void TreeSweep::set_composite(int i, const Vector3& origin, const Data& data,
 }
 
 /// From the root outwards: columns and bodies.
-void TreeSweep::go_out(const Model& model, const Tree& tree, const Data& data,
+void TreeSweep::go_out(const Model& model, const Tree& tree, const Kinematics& data,
                        const SweepInput& in) {
   const Vector3 reference = TreeSweep::reference(tree, data);
   for (int i = tree.body_begin; i < tree.body_end; ++i) {
@@ -303,7 +303,7 @@ void TreeSweep::write_columns(const Model& model, int i, const SweepInput& in, S
   }
 }
 
-bool TreeSweep::add_carried_weight(const Model& model, const Tree& tree, const Data& data,
+bool TreeSweep::add_carried_weight(const Model& model, const Tree& tree, const Kinematics& data,
                                    const Vector3& gravity) {
   if (model.gravity_compensations().empty() || gravity.isZero(0.0)) return false;
   const auto all = compensations_of(model, {tree.body_begin, tree.body_end});
@@ -326,7 +326,7 @@ bool TreeSweep::add_carried_weight(const Model& model, const Tree& tree, const D
   return !all.empty();
 }
 
-void TreeSweep::run(const Model& model, const Tree& tree, const Data& data, const SweepInput& in,
+void TreeSweep::run(const Model& model, const Tree& tree, const Kinematics& data, const SweepInput& in,
                     SweepOutput out) {
   go_out(model, tree, data, in);
   bool respond = false;

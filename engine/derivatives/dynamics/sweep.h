@@ -114,7 +114,7 @@ class TreeSweep {
 
   /// The derivatives of a tree's joint forces. Needs compute_poses, compute_inertias. What no joint
   /// connects is set to zero.
-  void run(const Model& model, const Tree& tree, const Data& data, const SweepInput& in,
+  void run(const Model& model, const Tree& tree, const Kinematics& data, const SweepInput& in,
            SweepOutput out);
 
   /// Adds what a force on `body` changes by as `by` moves, both moved by the last runs with
@@ -134,7 +134,7 @@ class TreeSweep {
   void add_inner_pair(const Model& model, const InnerPair& pair, SweepOutput out);
 
   /// The point of reference of a tree, in W [m].
-  static const Vector3& reference(const Tree& tree, const Data& data) {
+  static const Vector3& reference(const Tree& tree, const Kinematics& data) {
     return data.X_WB[tree.body_begin].translation;
   }
 
@@ -155,16 +155,16 @@ class TreeSweep {
     Motion V, A;
   };
 
-  void go_out(const Model& model, const Tree& tree, const Data& data, const SweepInput& in);
-  void add_translations(const Body& body, int first, int count, const Data& data,
+  void go_out(const Model& model, const Tree& tree, const Kinematics& data, const SweepInput& in);
+  void add_translations(const Body& body, int first, int count, const Kinematics& data,
                         const SweepInput& in, Moving& moving);
   void add_rotations(const Body& body, int first, int count, const Vector3& origin,
-                     const Data& data, const SweepInput& in,
+                     const Kinematics& data, const SweepInput& in,
                      Moving& moving);  // Parameters: all it depends on
   /// Carried weight (gravity_compensation.h) as a load that keeps its axes. True if there is any.
-  bool add_carried_weight(const Model& model, const Tree& tree, const Data& data,
+  bool add_carried_weight(const Model& model, const Tree& tree, const Kinematics& data,
                           const Vector3& gravity);
-  void set_composite(int i, const Vector3& origin, const Data& data, const SweepInput& in);
+  void set_composite(int i, const Vector3& origin, const Kinematics& data, const SweepInput& in);
   void find_columns(const Model& model, const Tree& tree, const double* velocity,
                     Motion Column::*out);
   int list_columns(const Model& model, int body, int common, int* list) const;

@@ -29,7 +29,7 @@ PairResponse drag_response(const Drag& drag, const Motion& V, const Motion& V_ne
 
 /// One link's, where its centre is. at_once: both velocities are that at the start.
 void add_link(const Model& model, const BodyDrag& link, const Motion& V_next, bool at_once,
-              const Data& data, ForceResponses& out) {
+              const Kinematics& data, ForceResponses& out) {
   const Vector3 arm = data.X_WB[link.body].rotation * link.center;
   const Motion V = shift(data.V[link.body], arm), next = shift(V_next, arm);
   PairResponse drag = drag_response(link.drag, V, next);
@@ -44,7 +44,7 @@ void add_link(const Model& model, const BodyDrag& link, const Motion& V_next, bo
 }  // namespace
 
 void add_wrench_responses(const Model& model, const std::vector<ExternalWrench>& wrenches,
-                          const Data& data, ForceResponses& out) {
+                          const Kinematics& data, ForceResponses& out) {
   for (const ExternalWrench& w : wrenches) {
     if (w.body == 0) continue;
     out.add_body_force(model, w.body, data.X_WB[w.body] * w.point, body_force(w.wrench), Motion(),
@@ -52,19 +52,19 @@ void add_wrench_responses(const Model& model, const std::vector<ExternalWrench>&
   }
 }
 
-void add_drag_responses(const Model& model, const std::vector<Motion>& V_next, const Data& data,
+void add_drag_responses(const Model& model, const std::vector<Motion>& V_next, const Kinematics& data,
                         ForceResponses& out) {
   for (const BodyDrag& link : model.drags())
     add_link(model, link, V_next[link.body], false, data, out);
 }
 
-void add_drag_responses(const Model& model, const Data& data, ForceResponses& out) {
+void add_drag_responses(const Model& model, const Kinematics& data, ForceResponses& out) {
   for (const BodyDrag& link : model.drags())
     add_link(model, link, data.V[link.body], true, data, out);
 }
 
 void add_loss_responses(const Model& model, double h, std::span<const TautLink> links,
-                        const Data& data, ForceResponses& out) {
+                        const Kinematics& data, ForceResponses& out) {
   for (const TautLink& link : links) {
     if (link.kept == link.factor) continue;
     const Matrix3& R_WB = data.X_WB[link.body].rotation;

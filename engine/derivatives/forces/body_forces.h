@@ -11,16 +11,16 @@ namespace counterpoint {
 
 /// Wrenches, which keep their axes, those of W, and go with their points.
 void add_wrench_responses(const Model& model, const std::vector<ExternalWrench>& wrenches,
-                          const Data& data, ForceResponses& out);
+                          const Kinematics& data, ForceResponses& out);
 
 /// Drag (drag.h) at bodies' velocities at the start of a step, data.V, and at its end.
-void add_drag_responses(const Model& model, const std::vector<Motion>& V_next, const Data& data,
+void add_drag_responses(const Model& model, const std::vector<Motion>& V_next, const Kinematics& data,
                         ForceResponses& out);
 /// The same at one velocity, data.V: all of it by the velocity at the start.
-void add_drag_responses(const Model& model, const Data& data, ForceResponses& out);
+void add_drag_responses(const Model& model, const Kinematics& data, ForceResponses& out);
 
 /// What taut links lose (taut_links.h) in a step of h [s]; `model` has their inertias.
 void add_loss_responses(const Model& model, double h, std::span<const TautLink> links,
-                        const Data& data, ForceResponses& out);
+                        const Kinematics& data, ForceResponses& out);
 
 }  // namespace counterpoint

@@ -43,7 +43,7 @@ void EqualityPrediction::group(const Step& step) {
 void EqualityPrediction::add_equalities(const Step& step, const Stage& stage) {
   const ConstraintSet& equalities = step.predictor.equalities();
   const ConstraintSet& all = step.ws.constraints;
-  const Data& data = step.ws.data;
+  const Kinematics& data = step.ws.data;
   PairResponse response;
   for (size_t i = 0; i < equalities.pairs.size(); ++i) {
     PairConstraint pair = equalities.pairs[i];

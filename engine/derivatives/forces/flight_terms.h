@@ -10,7 +10,7 @@ namespace counterpoint {
 /// carried along with their bodies: with angular velocity, and with gravity [m/s^2] as a top sees
 /// it. By extrapolated differences of these functions of three variables alone.
 void add_flight_derivatives(const Model& model, double h, const VectorRef& v,
-                            const Vector3& gravity, const FreeFlight& flight, const Data& data,
+                            const Vector3& gravity, const FreeFlight& flight, const Kinematics& data,
                             InverseDerivatives& d);  // Parameters: what it depends on, one by one
 
 }  // namespace counterpoint

@@ -41,7 +41,7 @@ void ForceResponses::begin() {
 }
 
 void ForceResponses::add_force(const Model& model, int body, const Vector3& place,
-                               const Force& force, BodyResponse response, const Data& data) {
+                               const Force& force, BodyResponse response, const Kinematics& data) {
   const Tree& tree = model.trees()[model.body(body).tree];
   load_[body] += shift(force, place - data.X_WB[body].translation);
   response.move(place - TreeSweep::reference(tree, data));
@@ -55,7 +55,7 @@ void ForceResponses::add_force(const Model& model, int body, const Vector3& plac
 
 void ForceResponses::add_body_force(const Model& model, int body, const Vector3& place,
                                     const PairResponse& response, const Motion& V_next,
-                                    const Motion& V_start, const Data& data) {
+                                    const Motion& V_start, const Kinematics& data) {
   by_v_ = by_v_ || response.by_v;
   BodyResponse minus = response.of_b(V_next, V_start);
   scale(minus, -1.0);
@@ -63,7 +63,7 @@ void ForceResponses::add_body_force(const Model& model, int body, const Vector3&
 }
 
 void ForceResponses::couple(const Model& model, const PairConstraint& pair, int body, int by,
-                            BodyResponse response, const Data& data) {
+                            BodyResponse response, const Kinematics& data) {
   const auto arm = [&](int b) -> Vector3 {
     return pair.position - TreeSweep::reference(model.trees()[model.body(b).tree], data);
   };
@@ -84,7 +84,7 @@ void ForceResponses::couple(const Model& model, const PairConstraint& pair, int 
 /// Between two bodies of one tree.
 void ForceResponses::add_inner(const Model& model, const PairConstraint& pair,
                                const PairBodies& bodies, const PairResponse& response, double h,
-                               const Data& data) {
+                               const Kinematics& data) {
   const Tree& tree = model.trees()[model.body(pair.body_a).tree];
   const Matrix3 arm = skew(pair.position - TreeSweep::reference(tree, data));
   InnerPair inner{pair.body_a,
@@ -110,7 +110,7 @@ void ForceResponses::add_inner(const Model& model, const PairConstraint& pair,
 
 void ForceResponses::add_pair(const Model& model, const PairConstraint& pair,
                               const PairBodies& bodies, const PairResponse& response, double h,
-                              const Data& data) {
+                              const Kinematics& data) {
   by_v_ = by_v_ || response.by_v;
   if (pair.body_a != 0 && pair.body_b != 0 &&
       model.body(pair.body_a).tree == model.body(pair.body_b).tree)

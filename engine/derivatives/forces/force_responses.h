@@ -23,14 +23,14 @@ class ForceResponses {
   void add_load(int body, const Force& force) { load_[body] += force; }
   /// `force` on a body at a place in W; the response is of minus it, there.
   void add_force(const Model& model, int body, const Vector3& place, const Force& force,
-                 BodyResponse response, const Data& data);
+                 BodyResponse response, const Kinematics& data);
   /// `force` as body_force or a drag has it; V_next, V_start of the body at the place.
   void add_body_force(const Model& model, int body, const Vector3& place,
                       const PairResponse& response, const Motion& V_next, const Motion& V_start,
-                      const Data& data);  // Parameters: what it depends on, one by one
+                      const Kinematics& data);  // Parameters: what it depends on, one by one
   /// The impulse of a constraint over h [s].
   void add_pair(const Model& model, const PairConstraint& pair, const PairBodies& bodies,
-                const PairResponse& response, double h, const Data& data);
+                const PairResponse& response, double h, const Kinematics& data);
   /// What minus the forces on some bodies change by, as a speed that two bodies have does. A body
   /// may be the world.
   void add_by_speed(std::span<const ForceBySpeed> forces, const SpeedByMotion& a,
@@ -57,9 +57,9 @@ class ForceResponses {
   };
 
   void add_inner(const Model& model, const PairConstraint& pair, const PairBodies& bodies,
-                 const PairResponse& response, double h, const Data& data);
+                 const PairResponse& response, double h, const Kinematics& data);
   void couple(const Model& model, const PairConstraint& pair, int body, int by,
-              BodyResponse response, const Data& data);
+              BodyResponse response, const Kinematics& data);
 
   std::vector<Force> load_;  ///< by body
   std::vector<BodyResponse> response_;

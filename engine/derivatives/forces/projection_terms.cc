@@ -50,7 +50,7 @@ ProjectionTerms::ProjectionTerms(const Model& model)
   at_pose_.emplace(model);
 }
 
-int ProjectionTerms::fastest(const Tree& tree, const Data& data) {
+int ProjectionTerms::fastest(const Tree& tree, const Kinematics& data) {
   int fastest = tree.body_begin;
   for (int i = tree.body_begin; i < tree.body_end; ++i)
     if (data.V[i].angular.squaredNorm() > data.V[fastest].angular.squaredNorm()) fastest = i;
@@ -59,7 +59,7 @@ int ProjectionTerms::fastest(const Tree& tree, const Data& data) {
 
 /// Adds `by` times half of what the square of a body's angular velocity changes by.
 void ProjectionTerms::add_turn_gradient(const Model& model, const Tree& tree, int body, double by,
-                                        const Data& data, VectorX& dq, VectorX& dv) {
+                                        const Kinematics& data, VectorX& dq, VectorX& dv) {
   const Vector3 omega = data.V[body].angular;
   for (int i = body; i != 0; i = model.body(i).parent) {
     const int parent = model.body(i).parent, first = model.body(i).v_index;
@@ -74,7 +74,7 @@ void ProjectionTerms::add_turn_gradient(const Model& model, const Tree& tree, in
 
 /// share_q_, share_v_: of the share, by the angular velocity of the body that turns fastest.
 void ProjectionTerms::find_share_gradient(const Model& model, const Tree& tree, double h,
-                                          bool predicted, const Data& data) {
+                                          bool predicted, const Kinematics& data) {
   const int n = tree.v_end - tree.v_begin, body = fastest(tree, data);
   share_q_.head(n).setZero();
   share_v_.head(n).setZero();

@@ -35,12 +35,12 @@ class ProjectionTerms {
     KineticGradient at;
     MatrixX by_q, by_x;  ///< nv x 4, transposed
   };
-  static int fastest(const Tree& tree, const Data& data);
+  static int fastest(const Tree& tree, const Kinematics& data);
   static void add_turn_gradient(const Model& model, const Tree& tree, int body, double by,
-                                const Data& data, VectorX& dq,
+                                const Kinematics& data, VectorX& dq,
                                 VectorX& dv);  // Parameters: all it depends on
   void find_share_gradient(const Model& model, const Tree& tree, double h, bool predicted,
-                           const Data& data);
+                           const Kinematics& data);
   void find_gradients(const InverseArguments& of, const Tree& tree, double from, bool predicted,
                       const VectorX& x, const VectorX& rotors,
                       Gradients& out);  // Parameters: all it depends on

@@ -77,7 +77,7 @@ Material only(EffectSet effects, Material m) {
 
 /// Adds factor times what a force at `arm` from a body's origin is along the joints.
 void project(const Model& model, int body, const Vector3& arm, const Force& at, double factor,
-             const Data& data, VectorOut du) {  // Parameters: what it depends on, one by one
+             const Kinematics& data, VectorOut du) {  // Parameters: what it depends on, one by one
   Force f = shift(at, arm) * factor;
   for (int i = body; i != 0; i = model.body(i).parent) {
     const Body& joint = model.body(i);
@@ -94,7 +94,7 @@ bool ParameterConstraints::find_place(const PreparedParameter& p, const Model& m
                                       const collision::Candidate& contact, double h,
                                       const Workspace::Impl& ws, PlaceChange& out) {
   const InverseWeights& weights = ws.finder.weights();
-  const Data& data = ws.data;
+  const Kinematics& data = ws.data;
   out = PlaceChange();
   const Geometry& a = model.geometries()[static_cast<size_t>(contact.geometry_a)];
   const Geometry& b = model.geometries()[static_cast<size_t>(contact.geometry_b)];

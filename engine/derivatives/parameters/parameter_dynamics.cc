@@ -85,7 +85,7 @@ void ParameterDynamics::add(const Parameters& parameters, const InverseArguments
 
 /// What inertial parameters make of inverse dynamics at the regressor's motion, of one tree.
 void ParameterDynamics::add_inertias(const Parameters& parameters, const Model& model,
-                                     const Tree& tree, const Data& data, double factor,
+                                     const Tree& tree, const Kinematics& data, double factor,
                                      MatrixX& out) const {
   for_each(parameters, K::kInertia, [&](const PreparedParameter& p, Eigen::Index k) {
     for (size_t i = 0; i < p.parameter.targets.size(); ++i) {
@@ -98,7 +98,7 @@ void ParameterDynamics::add_inertias(const Parameters& parameters, const Model& 
 
 /// The same of gravity's size, at the motion that gravity of size 1 stands for.
 void ParameterDynamics::add_gravity(const Parameters& parameters, const Model& model,
-                                    BodyRange bodies, const Data& data, MatrixX& out) const {
+                                    BodyRange bodies, const Kinematics& data, MatrixX& out) const {
   for_each(parameters, K::kGravity, [&](const PreparedParameter&, Eigen::Index k) {
     for (int b = bodies.begin; b < bodies.end; ++b)
       regressor_.add(model, b, inertial_parameters(model.body(b).inertia), 1.0, data, out.col(k));

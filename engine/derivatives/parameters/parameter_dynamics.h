@@ -32,9 +32,9 @@ class ParameterDynamics {
  private:
   using Parameters = std::vector<PreparedParameter>;
   void add_inertias(const Parameters& parameters, const Model& model, const Tree& tree,
-                    const Data& data, double factor, MatrixX& out) const;
+                    const Kinematics& data, double factor, MatrixX& out) const;
   void add_gravity(const Parameters& parameters, const Model& model, BodyRange bodies,
-                   const Data& data, MatrixX& out) const;
+                   const Kinematics& data, MatrixX& out) const;
   void add_prediction(const Parameters& parameters, const InverseArguments& of, const Tree& tree,
                       const Vector3& gravity, Workspace::Impl& ws, MatrixX& du);
   void find_prediction(const Parameters& parameters, const InverseArguments& of, const Tree& tree,

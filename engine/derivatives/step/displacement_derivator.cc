@@ -22,7 +22,7 @@ contact::Rows row_velocity(const JointConstraint& row, const VectorRef& w) {
 }
 
 /// Whether velocities w+ do not do all: quickly, without a problem.
-bool may_displace(const ConstraintSet& constraints, const VectorRef& v_next, const Data& data,
+bool may_displace(const ConstraintSet& constraints, const VectorRef& v_next, const Kinematics& data,
                   const std::vector<Motion>& V_next) {
   for (size_t i = 0; i < constraints.contacts.size(); ++i) {
     const PairConstraint& pair = constraints.pairs[i];
@@ -38,7 +38,7 @@ bool may_displace(const ConstraintSet& constraints, const VectorRef& v_next, con
 
 /// The impulses at w+, in the order of a problem of these constraints.
 void evaluate_impulses(const ConstraintSet& constraints, const contact::Problem& problem,
-                       const VectorRef& v_next, const Data& data, const std::vector<Motion>& V_next,
+                       const VectorRef& v_next, const Kinematics& data, const std::vector<Motion>& V_next,
                        VectorX& impulse) {
   if (impulse.size() < problem.num_rows()) impulse.resize(problem.num_rows());
   const auto pairs = static_cast<int>(constraints.pairs.size());

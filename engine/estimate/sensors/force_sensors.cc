@@ -29,7 +29,7 @@ Vector3 force_on(const Model& model, const std::vector<int>& bodies, const Inver
 /// The wrench that a link gets from its parent through its joint: force, or moment about the
 /// sensor's point, in the sensor's axes [N, N m]. The data has poses, and forces through the joints
 /// without contacts; those on all that the link carries are taken off.
-Vector3 wrench_through(const Model& model, const Data& data, const Inverse& inverse,
+Vector3 wrench_through(const Model& model, const Kinematics& data, const Inverse& inverse,
                        const Sensor& sensor) {
   const Pose& link = data.X_WB[static_cast<std::size_t>(sensor.body)];
   const Vector3 point = link * sensor.point;

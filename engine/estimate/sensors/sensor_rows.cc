@@ -183,7 +183,7 @@ void SensorRows::differentiate(const Model& model, double h, const SensorTerm& t
     default: {
       const Matrix3 to_sensor = s.axes.transpose() * R.transpose();
       for (int i = 0; i < 3; ++i) {
-        const Data& data = poses_[static_cast<std::size_t>(i)];
+        const Kinematics& data = poses_[static_cast<std::size_t>(i)];
         optimization::point_jacobian(model, data, s.body,
                                      optimization::point_position(data, s.body, s.point), point_);
         out.middleCols(i * nv, nv) = (i == 1 ? -2.0 : 1.0) / (h * h) * to_sensor * point_;

@@ -32,7 +32,7 @@ struct CenterOfMass {
   double mass = 0.0;
 };
 
-CenterOfMass center_of_mass(const Model& model, BodyRange bodies, const Data& data) {
+CenterOfMass center_of_mass(const Model& model, BodyRange bodies, const Kinematics& data) {
   CenterOfMass center;
   for (int i = bodies.begin; i < bodies.end; ++i) {
     const SpatialInertia& inertia = model.body(i).inertia;
@@ -44,7 +44,7 @@ CenterOfMass center_of_mass(const Model& model, BodyRange bodies, const Data& da
 }
 
 /// 3 x nv: of every joint, what turns or moves the subtree behind it.
-void center_jacobian(const Model& model, BodyRange bodies, const Data& data, double mass,
+void center_jacobian(const Model& model, BodyRange bodies, const Kinematics& data, double mass,
                      KinematicScratch& scratch, MatrixX& out) {
   out.setZero();
   for (int i = bodies.begin; i < bodies.end; ++i) {
@@ -178,11 +178,11 @@ KinematicScratch::KinematicScratch(const Model& model)
       moment(static_cast<std::size_t>(model.num_bodies())),
       mass(static_cast<std::size_t>(model.num_bodies())) {}
 
-Vector3 point_position(const Data& data, int body, const Vector3& point) {
+Vector3 point_position(const Kinematics& data, int body, const Vector3& point) {
   return body == 0 ? point : Vector3(data.X_WB[body] * point);
 }
 
-void point_jacobian(const Model& model, const Data& data, int body, const Vector3& position,
+void point_jacobian(const Model& model, const Kinematics& data, int body, const Vector3& position,
                     Eigen::Ref<MatrixX> out) {
   out.setZero();
   for (int i = body; i > 0; i = model.body(i).parent) {
@@ -193,7 +193,7 @@ void point_jacobian(const Model& model, const Data& data, int body, const Vector
   }
 }
 
-void angular_jacobian(const Model& model, const Data& data, int body, MatrixX& out) {
+void angular_jacobian(const Model& model, const Kinematics& data, int body, MatrixX& out) {
   out.setZero();
   for (int i = body; i > 0; i = model.body(i).parent) {
     const Body& b = model.body(i);
@@ -217,7 +217,7 @@ void evaluate_kinematic(const FramePoses& frames, const Term& term, KinematicScr
   }
 }
 
-Vector3 angular_momentum(const Model& model, const Data& data) {
+Vector3 angular_momentum(const Model& model, const Kinematics& data) {
   const CenterOfMass center = center_of_mass(model, moving_bodies(model), data);
   Vector3 sum = Vector3::Zero();
   for (int i = 1; i < model.num_bodies(); ++i) {

@@ -7,13 +7,13 @@
 namespace counterpoint::optimization {
 
 /// Position [m] in W of a point of a body.
-Vector3 point_position(const Data& data, int body, const Vector3& point);
+Vector3 point_position(const Kinematics& data, int body, const Vector3& point);
 /// 3 x nv: the derivative of that. Needs compute_poses.
-void point_jacobian(const Model& model, const Data& data, int body, const Vector3& position,
+void point_jacobian(const Model& model, const Kinematics& data, int body, const Vector3& position,
                     Eigen::Ref<MatrixX> out);
 
 /// 3 x nv: angular velocity of a body in W by v. Needs compute_poses.
-void angular_jacobian(const Model& model, const Data& data, int body, MatrixX& out);
+void angular_jacobian(const Model& model, const Kinematics& data, int body, MatrixX& out);
 
 /// Scratch of one thread.
 struct KinematicScratch {
@@ -45,6 +45,6 @@ void evaluate_kinematic(const FramePoses& frames, const Term& term, KinematicScr
 
 /// Angular momentum [kg m^2/s] about the centre of mass of all that moves at the velocities in
 /// data.V. Needs compute_velocities.
-Vector3 angular_momentum(const Model& model, const Data& data);
+Vector3 angular_momentum(const Model& model, const Kinematics& data);
 
 }  // namespace counterpoint::optimization

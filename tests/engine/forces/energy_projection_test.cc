@@ -23,7 +23,7 @@ struct Conserved {
 };
 
 /// Momentum of a tree, where the kinematics are those of `data`.
-Vector3 momentum_of(const Tree& tree, const Data& data) {
+Vector3 momentum_of(const Tree& tree, const Kinematics& data) {
   Vector3 sum = Vector3::Zero();
   for (int i = tree.body_begin; i < tree.body_end; ++i)
     sum += data.inertia[i].mass * data.V[i].at(data.inertia[i].center);
