@@ -39,7 +39,7 @@ COUNTERPOINT_WIDE void sines_and_cosines(const double* angle, int count, double*
   for (int i = 0; i < count; ++i) sin_cos_reduced(angle[i], sine[i], cosine[i]);
 }
 
-/// Sines and cosines of all revolute joints' angles at once.
+/// Computes sines and cosines of all revolute joint angles in blocks.
 void compute_turns(const Model& model, const VectorRef& q, BodyRange bodies, Data& data) {
   constexpr int kBlock = 64;
   double angle[kBlock];
@@ -69,7 +69,7 @@ void compute_poses(const Model& model, const VectorRef& q, BodyRange bodies, Dat
     const Pose& X_WP = data.X_WB[body.parent];
     Pose& X_WB = data.X_WB[i];
     if (body.joint_type == JointType::kRevolute) {
-      // Turned before it is composed: that does not wait for the parent.
+      // The joint rotation is composed with X_PJ first, which does not wait for the parent's pose.
       const Matrix3& R_PJ = body.X_PJ.rotation;
       const double s = data.sine[i], c = data.cosine[i];
       Matrix3 R_PB;
@@ -94,7 +94,7 @@ void compute_velocities(const Model& model, const VectorRef& v, BodyRange bodies
     const Body& body = model.body(i);
     const Motion V_J =
         joint_motion(body.joint_type, &data.axis[body.v_index], v.data() + body.v_index);
-    // Here, not in data: what was just stored would be waited for.
+    // Kept in local variables: reading back a value just stored would stall.
     Motion V = V_J, c;
     if (body.parent != 0) {
       V += shift(data.V[body.parent], data.arm[i]);

@@ -5,38 +5,38 @@
 
 namespace counterpoint {
 
-/// A motion of the parent, at the origin of the body that is `arm` away.
+/// Transforms a motion at the parent's origin to the origin of the body that is `arm` away.
 inline Motion shift(const Motion& v, const Vector3& arm) { return {v.angular, v.at(arm)}; }
-/// A force at a body's origin, at the origin of the parent which is `arm` behind.
+/// Transforms a force at a body's origin to the parent's origin, `arm` before it.
 inline Force shift(const Force& f, const Vector3& arm) {
   return {f.torque + arm.cross(f.force), f.force};
 }
 
-/// Fills data.X_WB, arm, axis from q (nq), of all bodies or of a range of whole trees. Quaternions
-/// must be of unit length.
+/// Fills data.X_WB, arm and axis from q (nq), for all bodies or for a range of whole trees.
+/// Quaternions must be of unit length.
 void compute_poses(const Model& model, const VectorRef& q, BodyRange bodies, Data& data);
 inline void compute_poses(const Model& model, const VectorRef& q, Data& data) {
   compute_poses(model, q, moving_bodies(model), data);
 }
 
-/// Fills data.V and c from v (nv). Needs compute_poses.
+/// Fills data.V and c from v (nv). Requires compute_poses.
 void compute_velocities(const Model& model, const VectorRef& v, BodyRange bodies, Data& data);
 inline void compute_velocities(const Model& model, const VectorRef& v, Data& data) {
   compute_velocities(model, v, moving_bodies(model), data);
 }
 
-/// V_WB of all bodies, or of a range of whole trees, at another v (nv) into V (num_bodies). Needs
-/// compute_poses.
+/// Computes V_WB of all bodies, or of a range of whole trees, at another velocity v (nv) into V
+/// (num_bodies). Requires compute_poses.
 void compute_body_velocities(const Model& model, const VectorRef& v, BodyRange bodies,
                              const Data& data, std::vector<Motion>& V);
 void compute_body_velocities(const Model& model, const VectorRef& v, const Data& data,
                              std::vector<Motion>& V);
 
-/// Spatial accelerations of all bodies if the joints' velocities were constant, gravity left out,
-/// into A (num_bodies). Needs compute_velocities.
+/// Computes the spatial accelerations of all bodies at constant joint velocities, without gravity,
+/// into A (num_bodies). Requires compute_velocities.
 void compute_velocity_accelerations(const Model& model, const Data& data, std::vector<Motion>& A);
 
-/// Fills data.inertia. Needs compute_poses.
+/// Fills data.inertia. Requires compute_poses.
 void compute_inertias(const Model& model, BodyRange bodies, Data& data);
 inline void compute_inertias(const Model& model, Data& data) {
   compute_inertias(model, moving_bodies(model), data);

@@ -7,7 +7,7 @@
 namespace counterpoint {
 void rnea(const Model& model, const VectorRef& a, const Vector3& gravity, Data& data,
           VectorOut tau) {
-  // Gravity enters as an acceleration of the world upwards.
+  // Gravity enters as an upward acceleration of the world.
   data.A[0] = {Vector3::Zero(), -gravity};
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);

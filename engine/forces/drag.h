@@ -2,33 +2,34 @@
 //
 //   f = -(c1 + c2 |v|) v+  at the link's centre of mass,    torque = -(a1 + a2 |omega|) omega+
 //
-// The coefficients are taken with the velocity at the start of the step, the velocity that they
-// multiply is that at its end: stable at any coefficient, never adds energy, and the inverse knows
-// all of it. In the spatial matrix C of a body (c a point mass at the centre, a an isotropic
-// rotational inertia) the equation of motion is
+// The coefficients use the velocity at the start of the step and multiply the velocity at its end.
+// This is stable for any coefficient, never adds energy, and all of it is known to the inverse. Let
+// C be the spatial matrix of a body's drag: a point mass c at the centre of mass and an isotropic
+// rotational inertia a. The equation of motion is
 //
 //   (M + h sum J'CJ) (w+ - w) = h (n + u) - h sum J'C V,       V = J w
 //
-// so h C is added to the inertia that the articulated-body sweep and M are made of, while forces
-// quadratic in velocity and weight come from the true inertia: the sweep multiplies the inertia
-// with A = J a + (J' w - g), so h C (J' w - g), J' the derivative, is taken back as a force.
+// Therefore h C is added to the inertia from which the articulated-body algorithm and M are
+// computed. Weight and forces quadratic in velocity must use the true inertia, but the algorithm
+// multiplies its inertia by A = J a + (J' w - g), here with J' the time derivative: h C (J' w - g)
+// is added as an external force to cancel that part.
 #pragma once
 
 #include "counterpoint/engine/dynamics/data.h"
 
 namespace counterpoint {
 
-/// h C of every drag of the model from data.V, into data.added. Needs compute_poses and
+/// Computes h C of every drag of the model from data.V, into data.added. Needs compute_poses and
 /// compute_velocities.
 void compute_drag(const Model& model, double h, Data& data);
 
-/// Forward: adds -C V and what is to be taken back onto data.external. Needs compute_drag and
-/// data.c; `acceleration` (num_bodies) is scratch.
+/// Forward: adds -C V and the force h C (J' w - g) to data.external. Needs compute_drag and data.c;
+/// `acceleration` (num_bodies) is scratch.
 void add_drag(const Model& model, double h, const Vector3& gravity,
               std::vector<Motion>& acceleration, Data& data);
 
-/// Inverse: adds -C V_next onto data.external; V_next (num_bodies) is V at the end of the step.
-/// Needs compute_drag.
+/// Inverse: adds -C V_next to data.external; V_next (num_bodies) is V at the end of the step. Needs
+/// compute_drag.
 void add_drag_inverse(double h, const std::vector<Motion>& V_next, Data& data);
 
 }  // namespace counterpoint
