@@ -1,4 +1,4 @@
-// Notes of a model, also about how its bodies stand in its default pose.
+// Notes on a model, including the overlaps of its bodies in the default pose.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,11 +14,11 @@ namespace {
 
 using Pair = std::pair<int, int>;
 
-constexpr size_t kShown = 4;  // pairs named in a note; the others are counted
+constexpr size_t kShown = 4;  // pairs named in a note; further ones are counted
 
-/// Deeper than this share of the way from the surface to the middle of the thinner shape, two do
-/// not merely touch: nobody preloads a grasp so, and a foot that starts so deep is pushed out
-/// visibly.
+/// Pairs that overlap by more than this share of the distance from the surface to the middle of the
+/// thinner shape are reported. Preloaded grasps are not so deep, and a foot that starts so deep is
+/// visibly pushed out.
 constexpr double kDeep = 0.1;
 
 std::string names(const Model& model, const Pair& pair) {
@@ -26,7 +26,7 @@ std::string names(const Model& model, const Pair& pair) {
                      model.geometries()[pair.second].name);
 }
 
-/// "a; b; c; d; and 3 more".
+/// Joins items: "a; b; c; d; and 3 more".
 std::string listed(const std::vector<std::string>& items) {
   std::string text;
   for (size_t i = 0; i < items.size() && i < kShown; ++i) text += (i > 0 ? "; " : "") + items[i];
@@ -34,7 +34,8 @@ std::string listed(const std::vector<std::string>& items) {
   return text;
 }
 
-/// From the surface of the thinner shape to its middle [m]; planes and terrains are half-spaces.
+/// Distance from the surface of the thinner shape to its middle [m]; planes and terrain are
+/// half-spaces.
 double half_thickness(const Geometry& a, const Geometry& b) {
   double least = std::numeric_limits<double>::infinity();
   for (const Geometry* g : {&a, &b})
@@ -43,7 +44,7 @@ double half_thickness(const Geometry& a, const Geometry& b) {
   return least;
 }
 
-/// Pairs that start deep inside each other and how deep [m], the deepest first.
+/// Returns pairs that start deep inside each other with their depths [m], the deepest first.
 std::vector<std::pair<double, Pair>> deep_pairs(const Model& model, Collider& collider) {
   const std::vector<Pose> X_WB = default_poses(model);
   std::vector<Candidate> touching;

@@ -9,7 +9,7 @@
 
 namespace counterpoint::collision {
 
-// How far a body may turn while its surface goes as far as the margin [rad].
+// Returns the rotation [rad] at which the surface of the smaller body has moved by `margin` [m].
 double Collider::Impl::turn(int a, int b, double margin) const {
   double radius = std::numeric_limits<double>::infinity();
   for (const int body : {a, b})
@@ -17,7 +17,7 @@ double Collider::Impl::turn(int a, int b, double margin) const {
   return margin / radius;
 }
 
-// Into `manifold`.
+// Finds the contact points of geometries a and b; writes them to `manifold`.
 void Collider::Impl::find_contacts(int a, int b, const PairQuery& query) {
   const Shape& shape_a = geometries[a].shape;
   const Shape& shape_b = geometries[b].shape;
@@ -33,7 +33,8 @@ void Collider::Impl::find_contacts(int a, int b, const PairQuery& query) {
   }
 }
 
-// Planes and terrains have one normal a place, whoever moves; two balls or capsules have no edges.
+// True if the contacts of a pair may depend on its motion (pair_motion.h). Planes and terrain have
+// a fixed normal at each point; spheres and capsules have no edges among each other.
 bool Collider::Impl::may_pass(int a, int b) const {
   const auto is = [&](int i, ShapeType one, ShapeType other) {
     return placements[i].type == one || placements[i].type == other;
@@ -57,7 +58,7 @@ PairMotion Collider::Impl::motion_of(std::span<const Pose> X_WB, int a, int b,
           enclosures[smaller].radius};
 }
 
-// Into `manifold`.
+// Finds contact points with regard to the pair's motion; writes them to `manifold`.
 void Collider::Impl::find_moving_contacts(int a, int b, PairQuery query, const PairMotion& motion) {
   query.rounding = motion.rounding();
   find_contacts(a, b, query);
@@ -65,7 +66,8 @@ void Collider::Impl::find_moving_contacts(int a, int b, PairQuery query, const P
     look_ahead(geometries[a].shape, geometries[b].shape, motion, query, manifold);
 }
 
-// What keeps the middles of fast slender bodies on their side.
+// Adds contacts of the core balls that keep the middle of a fast slender body on its side
+// (core_ball).
 void Collider::Impl::add_core_contacts(int a, int b, double margin, double travel,
                                        std::vector<Candidate>& out) {
   for (const bool of_a : {true, false}) {
@@ -118,7 +120,8 @@ Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {
   }
   impl.filter.exclude(impl.overlapping);
   impl.group_by_body(model);
-  // Memory of the default pose, where everything may be in one place, is a poor start.
+  // Resets the broad phase: capacity for the default pose, where all bodies may coincide, is
+  // useless.
   impl.broadphase = Broadphase();
 }
 
@@ -152,7 +155,7 @@ void Collider::add_candidates(const BodyPlaces& at, const std::pair<int, int>& p
   const Geometry& gb = impl.geometries[b];
   const double reach = margin[ga.body] + margin[gb.body];
   const double way = travel.empty() ? 0.0 : travel[ga.body] + travel[gb.body];
-  // Who gives no travel asks for all there is.
+  // Without travel, contacts for any rotation are wanted.
   const double turn =
       travel.empty() ? std::numeric_limits<double>::infinity() : impl.turn(ga.body, gb.body, reach);
   if (motions.velocity.empty() || !impl.may_pass(a, b)) {

@@ -1,5 +1,4 @@
-// What a Collider holds; its functions are in collider.cc (contacts) and near_pairs.cc (which pairs
-// are near).
+// The members of Collider. Functions are in collider.cc (contacts) and near_pairs.cc (close pairs).
 #pragma once
 
 #include <span>
@@ -38,37 +37,37 @@ struct Collider::Impl {
   void find_moving_contacts(int a, int b, PairQuery query, const PairMotion& motion);
   void add_core_contacts(int a, int b, double margin, double travel, std::vector<Candidate>& out);
 
-  // What every step reads of each geometry; all that a Geometry holds is several cache lines more.
+  // The members of Geometry that every step reads. A whole Geometry spans several more cache lines.
   struct Placement {
     Pose X_BG;
     int body;
     ShapeType type;
   };
 
-  // A copy: nothing then depends on where the model lives.
+  // A copy, so that the collider does not depend on the model's lifetime.
   std::vector<Geometry> geometries;
   std::vector<Placement> placements;
   PairFilter filter;
   Broadphase broadphase;
   std::vector<Enclosure> enclosures;
   std::vector<Corners> corners;
-  std::vector<double> radii;  // by body, of its shapes about its origin; of planes 0
+  std::vector<double> radii;                  // bounding radius of each body, without planes [m]
   std::vector<int> planes, terrains, solids;  // geometry indices
   std::vector<std::pair<int, int>> overlapping;
-  // Of few bodies with several solids each: the indices of the solids body by body, where each
-  // body's begin (and the end), and the pairs of bodies that hold enabled pairs; of any two solids
-  // whether the filter enables them.
+  // Only for few bodies with several solids each: indices of the solids in order of body, the
+  // beginning of each body's part (and the end), the pairs of bodies with enabled pairs of solids,
+  // and for any two solids whether the filter enables them.
   std::vector<int> by_body, begin_of_body;
   std::vector<char> enabled_solids;
   std::vector<std::pair<int, int>> body_pairs;
   // Scratch.
-  std::span<const char> idle;  // by body; empty: none
+  std::span<const char> idle;  // for each body; empty: none is idle
   std::vector<Pose> X_WG;
-  std::vector<Bounds> boxes;  // of solids; kNowhere of those that are not sound
+  std::vector<Bounds> boxes;  // for each solid; kNowhere if the box is not sound
   std::vector<Bounds> body_boxes;
   std::vector<std::pair<int, int>> pairs;
   std::vector<int> awake;                                      // indices of solids
-  std::vector<std::pair<int, int>> solid_pairs, ground_pairs;  // before they join the others
+  std::vector<std::pair<int, int>> solid_pairs, ground_pairs;  // not yet merged into `pairs`
   TerrainContacts terrain_contacts;
   Manifold manifold;
 };

@@ -1,4 +1,4 @@
-// The contact points of one pair of shapes, on the stack.
+// Contact points of one pair of shapes, in memory of fixed size.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ struct ContactPoint {
 
 /// Up to kCapacity contact points.
 struct Manifold {
-  static constexpr int kCapacity = 8;  // two faces of four corners meet in eight points at most
+  static constexpr int kCapacity = 8;  // two faces of four corners meet in at most eight points
   std::array<ContactPoint, kCapacity> points;
   int size = 0;
 
@@ -28,8 +28,8 @@ struct Manifold {
     p.normal = normal;
     p.gap = gap;
   }
-  /// Adds the contact of two balls (radii [m], maybe 0) around core_a and core_b if its gap is
-  /// below the margin. `fallback`: unit normal where the cores coincide.
+  /// Adds the contact of two balls (radii [m], may be 0) about core_a and core_b if its gap is
+  /// below the margin. `fallback`: unit normal used where the centres coincide.
   void add_round(const Vector3& core_a, double radius_a, const Vector3& core_b, double radius_b,
                  const Vector3& fallback, double margin) {
     const Vector3 d = core_b - core_a;

@@ -35,7 +35,8 @@ void Collider::Impl::add_plane_pairs(int plane, std::span<const double> margin) 
   if (!std::isfinite(offset)) return;
   const Vector3 up = normal.cwiseMax(0.0), down = normal.cwiseMin(0.0);
   for (std::size_t k = 0; k < solids.size(); ++k) {
-    // The lowest corner of the box, which has the solid's margin, first: most are high above.
+    // Test the lowest corner of the box (which includes the solid's margin) first: most boxes are
+    // far above.
     if (up.dot(boxes[k].low) + down.dot(boxes[k].high) >= offset + plane_margin) continue;
     const int i = solids[k];
     if (both_idle(plane, i)) continue;
@@ -48,7 +49,7 @@ void Collider::Impl::add_plane_pairs(int plane, std::span<const double> margin) 
   }
 }
 
-// A terrain would be a neighbour of all in the broad phase.
+// Adds pairs with a terrain, which in the broad phase would be a neighbour of every solid.
 void Collider::Impl::add_terrain_pairs(int terrain, std::span<const double> margin) {
   const Geometry& g = geometries[terrain];
   const Bounds all = bounds(g.shape.type, enclosures[terrain], X_WG[terrain], margin[g.body]);
@@ -65,7 +66,8 @@ void Collider::Impl::add_terrain_pairs(int terrain, std::span<const double> marg
   }
 }
 
-// Where bodies are few and have many solids, as those of a robot, whole bodies are looked at first.
+// Groups solids by body in models of few bodies with many solids, such as robots: the boxes of
+// whole bodies are then tested before those of their solids.
 void Collider::Impl::group_by_body(const Model& model) {
   constexpr std::size_t kMostBodies = 32, kMostSolids = 128;
   if (solids.size() > kMostSolids) return;
@@ -124,9 +126,9 @@ void Collider::Impl::find_pairs_by_body() {
   std::sort(solid_pairs.begin(), solid_pairs.end());
 }
 
-// Solids that are not idle. True if they are so few that each may look at all others.
+// Lists the solids that are not idle. True if they are few enough to test each against all others.
 bool Collider::Impl::list_awake() {
-  constexpr std::size_t kFew = 32;  // as kFewestForGrid (broadphase.cc)
+  constexpr std::size_t kFew = 32;  // equal to kFewestForGrid (broadphase.cc)
   if (idle.empty()) return false;
   awake.clear();
   for (std::size_t k = 0; k < solids.size(); ++k) {
@@ -137,14 +139,14 @@ bool Collider::Impl::list_awake() {
   return true;
 }
 
-// What the broad phase would find, but for pairs of idle solids.
+// Finds the pairs that the broad phase would find, without pairs of two idle solids.
 void Collider::Impl::find_awake_pairs() {
   solid_pairs.clear();
   for (const int k : awake) {
     const Bounds& box = boxes[k];
     for (int l = 0; l < static_cast<int>(solids.size()); ++l) {
       if (!meet(box, boxes[l])) continue;
-      // Of two that are awake the one of the lower index has found the other.
+      // A pair of two awake solids is added by the one of lower index.
       if (l != k && (l > k || is_idle(solids[l])))
         solid_pairs.emplace_back(std::min(k, l), std::max(k, l));
     }
@@ -152,7 +154,7 @@ void Collider::Impl::find_awake_pairs() {
   std::sort(solid_pairs.begin(), solid_pairs.end());
 }
 
-// Enabled pairs whose enclosures come close, in ascending order.
+// Finds the enabled pairs whose bounding volumes come within the margins, ascending.
 void Collider::Impl::find_pairs(std::span<const double> margin) {
   bool all_enabled = false;
   if (list_awake()) {
@@ -179,7 +181,8 @@ void Collider::Impl::find_pairs(std::span<const double> margin) {
   }
 }
 
-// Both lists are ascending. From behind, so that no pair is overwritten before it is moved.
+// Merges ground_pairs into pairs, both ascending, from the end, so that no pair is overwritten
+// before it is moved.
 void Collider::Impl::merge_ground_pairs() {
   auto from = static_cast<std::ptrdiff_t>(pairs.size());
   pairs.resize(pairs.size() + ground_pairs.size());

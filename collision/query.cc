@@ -99,7 +99,7 @@ std::vector<std::pair<int, int>> SceneQuery::overlaps() {
 
 std::vector<Candidate> SceneQuery::contacts(double margin) {
   std::vector<Candidate> out;
-  // Half from either body; the collider adds them up.
+  // The collider adds the margins of both bodies: give half to each.
   const std::vector<double> margins(X_WB_.size(), 0.5 * margin);
   collider_.compute_candidates(X_WB_, margins, out);
   return out;

@@ -9,10 +9,10 @@
 namespace counterpoint {
 namespace {
 
-/// So many steps at a time: a step of a few microseconds is little beside taking the next one.
+/// Steps per task: one step of a few microseconds is too short for the overhead of a task.
 constexpr int kStepsAtOnce = 16;
 
-/// The same of derivatives, which take longer.
+/// Derivatives per task; they take longer.
 constexpr int kDerivativesAtOnce = 4;
 
 void put(const Eigen::Ref<const MatrixX>& from, double* blocks, size_t i) {
@@ -21,7 +21,7 @@ void put(const Eigen::Ref<const MatrixX>& from, double* blocks, size_t i) {
               blocks + i * static_cast<size_t>(from.size()));
 }
 
-/// The exception of the task of lowest number.
+/// The exception of the task with the lowest number.
 struct FirstError {
   int task = -1;
   std::exception_ptr error;

@@ -1,5 +1,5 @@
-// Many independent problems over all cores: states of a scene stepped, trajectories run or
-// inverted; lists of numbered tasks that a caller runs where it likes.
+// Many independent problems over all cores: steps of many states, trajectories and their inverses;
+// lists of numbered tasks that the caller runs where it likes.
 #pragma once
 
 #include <cstdint>
@@ -19,79 +19,80 @@
 
 namespace counterpoint {
 
-// ---- How many threads this process may keep busy.
+// ---- Number of threads that this process may keep busy.
 
-/// The processors, by number, that the affinity of this process lets its threads run on (taskset,
-/// mpirun --bind-to, Slurm); those of the machine where the system does not say.
+/// Returns the numbers of the processors in the affinity mask of this process (taskset, mpirun
+/// --bind-to, Slurm); all processors of the machine if the system does not report a mask.
 std::vector<int> affinity_cores();
 
-/// Processors' worth of time that control groups (containers, Slurm, systemd) grant this process;
-/// infinity where there is no limit. `root`: where their files are; `membership`: the text of
-/// /proc/self/cgroup. Every group from that of the process up to the root may limit it, in version
-/// 2 by cpu.max, in version 1 by cpu.cfs_quota_us and cpu.cfs_period_us.
+/// Returns the number of processors that control groups (containers, Slurm, systemd) grant this
+/// process; infinity if there is no limit. root: folder of the group files; membership: text of
+/// /proc/self/cgroup. Every group from that of the process up to the root may set a limit, in
+/// version 2 by cpu.max, in version 1 by cpu.cfs_quota_us and cpu.cfs_period_us.
 double cgroup_cores(const std::filesystem::path& root, const std::string& membership);
-double cgroup_cores();  ///< of this process
+double cgroup_cores();  ///< Returns the value for this process.
 
-/// Threads that neither wait for one another's processor nor are throttled: the processors of the
-/// affinity, at most the whole ones that control groups grant; 1 at least.
+/// Returns the number of threads that neither share a processor nor are throttled: the number of
+/// processors in the affinity mask, at most the whole processors that control groups grant; at
+/// least 1.
 int available_cores();
 
-// ---- Many independent problems of one scene, over all cores: states stepped, trajectories run or
-// inverted.
+// ---- Many independent problems of one scene, over all cores.
 
-/// Where derivatives of many steps go: block i of each, nv x nv column by column, begins i nv nv
-/// numbers on, force i (nv) i nv on. Null: not wanted.
+/// Output of derivatives for many steps: block i of each array, nv x nv in column-major order,
+/// begins at i nv nv; force i (nv) at i nv. Null: not computed. Names and units as in
+/// InverseDerivatives and ForwardDerivatives (derivatives.h).
 struct InverseDerivativeBlocks {
   double* applied_force = nullptr;  ///< u [N, N m]
   double *dq = nullptr, *dv = nullptr, *dv_next = nullptr;
-  char* by_differences = nullptr;  ///< one a step (InverseDerivatives)
+  char* by_differences = nullptr;  ///< one per step (InverseDerivatives)
 };
 struct ForwardDerivativeBlocks {
   double *dv_dq = nullptr, *dv_dv = nullptr, *dv_du = nullptr;
   double *dq_dq = nullptr, *dq_dv = nullptr, *dq_du = nullptr;
 };
 
-/// Threads that share a scene's definition, each with a simulator of its own. A step is a pure
-/// function of its arguments, so the results are those of one thread, to the bit, whatever the
-/// number of threads.
+/// Threads that share the definition of a scene, each with its own simulator. A step is a pure
+/// function of its arguments, so results are bitwise those of one thread, for any number of
+/// threads.
 class Batch {
  public:
-  /// @param num_threads  0: one for every core that this process may use (available_cores)
+  /// @param num_threads  0: one per core that this process may use (available_cores)
   explicit Batch(const Scene& scene, int num_threads = 0);
 
   int num_threads() const { return static_cast<int>(simulators_.size()); }
   const Model& model() const { return simulators_.front().model(); }
-  /// Of every simulator; a setting changed here holds for all tasks that follow.
+  /// Sets the options or settings of every simulator for all tasks that follow.
   void set_options(const SimulationOptions& options);
   void set_settings(const contact::Settings& settings);
 
   /// Calls task(i, simulator) once for every i = 0 ... count - 1, in no particular order. The
-  /// simulator is as the last task left it: a task sets state and input before it steps. What it
-  /// writes must be its own (results[i]).
-  /// @throws what the task of lowest i threw, after all threads have ended; tasks not yet begun
-  /// when one throws are left out.
+  /// simulator is as the last task left it: a task sets state and input before it steps. It may
+  /// write only to its own results (results[i]).
+  /// @throws the exception of the lowest failed i after all threads have ended; after an exception
+  /// no further tasks are begun.
   void run(int count, const std::function<void(int, Simulator&)>& task);
 
-  /// One step of every state, in place, under its input. A state whose step fails stays as it was.
-  /// @throws InputError unless all three are of one length.
+  /// Does one step of every state, in place, with its input. A state whose step fails is unchanged.
+  /// @throws InputError unless all three have the same length.
   void step(std::span<State> states, std::span<const Input> inputs, std::span<StepReport> reports);
 
-  /// step_inverse_derivatives of every step from starts[i] to ends[i] (whose v is looked at, and q
-  /// where step_inverse_derivatives does), under known[i];
-  /// `known` may be empty: nothing is known of any. NaN where forces are not known.
-  /// @throws InputError unless all are of one length, and where step_inverse does.
+  /// Calls step_inverse_derivatives for every step from starts[i] to ends[i] (uses v of `ends`, and
+  /// q where step_inverse_derivatives does), with the known input known[i]; `known` may be empty
+  /// for no known inputs. NaN where forces are not known.
+  /// @throws InputError unless all have the same length, and where step_inverse does.
   void inverse_derivatives(std::span<const State> starts, std::span<const State> ends,
                            std::span<const Input> known, const InverseDerivativeBlocks& out,
                            DerivativeMethod method = DerivativeMethod::kAnalytic);
-  /// step_forward_derivatives alike, with those of the inverse that they come from. NaN where
-  /// du/dv+ is singular.
+  /// Calls step_forward_derivatives in the same way, including the derivatives of the inverse that
+  /// they are computed from. NaN where du/dv+ is singular.
   void forward_derivatives(std::span<const State> starts, std::span<const State> ends,
                            std::span<const Input> known, const InverseDerivativeBlocks& inverse,
                            const ForwardDerivativeBlocks& out,
                            DerivativeMethod method = DerivativeMethod::kAnalytic);
 
  private:
-  /// What a thread finds derivatives with.
+  /// Workspace and results of derivatives for one thread.
   struct Derivation;
   void run_threads(int count, const std::function<void(int, size_t)>& task);
   void derive(std::span<const State> starts, std::span<const State> ends,
@@ -99,45 +100,46 @@ class Batch {
               const ForwardDerivativeBlocks* forward, DerivativeMethod method);
 
   std::vector<Simulator> simulators_;
-  std::vector<std::shared_ptr<Derivation>> derivations_;  ///< by thread, once asked for
+  std::vector<std::shared_ptr<Derivation>> derivations_;  ///< per thread, created at first use
 };
 
-// ---- Independent, numbered tasks: what a study or a search from many starts is made of.
+// ---- Independent, numbered tasks, for studies and for searches from many starts.
 
 namespace tasks {
 
-/// What a task gave, as bytes (BytesWriter): they travel between processes and lie in files.
+/// Result of a task, as bytes (BytesWriter) that can travel between processes and be stored in
+/// files.
 struct Outcome {
   std::string bytes;
-  /// False: it was stopped on its way (Ctrl-C). It counts as not done, and is not kept on disk.
+  /// False if the task was stopped early (Ctrl-C). It then counts as not done, and is not stored.
   bool finished = true;
 };
 
-/// A pure function of the number of a task: the same number gives the same bits in every thread,
-/// process and machine. It may keep a workspace. What it throws ends the run.
+/// A pure function of the task number: the same number gives the same bits in every thread, process
+/// and machine. It may keep a workspace. An exception ends the run.
 using Task = std::function<Outcome(std::int64_t number)>;
 
-/// Tasks 0 ... count - 1. A number is all that is known of a task until it is begun: there is no
-/// list of them.
+/// Tasks 0 ... count - 1. A task is defined by its number alone until it begins: there is no list
+/// of tasks.
 struct TaskList {
-  std::string name;  ///< of what they are, "rollouts": in progress bars and names of files
+  std::string name;  ///< plural noun for the tasks, "rollouts": in progress bars and file names
   std::int64_t count = 0;
-  /// Called once in each thread that works, by several at a time.
+  /// Called once in each working thread, concurrently.
   std::function<Task()> make_task;
-  /// What this process has done, in tasks, those under way in part; for progress bars. Empty: whole
-  /// tasks are counted.
+  /// Number of tasks that this process has done, including fractions of running ones, for progress
+  /// bars. Empty: whole tasks are counted.
   std::function<double()> work = {};
-  /// Of all that results depend on: who keeps results refuses those of another one.
+  /// Hash of everything that the results depend on; stored results with another one are rejected.
   std::uint64_t fingerprint = 0;
 };
 
-/// Results by number; none of a task that was not done, what it had by then of one that was stopped
-/// on its way. Code that is made of lists of tasks takes a function that runs them, and need not
-/// know where: in this thread (run_here), over cores, or over machines.
+/// Results by number; empty for tasks that were not done, partial for a task that was stopped. Code
+/// that consists of task lists takes a ListRunner and need not know where they run: in this thread
+/// (run_here), on all cores, or on several machines.
 using ListResults = std::vector<std::optional<std::string>>;
 using ListRunner = std::function<ListResults(const TaskList&)>;
 
-/// In this thread, in order of number, until one is stopped.
+/// Runs the tasks in this thread, in order of number, until one is stopped.
 inline ListResults run_here(const TaskList& list) {
   ListResults results(static_cast<std::size_t>(list.count));
   const Task task = list.make_task();
@@ -149,8 +151,8 @@ inline ListResults run_here(const TaskList& list) {
   return results;
 }
 
-// Results of tasks as bytes, in the order in which they are written; for processes on machines of
-// one kind.
+// Results of tasks as bytes, in the order in which they are written, for processes on machines of
+// the same byte order and type sizes.
 
 class BytesWriter {
  public:
@@ -172,7 +174,7 @@ class BytesWriter {
     return numbers(values.data(), static_cast<std::size_t>(values.size()));
   }
   BytesWriter& numbers(const std::vector<double>& v) { return numbers(v.data(), v.size()); }
-  /// How many, and each as put_one(writer, item) has it.
+  /// Writes the number of items, and each item by put_one(writer, item).
   template <class Items, class PutOne>
   BytesWriter& list(const Items& items, PutOne put_one) {
     put(static_cast<std::uint64_t>(items.size()));
@@ -185,7 +187,7 @@ class BytesWriter {
   std::string bytes_;
 };
 
-/// Every function @throws InputError where the bytes end before what is asked for.
+/// Reads what BytesWriter wrote. Every function @throws InputError if the bytes end too early.
 class BytesReader {
  public:
   explicit BytesReader(std::string_view bytes) : bytes_(bytes) {}
@@ -211,7 +213,7 @@ class BytesReader {
     return Eigen::Map<const VectorX>(values.data(), static_cast<Eigen::Index>(values.size()));
   }
   std::string string() { return std::string(text()); }
-  /// What BytesWriter::list wrote, each by get_one(reader).
+  /// Reads a list of BytesWriter::list, each item by get_one(reader).
   template <class GetOne>
   auto list(GetOne get_one) {
     std::vector<decltype(get_one(*this))> items;

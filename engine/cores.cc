@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 constexpr int kMostProcessors = 1 << 16;
 
-/// "max 100000" or "150000 100000": quota and period [us].
+/// Parses "max 100000" or "150000 100000": quota and period [us].
 double version_2(const fs::path& group) {
   std::ifstream stream(group / "cpu.max");
   double quota = 0.0, period = 0.0;
@@ -28,13 +28,13 @@ double version_2(const fs::path& group) {
 double version_1(const fs::path& group) {
   std::ifstream quota_stream(group / "cpu.cfs_quota_us"),
       period_stream(group / "cpu.cfs_period_us");
-  double quota = -1.0, period = 0.0;  // [us]; a quota of -1 is none
+  double quota = -1.0, period = 0.0;  // [us]; a quota of -1: no limit
   return quota_stream >> quota && period_stream >> period && quota > 0.0 && period > 0.0
              ? quota / period
              : kNoLimit;
 }
 
-/// The least over a group and those that it is in.
+/// Returns the smallest limit of a group and its ancestors.
 double least(const fs::path& root, fs::path group, double (*limit)(const fs::path&)) {
   double cores = limit(root);
   for (group = group.relative_path(); !group.empty(); group = group.parent_path())
@@ -46,7 +46,7 @@ double least(const fs::path& root, fs::path group, double (*limit)(const fs::pat
 
 std::vector<int> affinity_cores() {
   std::vector<int> cores;
-  // The kernel refuses a mask shorter than its own.
+  // The kernel rejects a mask shorter than its own.
   for (int size = CPU_SETSIZE; cores.empty() && size <= kMostProcessors; size *= 2) {
     cpu_set_t* set = CPU_ALLOC(size);
     const size_t bytes = CPU_ALLOC_SIZE(size);
@@ -64,7 +64,7 @@ std::vector<int> affinity_cores() {
 double cgroup_cores(const fs::path& root, const std::string& membership) {
   double cores = kNoLimit;
   std::istringstream lines(membership);
-  // "0::/user.slice/job" in version 2, "4:cpu,cpuacct:/job" in version 1.
+  // Lines are "0::/user.slice/job" in version 2, "4:cpu,cpuacct:/job" in version 1.
   for (std::string line; std::getline(lines, line);) {
     const size_t first = line.find(':');
     const size_t second = first == std::string::npos ? first : line.find(':', first + 1);

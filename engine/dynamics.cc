@@ -72,7 +72,7 @@ struct Dynamics::Impl {
     has_velocities = has_inertias = false;
   }
 
-  // For what needs them; poses are always there.
+  // Data with the quantities that a caller needs; poses are always valid.
   Data& with_velocities() {
     if (!has_velocities) compute_velocities(*model, v, data);
     has_velocities = true;
@@ -92,7 +92,7 @@ struct Dynamics::Impl {
   Data data;
   VectorX v, acceleration;
   bool has_velocities = false, has_inertias = false;
-  // Each made when first asked for.
+  // Created at first use.
   std::optional<RneaDerivator> of_rnea;
   std::optional<AbaDerivator> of_aba;
   std::optional<InertiaRegressor> regressor;
@@ -132,7 +132,7 @@ void Dynamics::frame_jacobian(int index, MatrixX& jacobian) const {
   const Kinematics& data = impl_->data;
   const Frame& frame = m.frames()[index];
   jacobian.setZero(6, m.nv());
-  // A joint moves what is behind it: seen from its body's origin, `arm` away from the frame's.
+  // The joints between the frame and the root move it; arm: from the body's origin to the frame's.
   Vector3 arm = data.X_WB[frame.body].rotation * frame.X_BF.translation;
   for (int b = frame.body; b > 0; b = m.body(b).parent) {
     const Body& body = m.body(b);
@@ -182,7 +182,7 @@ bool Dynamics::forward_dynamics(const VectorRef& tau, const VectorRef& diagonal,
 }
 
 void Dynamics::mass_matrix(Eigen::Ref<MatrixX> M) {
-  // M is symmetric: by rows what it is by columns.
+  // M is symmetric: row-major and column-major order are the same.
   using ByRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   crba(model(), impl_->with_inertias(),
        Eigen::Map<ByRows, 0, Eigen::OuterStride<>>(M.data(), M.rows(), M.cols(),

@@ -7,7 +7,7 @@
 namespace counterpoint {
 namespace {
 
-/// Things of one kind in a scene: how many, and the first by name.
+/// Elements of one kind in a scene: their number, and the name of the first.
 struct Found {
   int count = 0;
   std::string first;
@@ -22,7 +22,7 @@ struct Found {
   }
 };
 
-/// Joints with a coordinate whose entry in `values` (nv) is positive.
+/// Returns the joints with a positive entry in `values` (nv).
 Found joints_with(const Model& model, const VectorX& values) {
   Found found;
   for (int i = 1; i < model.num_bodies(); ++i) {
@@ -51,13 +51,14 @@ Found geometries_that(const Model& model, Property has) {
   return found;
 }
 
-/// Those with a friction beside the sliding one, which does nothing without that.
+/// Returns the geometries with the friction `have` and sliding friction, without which it has no
+/// effect.
 Found rubbing_geometries_that(const Model& model, double Material::*have) {
   return geometries_that(model,
                          [=](const Material& m) { return m.*have > 0.0 && m.friction > 0.0; });
 }
 
-/// Bodies whose forces have a part quadratic in velocity.
+/// Returns the bodies with velocity-dependent forces.
 Found turning_bodies(const Model& model) {
   Found found;
   for (int i = 1; i < model.num_bodies(); ++i)
@@ -65,13 +66,13 @@ Found turning_bodies(const Model& model) {
   return found;
 }
 
-/// The number of limits that a joint has.
+/// Returns the number of limits of a joint.
 int num_limits(const JointInfo& joint) {
   return static_cast<int>(std::isfinite(joint.lower)) +
          static_cast<int>(std::isfinite(joint.upper));
 }
 
-/// ", links that carry weight of their own: ..." or nothing.
+/// Returns ", compensated links: ..." or an empty string.
 std::string carried_weight(const Model& model) {
   Found found;
   for (const GravityCompensation& carried : model.gravity_compensations())
@@ -96,7 +97,7 @@ int closure_rows(const Model& model) {
   return rows;
 }
 
-// Long: one case an effect, so that the compiler names one that is missing.
+// Long: one case per effect, so that the compiler reports a missing one.
 Call call_of(Effect effect, const Model& model, const collision::Collider& collider) {
   const auto joints = [&](const VectorX& values, int rows_each = 0) {
     const Found found = joints_with(model, values);

@@ -21,7 +21,7 @@ void Simulator::set_state(const State& state) {
 
 void Simulator::reset() { set_state({0.0, scene_.q, scene_.v}); }
 
-/// What only a run shows.
+/// Detects failures that only a run of steps shows.
 void Simulator::watch(StepReport& report) {
   if (!report.succeeded()) return;
   report.fault = watch_.look(model(), options(), next_);

@@ -1,15 +1,15 @@
-// What a step's forces and constraints are functions of.
+// The arguments that the forces and constraints of a step depend on.
 #pragma once
 
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint {
 
-/// A model at (q, v), and how it is stepped.
+/// A model at (q, v), and the options of the step.
 struct StepContext {
   const Model& model;
   const SimulationOptions& options;
-  EffectSet effects;  ///< those that act in the step
+  EffectSet effects;  ///< effects that act in the step
   VectorRef q;        ///< nq
   VectorRef v;        ///< nv
 

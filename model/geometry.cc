@@ -17,7 +17,7 @@ Material combine_materials(const Material& a, const Material& b) {
 
 double lowest_point(const Shape& shape, const Pose& X_WG) {
   const double z = X_WG.translation.z();
-  const Vector3 up = X_WG.rotation.row(2);  // of W, in the axes of G
+  const Vector3 up = X_WG.rotation.row(2);  // world z axis in the axes of G
   const Vector3& size = shape.size;
   switch (shape.type) {
     case ShapeType::kPlane:

@@ -1,5 +1,5 @@
-// Collision geometry: shapes, convex meshes, terrain, surface materials; meshes and height fields
-// in files.
+// Collision geometry: shapes, convex meshes, terrain and surface materials, and the functions that
+// read meshes and height fields from files.
 #pragma once
 
 #include <array>
@@ -19,14 +19,15 @@ namespace counterpoint {
 
 // ---- Shapes and materials.
 
-/// Which vertices of a mesh an edge joins, and where they are: list after list, for searches that
-/// climb from vertex to vertex and would wait for memory wherever the next list lies.
+/// Neighbours of every mesh vertex (vertices joined to it by an edge) with their positions, stored
+/// one list after the other in one array: a search that climbs from vertex to vertex then has few
+/// cache misses.
 struct VertexNeighbors {
   struct Neighbor {
-    Vector3 place = Vector3::Zero();  ///< [m], as of the vertex
+    Vector3 place = Vector3::Zero();  ///< position of `vertex` [m]
     int vertex = 0;
   };
-  std::vector<int> begin = {0};  ///< by vertex, where its list begins in `all`, and the end
+  std::vector<int> begin = {0};  ///< start of each vertex's list in `all`, then the end
   std::vector<Neighbor> all;
 
   std::size_t size() const { return begin.size() - 1; }
@@ -35,7 +36,7 @@ struct VertexNeighbors {
   }
 };
 
-/// A closed convex polyhedron. Made by make_convex_hull; shared between instances.
+/// A closed convex polyhedron. Created by make_convex_hull; shared between instances.
 struct ConvexMesh {
   std::vector<Vector3> vertices;  ///< [m], in the geometry frame
   /// Polygons (coplanar triangles merged), counter-clockwise seen from outside.
@@ -44,17 +45,19 @@ struct ConvexMesh {
   std::vector<double> face_offsets;   ///< [m]: normal . x = offset on the face
   VertexNeighbors vertex_neighbors;
   std::vector<std::vector<int>> vertex_faces;  ///< faces around each vertex, ascending
-  /// x, y and z of the vertices, from interior_point, and of the face normals; the last one
-  /// repeated up to a multiple of eight. For a look at all of them at once.
+  /// Rows x, y, z of the vertices relative to interior_point, and of the face normals, for
+  /// evaluating all of them at once; the last entry is repeated up to a multiple of eight.
   std::array<std::vector<double>, 3> vertex_columns, normal_columns;
   Vector3 interior_point = Vector3::Zero();  ///< strictly inside (mean of the vertices)
   double radius = 0.0;         ///< largest distance of a vertex from interior_point [m]
-  double volume = 0.0;         ///< of the hull [m^3]
-  double source_volume = 0.0;  ///< of the mesh it was made from [m^3]; 0 if that was not closed
-  /// Farthest that the surface of the full hull stands off its mesh [m] (hull_standoff.h).
+  double volume = 0.0;         ///< volume of the hull [m^3]
+  double source_volume = 0.0;  ///< volume of the source mesh [m^3]; 0 if it was not closed
+  /// Largest distance of the full hull's surface from its source mesh [m] (hull_standoff.h).
   double standoff = 0.0;
-  double deviation = 0.0;  ///< how far the full hull reaches out of this one [m]; 0: this is it
-  std::string source;      ///< file it came from, empty if built in memory
+  /// Largest distance [m] by which the full hull extends beyond this reduced one (reduce_hull); 0
+  /// if this is the full hull.
+  double deviation = 0.0;
+  std::string source;  ///< source file; empty if built in memory
 };
 
 struct Terrain;
@@ -70,13 +73,13 @@ enum class ShapeType : unsigned char {
 };
 
 /// A shape in its geometry frame G. `size` [m] holds, by type:
-///   kPlane       nothing: the half-space z <= 0 of G, outward normal +z
+///   kPlane       unused: the half-space z <= 0 of G, outward normal +z
 ///   kSphere      (radius, -, -)
 ///   kBox         half lengths along x, y, z
 ///   kCapsule     (radius, half length of the segment along z, -)
 ///   kCylinder    (radius, half length along z, -)
-///   kConvexMesh  nothing: see mesh
-///   kTerrain     nothing: see Terrain; fixed to the world only
+///   kConvexMesh  unused: see `mesh`
+///   kTerrain     unused: see `terrain`; must be fixed to the world
 struct Shape {
   ShapeType type = ShapeType::kSphere;
   Vector3 size = Vector3::Zero();
@@ -84,39 +87,41 @@ struct Shape {
   std::shared_ptr<const Terrain> terrain = nullptr;
 };
 
-/// Surface material. Two surfaces combine as in combine_materials.
+/// Surface material. The values of a pair of surfaces follow from combine_materials.
 struct Material {
-  double friction = 0.8;            ///< Coulomb coefficient, sliding [-]
-  double restitution = 0.0;         ///< Newton's, 0 ... 1 [-]
-  double torsional_friction = 0.0;  ///< spin about the normal: torque / normal force [m]
-  double rolling_friction = 0.0;    ///< rolling: torque / normal force [m]
+  double friction = 0.8;            ///< coefficient of sliding (Coulomb) friction [-]
+  double restitution = 0.0;         ///< Newton's coefficient of restitution, 0 ... 1 [-]
+  double torsional_friction = 0.0;  ///< torque about the normal / normal force [m]
+  double rolling_friction = 0.0;    ///< rolling torque / normal force [m]
 };
 
 /// A shape attached to a body.
 struct Geometry {
-  std::string name;   ///< "<link>/<collision name or index>", unique in a model
-  int body = 0;       ///< index of the body it moves with; 0 is the world
-  int frame = -1;     ///< of the link that it came from; -1 for environment geometry, as the ground
-  int instance = -1;  ///< model instance it belongs to; -1 for environment geometry
-  /// Number of the links that joints hold together, other than through the world and by floating
-  /// joints: the links of a robot, one free object; -1 for environment geometry and shapes of a
-  /// link that is the world.
+  std::string name;  ///< "<link>/<collision name or index>", unique in a model
+  int body = 0;      ///< index of its body; 0 is the world
+  /// Index into Model::frames of its link; -1 for environment geometry such as the ground.
+  int frame = -1;
+  int instance = -1;  ///< model instance; -1 for environment geometry
+  /// Index of the assembly of its link: all links that joints connect, except floating joints and
+  /// connections through the world (the links of a robot, one free object). -1 for environment
+  /// geometry and for the shapes of a link that represents the world.
   int assembly = -1;
   Pose X_BG;  ///< pose in the body frame
   Shape shape;
   Material material;
 };
 
-/// Material of a pair: geometric mean of the sliding frictions (MuJoCo takes the maximum, Bullet
-/// the product, ODE one value a pair); the larger restitution, torsional and rolling friction (the
-/// last two as MuJoCo). Torsional and rolling friction do nothing without sliding friction, and a
-/// pair with a side without that has none.
+/// Returns the material of a pair: the geometric mean of the sliding frictions (MuJoCo takes the
+/// maximum, Bullet the product, ODE one value per pair) and the larger restitution, torsional and
+/// rolling friction (the last two as in MuJoCo). Torsional and rolling friction act only with
+/// sliding friction; if that is zero on one side, the pair has no friction at all.
 Material combine_materials(const Material& a, const Material& b);
 
-/// The smallest z [m] that a shape reaches when its frame G is at X_WG; -infinity for a plane.
+/// Returns the smallest world z [m] of a shape whose frame G has the pose X_WG; -infinity for a
+/// plane.
 double lowest_point(const Shape& shape, const Pose& X_WG);
 
-/// "plane", "sphere" ...; `convex_mesh`: what a convex mesh is called where the name goes.
+/// Returns "plane", "sphere" ...; for a convex mesh the given name `convex_mesh`.
 inline const char* shape_type_name(ShapeType type, const char* convex_mesh) {
   switch (type) {
     case ShapeType::kPlane:
@@ -144,51 +149,54 @@ struct TriangleMesh {
   std::vector<std::array<int, 3>> triangles;  ///< counter-clockwise seen from outside
 };
 
-/// How polygons of more than three corners become triangles, which matters where they are bent.
+/// Triangulation of polygons with more than three corners, which matters where they are not flat.
 enum class PolygonSplit {
-  kInside,  ///< within the polygon, as assimp does it
-  kEars,    ///< as MuJoCo reads OBJ files (model/mesh/ear_cutting.h)
+  kInside,  ///< within the polygon, as assimp does
+  kEars,    ///< ear cutting as in MuJoCo's OBJ reader (model/mesh/ear_cutting.h)
 };
 
-/// Reads STL (ascii, binary), OBJ or DAE (its unit is applied, and its up axis becomes z), all
-/// submeshes welded into one, scaled per axis (a mirroring scale keeps the outside outside).
-/// Coordinates pass through single precision. @throws InputError naming the file when it is
-/// missing, unreadable, empty, beyond the limits of model/limits.h, or has coordinates that are not
-/// finite. No other file is opened, whatever the mesh names.
+/// Reads an STL (ascii, binary), OBJ or DAE file (the unit of a DAE is applied and its up axis
+/// becomes z). All submeshes are welded into one and scaled per axis (a mirroring scale keeps the
+/// outside outside). Coordinates pass through single precision. No other file is opened, whatever
+/// the mesh refers to.
+/// @throws InputError naming the file when it is missing, unreadable, empty or beyond the limits of
+/// model/limits.h, or has coordinates that are not finite.
 TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale = Vector3::Ones(),
                        PolygonSplit split = PolygonSplit::kInside);
 
-/// Convex hull, triangles that are coplanar to about one millionth of the size merged into
-/// polygons.
+/// Returns the convex hull of points [m]; triangles that are coplanar to about one millionth of the
+/// size are merged into polygons.
 /// @throws InputError (with `source`) when the points span no volume.
 std::shared_ptr<const ConvexMesh> make_convex_hull(const std::vector<Vector3>& points,
                                                    const std::string& source = "");
 
-/// The convex hull of a mesh file, with its standoff, and with source_volume set if the mesh is
-/// closed. Errors as above.
+/// Returns the convex hull of a mesh file with its standoff, and with source_volume if the mesh is
+/// closed.
+/// @throws InputError as load_mesh and make_convex_hull.
 std::shared_ptr<const ConvexMesh> load_convex_mesh(const std::filesystem::path& file,
                                                    const Vector3& scale = Vector3::Ones());
 
-/// A hull of at most `max_vertices` of the hull's vertices, each chosen as the one farthest outside
-/// those before; it lies within the hull, `deviation` says how deep. The hull itself if it has no
-/// more.
-/// @throws InputError for fewer than 4 vertices.
+/// Returns a hull of at most `max_vertices` of the hull's vertices, each chosen as the one farthest
+/// outside the hull of those before it. The result lies inside the full hull; `deviation` gives the
+/// largest distance. Returns the hull itself if it has no more vertices than that.
+/// @throws InputError for max_vertices < 4.
 std::shared_ptr<const ConvexMesh> reduce_hull(const std::shared_ptr<const ConvexMesh>& hull,
                                               int max_vertices);
 
-/// True if the hull has 5 % more volume than a closed mesh, or stands off any mesh by more than 5 %
-/// of its diameter (twice its radius).
+/// Returns true if the hull has 5 % more volume than its closed source mesh, or stands off any
+/// source mesh by more than 5 % of its diameter (twice its radius).
 bool is_visibly_concave(const ConvexMesh& hull);
 
-/// What a reader must know about a visibly concave mesh that became its hull; "" for others.
+/// Returns the note for the user about a visibly concave mesh that was replaced by its hull; "" for
+/// others.
 std::string hull_note(const ConvexMesh& hull);
 
-/// Loads each mesh file once a scale, so that all instances share one hull.
+/// Loads each mesh file once per scale, so that all instances share one hull.
 class HullCache {
  public:
-  /// max_vertices: of every hull; 0: no limit.
+  /// `max_vertices` limits every hull (reduce_hull); 0: no limit.
   explicit HullCache(int max_vertices = 0) : max_vertices_(max_vertices) {}
-  /// As load_convex_mesh.
+  /// Returns the cached hull, or loads it. @throws InputError as load_convex_mesh.
   std::shared_ptr<const ConvexMesh> load(const std::filesystem::path& file,
                                          const Vector3& scale = Vector3::Ones());
 
@@ -199,86 +207,93 @@ class HullCache {
       hulls_;
 };
 
-/// True if every edge is shared by two triangles that run along it in opposite directions.
+/// Returns true if every edge is shared by two triangles that run along it in opposite directions.
 bool is_closed(const TriangleMesh& mesh);
 
-/// Volume [m^3] enclosed by a closed mesh (divergence theorem); meaningless for an open one.
+/// Returns the volume [m^3] enclosed by a closed mesh (divergence theorem); meaningless for an open
+/// one.
 double enclosed_volume(const TriangleMesh& mesh);
 
-// ---- A tree of boxes over triangles (bounding volume hierarchy).
+// ---- Bounding volume hierarchy: a tree of axis-aligned boxes over triangles.
 
 struct TriangleTree {
-  /// Triangles order[first ... first + count), or two children, the left one next in the array.
+  /// A leaf holds the triangles order[first ... first + count); an inner node has two children, the
+  /// left one next in the array, the right one at `right`.
   struct Node {
     Vector3 low, high;
-    int first = 0, count = 0;  ///< count 0: an inner node
+    int first = 0, count = 0;  ///< count is 0 for an inner node
     int right = 0;
   };
-  std::vector<Node> nodes;  ///< the first holds all; at most 32 levels for any number of triangles
+  std::vector<Node> nodes;  ///< the first is the root; at most 32 levels for any size
   std::vector<int> order;
 
   TriangleTree() = default;
-  /// Of triangles (at least one) by their vertices [m].
+  /// Builds the tree over triangles (at least one), given as indices into `vertices` [m].
   TriangleTree(const std::vector<Vector3>& vertices,
                const std::vector<std::array<int, 3>>& triangles);
 };
 
-// ---- Static triangle meshes: ground that is not convex. From mesh files and height fields.
+// ---- Static triangle meshes for non-convex ground, from mesh files and height fields.
 
-/// Triangles that push bodies off the side from which they run counter-clockwise. Made by
-/// make_terrain; shared between instances. Everything in the geometry frame.
+/// Triangles that act on bodies on their outer side only, the side from which their corners run
+/// counter-clockwise. Created by make_terrain; shared between instances. Everything is in the
+/// geometry frame.
 struct Terrain {
-  /// How a triangle's edge is shared. At flat and concave edges bodies touch the faces only;
-  /// contact with the edge itself is possible where the surface bends away from them, and at its
-  /// rim.
+  /// Type of a triangle's edge. At flat and concave edges bodies touch the faces only; contact with
+  /// the edge itself is possible at convex edges and at the rim.
   enum class Edge : unsigned char { kFlat, kConcave, kConvex, kRim };
 
   struct Triangle {
     std::array<int, 3> vertices;
     Vector3 normal;                ///< unit, outward
-    std::array<int, 3> neighbors;  ///< across the edge from vertex i to i + 1; -1 at a rim
+    std::array<int, 3> neighbors;  ///< triangle across the edge from vertex i to i + 1; -1 at a rim
     std::array<Edge, 3> edges;
   };
 
   std::vector<Vector3> vertices;  ///< [m]
   std::vector<Triangle> triangles;
-  Vector3 low, high;   ///< the box around all [m]
-  int dropped = 0;     ///< triangles left out: without area, or given twice
-  int misfits = 0;     ///< edges where orientation changes or more than two triangles meet
-  std::string source;  ///< file it came from
+  Vector3 low, high;  ///< axis-aligned bounding box [m]
+  int dropped = 0;    ///< number of triangles left out: without area, or duplicates
+  /// Number of edges where the orientation changes or more than two triangles meet.
+  int misfits = 0;
+  std::string source;  ///< source file
 
-  /// Appends the triangles whose boxes meet the box low ... high [m], in ascending order.
+  /// Appends the indices of the triangles whose boxes overlap the box low ... high [m], ascending.
   void find(const Vector3& box_low, const Vector3& box_high, std::vector<int>& out) const;
 
   TriangleTree tree;
-  std::vector<std::vector<int>> vertex_neighbors;  ///< vertices joined by an edge
+  /// For each vertex, the vertices joined to it by an edge.
+  std::vector<std::vector<int>> vertex_neighbors;
 };
 
-/// Takes the triangles as they are but for those without area and duplicates; every other edge is
-/// classified by the angle between its two faces. @throws InputError (with `source`) when a
-/// coordinate is not finite, an index is out of range, or no triangle is left.
+/// Builds a terrain from all triangles except those without area and duplicates, and classifies
+/// every shared edge by the angle between its two faces.
+/// @throws InputError (with `source`) when a coordinate is not finite, an index is out of range, or
+/// no triangle is left.
 std::shared_ptr<const Terrain> make_terrain(const TriangleMesh& mesh,
                                             const std::string& source = "");
 
 // ---- Height fields: a grid of heights from an image or a table, as triangles.
 
-/// A grid of heights; row 0 lies at the largest y, columns run along +x, as an image is looked at.
+/// A grid of heights; row 0 has the largest y and columns run along +x, as in an image.
 struct HeightGrid {
   int rows = 0, columns = 0;
-  std::vector<double> heights;  ///< row by row [m, or 0 ... 1 for an image]
+  std::vector<double> heights;  ///< row by row; [m], or 0 ... 1 for an image
 };
 
-/// A grayscale PNG of 1 to 16 bits a pixel, black 0, white 1, no gamma applied. @throws InputError
-/// naming the file when it is missing, no PNG, in colour or with an alpha channel, damaged, or
-/// larger than limits::kMaxHeights.
+/// Reads a grayscale PNG of 1 to 16 bits per pixel: black is 0, white is 1, no gamma is applied.
+/// @throws InputError naming the file when it is missing, not a PNG, in colour or with an alpha
+/// channel, damaged, or larger than limits::kMaxHeights.
 HeightGrid load_height_image(const std::filesystem::path& file);
 
-/// Comma-separated heights [m], one row a line, no header; blank lines and lines that begin with #
-/// are skipped. @throws InputError naming file and line when a row has another length than the
-/// first, a cell is no finite number, or there are more than limits::kMaxHeights.
+/// Reads comma-separated heights [m], one row per line, no header; blank lines and lines that begin
+/// with # are skipped.
+/// @throws InputError naming file and line when a row differs in length from the first, a cell is
+/// not a finite number, or there are more than limits::kMaxHeights cells.
 HeightGrid load_height_table(const std::filesystem::path& file);
 
-/// Two triangles a cell, over size_x by size_y [m] around the origin, heights times `scale`.
+/// Returns two triangles per cell, over size_x by size_y [m] centred at the origin, with heights
+/// times `scale`.
 /// @throws InputError (with `where`) for fewer than two rows or columns.
 TriangleMesh height_field_mesh(const HeightGrid& grid, double size_x, double size_y, double scale,
                                const std::string& where);

@@ -12,20 +12,24 @@ namespace counterpoint {
 namespace {
 
 constexpr double kMomentTolerance = 1e-6;     // relative to the largest principal moment
-constexpr double kDiagonalTolerance = 1e-14;  // round-off of the sums in one common frame
-constexpr double kPivotTolerance = 1e-12;     // round-off of the elimination, with room
+constexpr double kDiagonalTolerance = 1e-14;  // round-off of sums in one common frame, relative
+constexpr double kPivotTolerance = 1e-12;     // round-off of the elimination with a safety factor
 
-constexpr double kEigenvalueTolerance = 1e-15;     // round-off of a sum, times the coordinates
-constexpr double kTakesPart = 1e-2;                // of a motion: share of the largest coordinate
-constexpr Eigen::Index kMostForEigenvalues = 300;  // 0.1 s; longer chains are legitimately near it
+constexpr double kEigenvalueTolerance = 1e-15;  // round-off of a sum, per coordinate
+// A coordinate takes part in a motion if its component is at least this fraction of the largest.
+constexpr double kTakesPart = 1e-2;
+// Most coordinates for the eigenvalue test: it takes 0.1 s there, and longer chains come near its
+// tolerance legitimately.
+constexpr Eigen::Index kMostForEigenvalues = 300;
 
-// A repaired moment is at least this share of the largest: that of a rod 25 times as long as wide.
+// Least repaired moment over the largest one: the value of a rod 25 times as long as wide.
 constexpr double kLeastMomentRatio = 1e-3;
 
 using Matrix6X = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6>;
 
-/// Columns: the motion (angular, linear) of the body per unit of each velocity coordinate, in the
-/// body frame. Linear velocities of planar and floating joints are in the axes of J.
+/// Returns the joint's motion subspace S (Featherstone 2008): column k is the spatial velocity
+/// (angular, linear) of the body per unit of velocity coordinate k, in the body frame. Linear
+/// velocity coordinates of planar and floating joints are along the axes of J.
 Matrix6X motion_subspace(JointType type, const Matrix3& R_JB) {
   Matrix6X s = Matrix6X::Zero(6, joint_nv(type));
   switch (type) {
@@ -50,9 +54,9 @@ Matrix6X motion_subspace(JointType type, const Matrix3& R_JB) {
   return s;
 }
 
-/// Elimination magnifies round-off where axes of joints nearly coincide; the least eigenvalue of M,
-/// scaled to a diagonal of ones, does not. The coordinate nearest to the root that takes part in
-/// the motion without inertia, or -1.
+/// Detects a motion without inertia where elimination cannot: it magnifies round-off where joint
+/// axes nearly coincide, but the least eigenvalue of M scaled to a unit diagonal does not. Returns
+/// the coordinate nearest to the root that takes part in that motion, or -1 if there is none.
 int find_idle_motion(const MatrixX& mass) {
   const auto n = static_cast<double>(mass.rows());
   if (mass.rows() == 0 || mass.rows() > kMostForEigenvalues) return -1;
@@ -71,7 +75,7 @@ std::string inertia_defect(const SpatialInertia& inertia) {
   if (inertia.rotational.isZero(0.0)) return "";
   const Vector3 m =
       Eigen::SelfAdjointEigenSolver<Matrix3>(inertia.rotational, Eigen::EigenvaluesOnly)
-          .eigenvalues();  // increasing
+          .eigenvalues();  // in increasing order
   if (inertia.mass == 0.0) {
     return fmt::format("principal moments of inertia ({:.6g}, {:.6g}, {:.6g}) kg m^2 without mass",
                        m[0], m[1], m[2]);
@@ -102,7 +106,7 @@ SpatialInertia nearest_physical(const SpatialInertia& inertia) {
   const auto& [moments, axes] = principal_axes(inertia.rotational);
   Vector3 m = moments;
   m = m.cwiseMax(kLeastMomentRatio * std::max(m[2], 0.0));
-  // Projection on the half-space m0 + m1 >= m2 moves all three by the same amount.
+  // Projection onto the half-space m0 + m1 >= m2 moves all three moments by the same amount.
   const double excess = m[2] - m[0] - m[1];
   if (excess > 0.0) m += Vector3(excess, excess, -excess) / 3.0;
   SpatialInertia repaired = inertia;
@@ -129,9 +133,8 @@ SpatialInertia solid_inertia(const Shape& shape, double mass) {
       break;
     }
     case ShapeType::kCapsule: {
-      // A cylinder and two half spheres, whose centres of mass lie 3/8 r beyond the cylinder's
-      // ends.
-      const double ball = 2.0 * r / (2.0 * r + 3.0 * half);  // share of the mass in the caps
+      // A cylinder and two half spheres whose centres of mass lie 3/8 r beyond the cylinder's ends.
+      const double ball = 2.0 * r / (2.0 * r + 3.0 * half);  // mass fraction of the two caps
       const double far = half + 0.375 * r;
       const double cap = 0.4 * r * r - std::pow(0.375 * r, 2) + far * far;
       const double across = (1.0 - ball) * (r * r / 4.0 + half * half / 3.0) + ball * cap;
@@ -149,7 +152,7 @@ SpatialInertia solid_inertia(const Shape& shape, double mass) {
 MatrixX reference_mass_matrix(const Model& model, int tree, const VectorX& q, VectorX* scale) {
   const Tree& t = model.trees()[tree];
   const int bodies = t.body_end - t.body_begin;
-  // Everything at the origin and in the axes of the tree's first body.
+  // All quantities are expressed at the origin and in the axes of the tree's first body.
   std::vector<Pose> X_RB(bodies);
   std::vector<Matrix6> composite(bodies);
   std::vector<Matrix6X> subspace(bodies);
@@ -198,10 +201,10 @@ int find_coordinate_without_inertia(const Model& model, int tree, const VectorX&
   const VectorX diagonal = mass.diagonal();
   for (int k = static_cast<int>(diagonal.size()) - 1; k >= 0; --k) {
     const double pivot = mass(k, k);
-    // Written as "not greater": a NaN must not pass.
+    // Negated comparisons also reject NaN.
     if (!(diagonal[k] > kDiagonalTolerance * scale[k])) return k;
     if (!(pivot > kPivotTolerance * diagonal[k])) return k;
-    // Nothing that has an inverse: kMinMass at a lever of kMinLength.
+    // The smallest pivot that can be inverted safely is kMinMass at a lever arm of kMinLength.
     if (!(pivot >= limits::kMinMass * limits::kMinLength * limits::kMinLength)) return k;
     const VectorX column = mass.col(k).head(k);
     mass.topLeftCorner(k, k) -= column * column.transpose() / pivot;

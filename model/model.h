@@ -1,6 +1,5 @@
-// What a scene is made of: bodies in kinematic trees, joints, inertias, shapes. Immutable once
-// built (model_builder.h is the only way to make one); shared by const reference between any number
-// of threads.
+// The multibody model of a scene: bodies in kinematic trees, joints, inertias, shapes. Immutable
+// once built by a ModelBuilder; shared by const reference between any number of threads.
 #pragma once
 
 #include <algorithm>
@@ -14,21 +13,21 @@
 
 namespace counterpoint {
 
-// ---- Joint types and how each turns (q, v) into a relative pose and velocity.
+// ---- Joint types: the coordinates (q, v) and the relative pose and velocity that they give.
 //
-// Every joint's axis is the z axis of its joint frame J: the builder turns body frames so that this
-// holds, and hot loops then know one revolute and one prismatic joint only.
+// The axis of every joint is the z axis of its joint frame J, which is fixed to the parent: the
+// builder turns body frames accordingly, so that inner loops need only one revolute and one
+// prismatic joint.
 //
 //   type        nq nv  q                       v
-//   kRevolute    1  1  angle [rad]             rate [rad/s], about z
-//   kPrismatic   1  1  displacement [m]        rate [m/s], along z
-//   kPlanar      3  3  x, y [m], angle [rad]   rates, x and y in the axes of J (not turning with
-//   the body) kSpherical   4  3  qw qx qy qz             angular velocity [rad/s], in the axes of
-//   the body kFloating    7  6  x y z [m] qw qx qy qz   linear [m/s] in the axes of J, angular
-//   [rad/s] in the axes of the body
+//   kRevolute    1  1  angle [rad]             rate about z [rad/s]
+//   kPrismatic   1  1  displacement [m]        rate along z [m/s]
+//   kPlanar      3  3  x, y [m], angle [rad]   rates, x and y along the axes of J [m/s, rad/s]
+//   kSpherical   4  3  qw qx qy qz             angular velocity in body axes [rad/s]
+//   kFloating    7  6  x y z [m] qw qx qy qz   linear in J [m/s], angular in body axes [rad/s]
 //
-// Velocities of planar and floating joints are kept in the parent's axes so that a free body's
-// centre flies straight in discrete time as well.
+// Linear velocities of planar and floating joints are expressed in the axes of J, so that a free
+// body whose origin is its centre of mass moves on a straight line in discrete time too.
 
 enum class JointType : unsigned char { kRevolute, kPrismatic, kPlanar, kSpherical, kFloating };
 
@@ -61,7 +60,7 @@ constexpr int joint_nv(JointType type) {
   return 0;
 }
 
-/// How many of a joint's velocities are along axes; they come first, then those about axes.
+/// Number of a joint's linear velocity coordinates; they come first, then the angular ones.
 constexpr int joint_num_linear(JointType type) {
   switch (type) {
     case JointType::kRevolute:
@@ -77,7 +76,7 @@ constexpr int joint_num_linear(JointType type) {
   return 0;
 }
 
-/// Turns frame J about its z axis.
+/// Returns the rotation R followed by a rotation of `angle` [rad] about its own z axis.
 inline Matrix3 turned_about_z(const Matrix3& R, double angle) {
   const double s = std::sin(angle), c = std::cos(angle);
   Matrix3 out;
@@ -87,8 +86,8 @@ inline Matrix3 turned_about_z(const Matrix3& R, double angle) {
   return out;
 }
 
-/// Pose X_WB of a body from that of its joint frame, X_WJ, and the joint's coordinates q [rad, m,
-/// quaternion of unit length] as above, joint_nq long.
+/// Returns the pose X_WB of a body from the pose X_WJ of its joint frame and the joint's
+/// coordinates q (joint_nq numbers as in the table above; quaternions of unit length).
 inline Pose joint_pose(const Pose& X_WJ, JointType type, const double* q) {
   const Matrix3& R = X_WJ.rotation;
   switch (type) {
@@ -107,14 +106,14 @@ inline Pose joint_pose(const Pose& X_WJ, JointType type, const double* q) {
   return X_WJ;
 }
 
-/// "revolute", "prismatic", "planar", "spherical", "floating".
+/// Returns "revolute", "prismatic", "planar", "spherical" or "floating".
 const char* joint_type_name(JointType type);
 
 // ---- The model.
 
-/// What the algorithms read of a body, in one place. Body 0 is the world; every other body hangs by
-/// exactly one joint on a body of lower index (links held by fixed joints are merged). Bodies of a
-/// tree, and of every subtree, are contiguous, and so are their velocity indices.
+/// Data of a body that the dynamics algorithms need. Body 0 is the world; every other body is
+/// connected by exactly one joint to a body of lower index (links held by fixed joints are merged).
+/// The bodies of a tree, and of every subtree, are contiguous, and so are their velocity indices.
 struct Body {
   int parent = 0;  ///< -1 for the world
   JointType joint_type = JointType::kFloating;
@@ -122,29 +121,30 @@ struct Body {
   int v_index = 0;      ///< first coordinate of the joint in v
   int tree = -1;        ///< kinematic tree, 0-based; -1 for the world
   int subtree_end = 0;  ///< one past the last body of the subtree rooted here
-  Pose X_PJ;            ///< joint frame at q = 0 in the parent body's frame
-  SpatialInertia
-      inertia;  ///< of all links merged into the body, in the body frame; the world's is zero
+  Pose X_PJ;            ///< joint frame in the parent body's frame; the body frame at q = 0
+  /// Inertia of all links merged into the body, in the body frame; zero for the world.
+  SpatialInertia inertia;
 };
 
-/// A tree's range of bodies and velocities.
+/// Ranges [begin, end) of a tree's bodies and velocity coordinates.
 struct Tree {
   int body_begin = 0, body_end = 0;
   int v_begin = 0, v_end = 0;
 };
 
-/// What is said about the joint of body i + 1 (joints and moving bodies are numbered alike).
+/// Properties of the joint of body i + 1 (joint i).
 struct JointInfo {
   std::string name;  ///< unique; "<instance>/<joint>" in scenes of several models
-  std::string link;  ///< child link as named in the URDF, with the same prefix
-  double lower =
-      -std::numeric_limits<double>::infinity();  ///< [rad or m], joints of one coordinate only
+  std::string link;  ///< child link as named in the file, with the same prefix
+  /// Position limits [rad or m]; only for joints of one coordinate.
+  double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
-  double effort_limit = std::numeric_limits<double>::infinity();  ///< [N m or N] in each coordinate
-  double velocity_limit =
-      std::numeric_limits<double>::infinity();  ///< [rad/s or m/s] in each coordinate
-  bool actuated = true;  ///< false: a floating joint, or one that holds a base; forces there count
-                         ///< as unactuated
+  /// Limit of the force in each coordinate [N m or N].
+  double effort_limit = std::numeric_limits<double>::infinity();
+  /// Limit of the speed in each coordinate [rad/s or m/s].
+  double velocity_limit = std::numeric_limits<double>::infinity();
+  /// False for a floating joint and for the joint of a base: forces there count as unactuated.
+  bool actuated = true;
 };
 
 /// A spring in a joint of one coordinate: force -stiffness (q - reference).
@@ -154,19 +154,18 @@ struct JointSpring {
   double reference = 0.0;  ///< [rad or m]
 };
 
-/// A position and velocity controlled motor in a joint of one coordinate: force
-/// stiffness (position - q) + damping (velocity - w), together with the applied force no more than
-/// the joint's effort limit.
+/// A PD servo in a joint of one coordinate: force stiffness (position - q) + damping (velocity -
+/// w). Its sum with the applied force is bounded by the joint's effort limit.
 struct JointServo {
   int joint = 0;           ///< index into joints()
-  double stiffness = 0.0;  ///< kp [N m/rad or N/m]
-  double damping = 0.0;    ///< kd [N m s/rad or N s/m]; one of the two is positive
+  double stiffness = 0.0;  ///< gain kp [N m/rad or N/m]
+  double damping = 0.0;    ///< gain kd [N m s/rad or N s/m]; at least one gain is positive
   double position = 0.0;   ///< target [rad or m]
   double velocity = 0.0;   ///< target [rad/s or m/s]
 };
 
-/// How still air resists a link: force -(linear + quadratic |v|) v at its centre of mass, torque
-/// -(angular + angular_quadratic |omega|) omega. The same in all directions.
+/// Isotropic drag of a link in still air: force -(linear + quadratic |v|) v at its centre of mass,
+/// torque -(angular + angular_quadratic |omega|) omega.
 struct Drag {
   double linear = 0.0;             ///< [N s/m]
   double quadratic = 0.0;          ///< [N s^2/m^2]
@@ -184,15 +183,15 @@ struct BodyDrag {
   Drag drag;
 };
 
-/// A force that carries a share of a link's weight (MJCF gravcomp): -mass gravity at its centre of
+/// A force that carries part of a link's weight (MJCF gravcomp): -mass gravity at its centre of
 /// mass.
 struct GravityCompensation {
   int body = 0;
   Vector3 center = Vector3::Zero();  ///< the link's centre of mass, in the body frame [m]
-  double mass = 0.0;                 ///< carried: the share times the link's mass [kg]
+  double mass = 0.0;                 ///< carried mass: fraction times the link's mass [kg]
 };
 
-/// A frame fixed to a body: every URDF link has one, merged or not.
+/// A frame fixed to a body; every link has one, merged or not.
 struct Frame {
   std::string name;
   int body = 0;
@@ -207,7 +206,7 @@ struct Mimic {
   double offset = 0.0;  ///< [rad or m]
 };
 
-/// Surface values of one pair of geometries, in place of what their materials combine to.
+/// Surface values of one pair of geometries, which replace those of combine_materials.
 struct PairMaterial {
   int geometry_a = 0, geometry_b = 0;  ///< a < b
   Material material;
@@ -216,29 +215,29 @@ struct PairMaterial {
 enum class ClosureType : unsigned char {
   kBall,      ///< the anchors coincide (3 rows)
   kWeld,      ///< the anchor frames coincide (6 rows)
-  kDistance,  ///< the anchors keep their distance, as on a massless rod (1 row)
+  kDistance,  ///< the anchors keep their distance, like a massless rod (1 row)
 };
-/// "ball", "weld", "distance".
+/// Returns "ball", "weld" or "distance".
 const char* closure_type_name(ClosureType type);
 
-/// What holds two bodies together beyond the joints of the trees, so that loops close.
+/// A constraint between two bodies in addition to the tree joints, which closes a kinematic loop.
 struct Closure {
   std::string name;  ///< unique
   ClosureType type = ClosureType::kBall;
   int body_a = 0, body_b = 0;  ///< either may be the world
-  Pose X_AC, X_BC;      ///< anchor frame in the body's frame; orientation matters to kWeld only
-  double length = 0.0;  ///< [m], kDistance
+  Pose X_AC, X_BC;      ///< anchor frames in the body frames; kWeld alone uses their rotation
+  double length = 0.0;  ///< distance of the anchors [m], for kDistance
 };
 
-/// Something the reader of a model must know and that did not stop it from loading.
+/// A note for the user about something found while loading that was not an error.
 struct Note {
   std::string where;    ///< file, element
-  std::string message;  ///< what was found, what was done or was not done about it
+  std::string message;  ///< the finding, and the action taken, if any
 };
 
 class Model {
  public:
-  int num_bodies() const { return static_cast<int>(bodies_.size()); }  ///< the world included
+  int num_bodies() const { return static_cast<int>(bodies_.size()); }  ///< including the world
   int num_joints() const { return num_bodies() - 1; }
   int num_trees() const { return static_cast<int>(trees_.size()); }
   int nq() const { return nq_; }
@@ -252,21 +251,21 @@ class Model {
   const std::vector<JointInfo>& joints() const { return joints_; }
   const std::vector<Frame>& frames() const { return frames_; }
   const std::vector<Geometry>& geometries() const { return geometries_; }
-  /// Surface values given for pairs, ascending by geometry_a, then geometry_b.
+  /// Surface values given for pairs, in ascending order of (geometry_a, geometry_b).
   const std::vector<PairMaterial>& pair_materials() const { return pair_materials_; }
-  /// Those of two geometries: what is given for the pair, else combine_materials of both.
+  /// Returns the material of a pair: the one given for it, else combine_materials.
   Material pair_material(int geometry_a, int geometry_b) const {
     if (!pair_materials_.empty())
       if (const PairMaterial* given = find_pair_material(geometry_a, geometry_b))
         return given->material;
     return combine_materials(geometries_[geometry_a].material, geometries_[geometry_b].material);
   }
-  /// What is given for a pair, or null.
+  /// Returns the values given for a pair, in any order of the two; null if there are none.
   const PairMaterial* find_pair_material(int geometry_a, int geometry_b) const;
   const std::vector<Mimic>& mimics() const { return mimics_; }
   const std::vector<JointSpring>& springs() const { return springs_; }
   const std::vector<JointServo>& servos() const { return servos_; }
-  /// Index into servos() of a joint; -1 if it has none.
+  /// Returns the index into servos() of a joint's servo; -1 if it has none.
   int find_servo(int joint) const;
   const std::vector<BodyDrag>& drags() const { return drags_; }
   const std::vector<GravityCompensation>& gravity_compensations() const {
@@ -276,31 +275,28 @@ class Model {
   const std::vector<Note>& notes() const { return notes_; }
 
   const Vector3& gravity() const { return gravity_; }  ///< [m/s^2] in W
-  const VectorX& default_q() const {
-    return default_q_;
-  }  ///< nq; valid quaternions, within limits not enforced
+  /// Initial q (nq), with unit quaternions; joint limits are not enforced.
+  const VectorX& default_q() const { return default_q_; }
   const VectorX& damping() const { return damping_; }  ///< nv, viscous [N m s/rad or N s/m]
-  const VectorX& armature() const {
-    return armature_;
-  }  ///< nv, rotor inertia seen at the joint [kg m^2 or kg]
+  /// Rotor inertia reflected to the joints (nv) [kg m^2 or kg].
+  const VectorX& armature() const { return armature_; }
   const VectorX& dry_friction() const { return dry_friction_; }  ///< nv [N m or N]
 
-  /// The tree that a coordinate of v belongs to.
+  /// Returns the tree of a velocity coordinate.
   int tree_of_velocity(int v_index) const;
 
-  /// Index of the named joint, frame, geometry; -1 if there is none.
+  /// Return the index of the named joint or frame; -1 if there is none.
   int find_joint(const std::string& name) const;
   int find_frame(const std::string& name) const;
-  /// Pairs of geometries (first < second) excluded from collision by name: scene file, SRDF,
-  /// closures.
+  /// Pairs of geometries (first < second), ascending, that never collide: named by the scene file
+  /// or an SRDF, or connected by a closure.
   const std::vector<std::pair<int, int>>& excluded_geometry_pairs() const {
     return excluded_pairs_;
   }
-  /// Why, one for each of these pairs; may be empty.
+  /// Reason of each of these exclusions; may be empty strings.
   const std::vector<std::string>& exclusion_reasons() const { return exclusion_reasons_; }
-  /// Pairs of geometries (first < second), ascending, that touch even if a joint joins their links
-  /// or they overlap in the default pose: <pair> of MJCF, `collide: true` in `pairs` of a scene
-  /// file.
+  /// Pairs of geometries (first < second), ascending, that may touch even if a joint connects their
+  /// links or they overlap in the default pose (ModelBuilder::include_pair).
   const std::vector<std::pair<int, int>>& included_geometry_pairs() const {
     return included_pairs_;
   }
@@ -339,60 +335,61 @@ struct BodyRange {
 struct CoordinateRange {
   int begin = 0, size = 0;
 };
-/// Those of a tree.
+/// Returns the range of q that belongs to a tree.
 CoordinateRange coordinates(const Model& model, const Tree& tree);
 
-/// All but the world.
+/// Returns the range of all bodies except the world.
 inline BodyRange moving_bodies(const Model& model) { return {1, model.num_bodies()}; }
 
-/// X_WB of every body at q (nq), the world first. For loading and for tests: it allocates; steps
-/// use engine/dynamics/kinematics.h.
+/// Returns X_WB of every body at q (nq), the world first. It allocates: meant for loading and
+/// tests; steps use engine/dynamics/kinematics.h.
 std::vector<Pose> body_poses(const Model& model, const VectorX& q);
 
-/// How far a closure is from closed at these poses: distance of the anchors, for kDistance less the
-/// length [m]; and for kWeld the angle between the frames, else zero [rad].
+/// Error of a closure at given poses: the distance of the anchors, for kDistance minus the length
+/// [m]; and for kWeld the angle between the anchor frames, else zero [rad].
 struct ClosureGap {
   double distance = 0.0, angle = 0.0;
-  /// The larger of both, as they are [m or rad].
+  /// The larger magnitude of both numbers [m or rad].
   double largest() const { return std::max(std::abs(distance), angle); }
 };
 ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB);
 
-/// q[joint] - multiplier q[master] - offset, at q (nq) [m or rad].
+/// Returns q[joint] - multiplier q[master] - offset at q (nq) [m or rad].
 double mimic_error(const Model& model, const Mimic& mimic, const VectorRef& q);
 
-// ---- Checks of inertia: is it that of a real body, and does every joint of a tree move some?
+// ---- Checks of inertia: is it physical, and does every joint of a tree move some inertia?
 
-/// Why no rigid body can have this inertia, or "" if one can: principal moments must be positive
-/// and none larger than the sum of the other two (relative tolerance 1e-6, for files printed to few
-/// digits). A point mass (all moments zero) and a massless link (all zero) are let pass.
+/// Returns the reason why no rigid body can have this inertia, or "" if one can: the principal
+/// moments must be positive and none may exceed the sum of the other two (relative tolerance 1e-6,
+/// for files printed with few digits). Zero moments (a point mass, a massless link) are accepted.
 std::string inertia_defect(const SpatialInertia& inertia);
 
-/// Principal moments of an inertia, ascending [kg m^2], and axes, in columns, right-handed.
+/// Principal moments, ascending [kg m^2], and principal axes as columns (right-handed).
 struct PrincipalAxes {
   Vector3 moments;
   Matrix3 axes;
 };
 PrincipalAxes principal_axes(const Matrix3& inertia);
 
-/// A near inertia with the same mass, centre and principal axes whose principal moments are
-/// those of a body: negative moments are raised to 1/1000 of the largest, then the triangle
-/// inequality is met by the least change (Frobenius norm) of the moments.
+/// Returns an inertia with the same mass, centre and principal axes and physical principal moments:
+/// moments are raised to at least 1/1000 of the largest, then the triangle inequality is met by the
+/// smallest change (Frobenius norm) of the moments.
 SpatialInertia nearest_physical(const SpatialInertia& inertia);
 
-/// Inertia of a solid of uniform density about its centre: sphere, box, cylinder or capsule of the
-/// given mass [kg].
+/// Returns the inertia about its centre of a solid of uniform density: sphere, box, cylinder or
+/// capsule of the given mass [kg]. @throws std::logic_error for other shapes.
 SpatialInertia solid_inertia(const Shape& shape, double mass);
 
-/// Joint-space inertia matrix M [kg, kg m, kg m^2] of one tree at q (nq, all trees), with armature.
-/// A plain reference: composite inertias in one common frame, dense. `scale`, if given, receives
-/// for each coordinate the size of the terms that its diagonal entry was summed from.
+/// Returns the joint-space inertia matrix M [kg, kg m, kg m^2] of one tree at q (nq, of all trees),
+/// with armature. A dense reference: composite rigid bodies in one common frame. `scale`, if given,
+/// receives the magnitude of the terms that sum to each diagonal entry.
 MatrixX reference_mass_matrix(const Model& model, int tree, const VectorX& q,
                               VectorX* scale = nullptr);
 
-/// The coordinate (0 ... nv of the tree - 1) at which elimination of M from the leaves meets a
-/// pivot that is not positive, or -1 if M is positive definite at q. The pivot is the inertia felt
-/// at that joint with all later joints free.
+/// Returns the coordinate (0 ... nv of the tree - 1) that has no inertia at q, or -1 if M is
+/// positive definite: where elimination of M from the leaves meets a pivot that is not positive
+/// (the inertia felt at that joint with all later joints free), or where the least eigenvalue of
+/// the scaled M is zero up to round-off.
 int find_coordinate_without_inertia(const Model& model, int tree, const VectorX& q);
 
 }  // namespace counterpoint

@@ -13,8 +13,9 @@
 namespace counterpoint {
 namespace {
 
-/// True of a link fixed to the world that stands for it, so that what hangs on it does not hang
-/// together: the root "world", as in ROS and Gazebo, and a link that is a mere frame.
+/// Returns true if a link welded to the world represents the world itself: the root link "world" of
+/// ROS and Gazebo, or a link without shapes and mass. The branches below it are then separate
+/// assemblies.
 bool stands_for_world(const LinkSpec& link, bool is_root) {
   const bool named = link.name.substr(link.name.rfind('/') + 1) == "world";
   return (is_root && named) || (link.collisions.empty() && link.inertia.mass == 0.0);
@@ -57,8 +58,8 @@ int ModelBuilder::add_robot(const RobotSpec& robot, Base base, const Pose& X_WL,
   struct Pending {
     int link, body;
     Pose X_BL;
-    int joint;     // still to be made into a body, or -1
-    int assembly;  // of the link it hangs on; -1: the world, so that it begins one
+    int joint;     // joint for which a body must still be added, or -1
+    int assembly;  // assembly of the parent link; -1: starts a new one
   };
   const LinkSpec& root = robot.links[tree.root];
   std::vector<Pending> open;
@@ -68,7 +69,7 @@ int ModelBuilder::add_robot(const RobotSpec& robot, Base base, const Pose& X_WL,
     const int body = add_base(robot, root, base, placement, X_WL);
     open.push_back({tree.root, body, Pose(), -1, -1});
   }
-  // Depth first, children in file order: bodies of every subtree come out contiguous.
+  // Depth first, children in file order, so that the bodies of every subtree are contiguous.
   while (!open.empty()) {
     Pending next = open.back();
     open.pop_back();
@@ -122,7 +123,7 @@ void ModelBuilder::add_link(const LinkSpec& link, const Placement& placement, in
   moved.inertia = moved.inertia + link.inertia.transformed(X_BL);
   const std::string defect = inertia_defect(link.inertia);
   if (defect.empty()) return;
-  // Without mass there is nothing to repair.
+  // A link without mass cannot be repaired.
   if (link.inertia.mass > 0.0 && defective_link_[body - 1].empty())
     defective_link_[body - 1] = link.name;
   model_.notes_.push_back(
@@ -141,7 +142,7 @@ void ModelBuilder::add_collisions(const LinkSpec& link, const Placement& placeme
     const std::string stem = placement.prefix + link.name + "/";
     Geometry geometry;
     geometry.name = stem + (collision.name.empty() ? std::to_string(i) : collision.name);
-    // Files repeat collision names within a link; the number tells them apart.
+    // Files may repeat a collision name within a link; its index makes it unique.
     if (geometry_names_.count(geometry.name) > 0) {
       geometry.name = stem + collision.name + ":" + std::to_string(i);
     }
@@ -191,7 +192,7 @@ void ModelBuilder::fill_inertia(double mass) {
   filled_mass_ = mass;
 }
 
-/// False if it was filled before: then nothing helps.
+/// Returns false if the body was filled before: more inertia does not help then.
 bool ModelBuilder::fill_body(int body) {
   if (!(filled_mass_ > 0.0)) return false;
   const JointInfo& joint = model_.joints_[body - 1];
@@ -232,7 +233,7 @@ void ModelBuilder::check_inertias() {
       if (model_.bodies_[i].v_index - tree.v_begin <= k) body = i;
     }
     if (fill_body(body)) {
-      --t;  // the same tree again
+      --t;  // check the same tree again
       continue;
     }
     const JointInfo& joint = model_.joints_[body - 1];

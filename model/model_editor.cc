@@ -14,7 +14,7 @@ void check(double value, double low, double high, const char* what, const std::s
       fmt::format("{}: {} {:.6g}; expected {:g} to {:g}", where, what, value, low, high));
 }
 
-constexpr double kMost = 1e12;  // finite, and beyond any figure of a machine
+constexpr double kMost = 1e12;  // beyond any value of a real machine
 constexpr double kLeast = 1e-12;
 
 Shape scaled(Shape shape, double factor) {

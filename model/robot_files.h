@@ -1,5 +1,5 @@
 // Robots and scenes in the formats of other programs: URDF, MJCF and SDF are read, MJCF and URDF
-// written.
+// are written.
 #pragma once
 
 #include <filesystem>
@@ -17,39 +17,41 @@
 
 namespace counterpoint {
 
-// ---- How a file of a model is read, and what it describes beside trees, whatever its format.
+// ---- Options for reading model files, and the parts of a model beside its kinematic trees, common
+// to all formats.
 
 struct ModelFileOptions {
-  /// package:// roots: NAME -> folder, which meshes and included files may lie in.
+  /// Maps NAME of package://NAME/... to a folder; meshes and included files may lie there.
   std::map<std::string, std::filesystem::path> packages;
-  /// Opt-in: makes non-physical inertias physical (nearest one meeting the triangle inequality) and
-  /// notes each. Off: they are used as they are where that can be simulated, noted, or refused.
+  /// Replaces non-physical inertias by the nearest physical ones (nearest_physical) and notes each.
+  /// If false, they are used unchanged and noted, or refused where the motion would be undefined.
   bool repair_inertias = false;
-  /// Where hulls are shared with other files; none: each file has its own.
+  /// Cache of hulls shared with other files; null: each file has its own.
   std::shared_ptr<HullCache> hulls;
 };
 
-/// What an MJCF or SDF file may ask for that the engine does not have; refused, unless the user
-/// leaves it out.
+/// Features of MJCF and SDF files that the engine does not support. A file that uses one is
+/// refused, unless the user asks to leave that feature out.
 enum class LeaveOut {
-  kFluid,        ///< drag of the air and wind: <option density viscosity wind>, <enable_wind>,
-                 ///< <velocity_decay>
-  kTendons,      ///< forces and limits of tendons that are no coupling of two joints
-  kActuators,    ///< actuators that pull by themselves and are no servo of one joint; motors of an
-                 ///< SDF file
-  kJointForces,  ///< springs and limits of ball joints and the like
-  kEqualities,   ///< equality constraints that are no closure and no coupling
-  kFrictionDirections,  ///< friction that differs with the direction: the smaller counts
-  kSlip,                ///< creep that grows with the force: <slip1>, <slip2>
+  /// Drag of the air and wind: <option density viscosity wind>, <enable_wind>, <velocity_decay>.
+  kFluid,
+  kTendons,  ///< forces and limits of tendons that do not couple two joints
+  /// Actuators that act without a control and are not a servo of one joint; motors in an SDF file.
+  kActuators,
+  kJointForces,         ///< springs and limits of ball joints, springdamper
+  kEqualities,          ///< equality constraints other than closures and couplings of two joints
+  kFrictionDirections,  ///< anisotropic friction: the smaller coefficient counts
+  kSlip,                ///< creep proportional to force: <slip1>, <slip2>
 };
-/// "fluid", "tendons", "actuators", "joint_forces", "equalities", "friction_directions", "slip".
+/// Returns "fluid", "tendons", "actuators", "joint_forces", "equalities", "friction_directions" or
+/// "slip".
 const char* leave_out_name(LeaveOut what);
-/// The reverse; nothing for an unknown name.
+/// Returns the inverse of leave_out_name; nothing for an unknown name.
 std::optional<LeaveOut> leave_out_from_name(const std::string& name);
-/// All names, for messages: "fluid, tendons, ... or slip".
+/// Returns all names for messages: "fluid, tendons, ... or slip".
 std::string leave_out_names();
-/// What a message says of a word: ". To go on without it name the file in a scene: models:
-/// [{FORMAT: FILE, leave_out: [WORD]}]".
+/// Returns advice for messages: ". To go on without it name the file in a scene: models: [{FORMAT:
+/// FILE, leave_out: [WORD]}]".
 std::string how_to_leave_out(const char* format, const std::filesystem::path& file, LeaveOut word);
 
 struct LeavingOptions : ModelFileOptions {
@@ -57,14 +59,14 @@ struct LeavingOptions : ModelFileOptions {
 };
 
 struct ModelParts {
-  /// Fixed to the world.
+  /// Geometry fixed to the world.
   struct Environment {
     std::string name;
     Shape shape;
     Pose X_WG;
     Material material;
   };
-  /// Links or geometries that never touch.
+  /// Two links or geometries that never touch.
   struct Exclusion {
     std::string a, b;
     std::string reason;
@@ -77,58 +79,64 @@ struct ModelParts {
   std::vector<Environment> environment;
   std::vector<ClosureSpec> closures;
   std::vector<Exclusion> exclusions;
-  std::vector<std::pair<std::string, std::string>> inclusions;  ///< ModelBuilder::include_pair
+  std::vector<std::pair<std::string, std::string>> inclusions;  ///< see ModelBuilder::include_pair
   std::vector<Surface> surfaces;
 };
 
-/// Puts them into a builder that has their links, placed and prefixed. @throws InputError as the
-/// builder.
+/// Adds the parts to a builder that has their links, placed at X_WL and with `prefix` before every
+/// name. @throws InputError as the builder.
 void add_parts(const ModelParts& parts, const Pose& X_WL, const std::string& prefix,
                ModelBuilder& builder);
 
-// ---- Finds the file that a mesh name in a URDF means.
+// ---- The file that a mesh name in a URDF refers to.
 
 struct MeshPath {
   std::filesystem::path file;
-  /// The package or folder named was not found as such; the file was found by the end of its path.
+  /// True if the named package or folder was not found, and the file was found by the end of its
+  /// path.
   bool guessed = false;
-  std::filesystem::path root = {};  ///< of a search upwards: the folder that stands for the package
+  /// Result of the upward search: the folder that was taken as the package.
+  std::filesystem::path root = {};
 };
 
-/// `kind`: what messages call it, "mesh", "included file" ...
-/// package://NAME/..., model://NAME/..., file://..., absolute, or relative to the URDF. A package
-/// that is not listed is looked for upwards from the URDF: a folder NAME first, then folders that
-/// hold the end of the path. The file, symlinks followed, must lie in the URDF's folder, in the
-/// package that this is part of (the nearest folder upwards with package.xml or model.config;
-/// without one, the folder above), in a listed package, or in the folder NAME found upwards.
-/// @throws InputError (with `where`) telling where was looked, or how to allow what lies elsewhere.
+/// Finds the file of a mesh name: package://NAME/..., model://NAME/..., file://..., absolute, or
+/// relative to the URDF. A package that is not listed is searched for upwards from the URDF: first
+/// a folder NAME, then folders that contain the end of the path. The file, symlinks followed, must
+/// lie in the URDF's folder, in the package that contains this folder (the nearest one upwards with
+/// package.xml or model.config; without one, the folder above), in a listed package, or in the
+/// folder NAME found upwards. `kind` is the word for the file in messages: "mesh", "included file"
+/// ...
+/// @throws InputError (with `where`) naming the searched places, or the way to allow files
+/// elsewhere.
 MeshPath find_mesh(const std::string& name, const std::filesystem::path& urdf_folder,
                    const std::map<std::string, std::filesystem::path>& packages,
                    const std::string& where, const char* kind = "mesh");
 
-// ---- URDF files through urdfdom, with a second pass over the XML for what urdfdom drops.
+// ---- URDF files through urdfdom, with a second pass over the XML for the elements that urdfdom
+// ignores.
 
-/// A package not listed is searched for upwards from the URDF.
+/// Packages that are not listed are searched for upwards from the URDF.
 struct UrdfOptions : ModelFileOptions {
-  /// Opt-in: exchanges limits whose lower is above the upper, and lets a joint go by itself that is
-  /// to follow one that does not exist, is fixed or has several coordinates (or is so itself);
-  /// notes each. Off: refused.
+  /// Swaps limits whose lower is above the upper one, and drops a <mimic> if the joint or its
+  /// master is fixed or has several coordinates, or the master does not exist; notes each. If
+  /// false, such files are refused.
   bool repair_joints = false;
-  /// For what a collision's file does not say.
+  /// Values that a collision's file does not give.
   Material default_material;
 };
 
 /// Reads a URDF file. Visual elements are ignored; collision meshes become their convex hulls.
 /// Friction and restitution come from Bullet's <contact>, Drake's proximity properties and Gazebo's
-/// mu1. @throws InputError naming file, line or element, what was expected, what to do.
+/// mu1. @throws InputError naming file, line or element, the expected input and a remedy.
 RobotSpec load_urdf(const std::filesystem::path& file, const UrdfOptions& options = {});
 
-// ---- MJCF, MuJoCo's model files: what is read of them, and how it goes into a scene.
+// ---- MJCF, MuJoCo's model files: their supported contents, and their conversion to a scene.
 
 using MjcfOptions = LeavingOptions;
 
-/// A model as an MJCF file describes it. The root link of `robot` is the world ("world"); what is
-/// fixed to it stands in `environment`, so that it touches what hangs on it, as in MuJoCo.
+/// A model as an MJCF file describes it. The root link of `robot` is the world ("world"); shapes
+/// fixed to it are in `environment`, so that they touch the bodies attached to the world, as in
+/// MuJoCo.
 struct MjcfModel : ModelParts {
   /// A joint in the order of MuJoCo's qpos; names are those of `robot`.
   struct Coordinate {
@@ -136,18 +144,18 @@ struct MjcfModel : ModelParts {
     JointType type = JointType::kRevolute;
     std::vector<double> reference;  ///< qpos0, joint_nq numbers
   };
-  /// What an actuator does with its control u: it pulls at a joint with
-  /// gain u + bias - stiffness q - damping w.
+  /// An actuator with control u: the force on its joint is gain u + bias - stiffness q - damping w.
   struct Actuator {
     std::string name;
-    std::string joint;  ///< of one coordinate; "": has no counterpart, and pulls with u only
+    /// Joint of one coordinate; "": the actuator has no counterpart and acts only with a control.
+    std::string joint;
     double gain = 0.0, bias = 0.0, stiffness = 0.0, damping = 0.0;
     std::optional<double> least, most;  ///< bounds of u
     std::string where;
   };
   struct Keyframe {
     std::string name;
-    std::vector<double> q, v, control;  ///< in MuJoCo's order; empty: qpos0, zero, zero
+    std::vector<double> q, v, control;  ///< in MuJoCo's order; if empty: qpos0, zero, zero
     std::string where;
   };
 
@@ -162,36 +170,39 @@ struct MjcfModel : ModelParts {
   std::string integrator = "semi_implicit_euler";
 };
 
-/// Reads an MJCF file (docs/reference/mjcf.md). @throws InputError naming file, line, element, what
-/// was expected and what to do, also for what the engine does not have and would change the motion.
+/// Reads an MJCF file (docs/reference/mjcf.md). @throws InputError naming file, line, element, the
+/// expected input and a remedy; also for unsupported features that would change the motion.
 MjcfModel load_mjcf(const std::filesystem::path& file, const MjcfOptions& options = {});
 
-/// True if the root element of an XML file is <mujoco>. @throws InputError if it is no XML.
+/// Returns true if the root element of an XML file is <mujoco>. @throws InputError if it is not
+/// XML.
 bool is_mjcf(const std::filesystem::path& file);
 
-/// A speed at the start, by joint.
+/// Initial velocity of a joint.
 struct StartVelocity {
   std::string joint;
-  std::vector<double> v;  ///< joint_nv
+  std::vector<double> v;  ///< joint_nv numbers [rad/s or m/s]
 };
 
-/// Puts a model into a builder, placed and prefixed, at a keyframe (by name; "none": qpos0; "": the
-/// first, or qpos0 if there is none). Returns the speeds there. @throws InputError as the builder,
-/// and for an unknown keyframe.
+/// Adds a model to a builder, placed at X_WL and with `prefix` before every name, at a keyframe
+/// (its name; "none": qpos0; "": the first one, or qpos0 if there is none). Returns the velocities
+/// of the keyframe. @throws InputError as the builder, and for an unknown keyframe.
 std::vector<StartVelocity> add_mjcf(const MjcfModel& model, const std::string& keyframe,
                                     const Pose& X_WL, const std::string& prefix,
                                     ModelBuilder& builder);
 
-// ---- SDF, Gazebo's format of models and worlds: what is read of it, and how it goes into a scene.
+// ---- SDF, Gazebo's format of models and worlds: its supported contents, and their conversion to a
+// scene.
 
 using SdfOptions = LeavingOptions;
 
-/// The models of an SDF file. Static ones stand in `environment`. Names: link "arm" of a lone
-/// model; "robot/arm" in a world; "robot/gripper/arm" in a model within it.
+/// The models of an SDF file; static ones are in `environment`. Names: link "arm" of a single
+/// model, "robot/arm" in a world, "robot/gripper/arm" in a nested model.
 struct SdfModel : ModelParts {
   struct Tree {
     RobotSpec robot;
-    /// kFixed: joints lead to the world, which is the root link ("world" behind the model's name).
+    /// kFixed: joints connect the tree to the world, which is the root link (named "world" after
+    /// the model's prefix).
     Base base = Base::kFloating;
     Pose X_WL;
   };
@@ -199,31 +210,32 @@ struct SdfModel : ModelParts {
   std::string where;  ///< the file
   std::vector<Tree> trees;
   std::vector<Note> notes;
-  std::optional<Vector3> gravity;   ///< of a world [m/s^2]
-  std::optional<double> time_step;  ///< of a world [s]
+  std::optional<Vector3> gravity;   ///< gravity of a world [m/s^2]
+  std::optional<double> time_step;  ///< time step of a world [s]
 };
 
-/// Reads an SDF file with what it includes (docs/reference/sdf.md). @throws InputError naming file,
-/// line, element, what was expected and what to do, also for what the engine does not have and
-/// would change the motion, and where the program was built without libsdformat.
+/// Reads an SDF file and the files that it includes (docs/reference/sdf.md). @throws InputError
+/// naming file, line, element, the expected input and a remedy; also for unsupported features that
+/// would change the motion, and if the program was built without libsdformat.
 SdfModel load_sdf(const std::filesystem::path& file, const SdfOptions& options = {});
 
-/// True if the root element of an XML file is <sdf> (or <gazebo>, its old name). @throws InputError
-/// if it is no XML.
+/// Returns true if the root element of an XML file is <sdf> (or <gazebo>, its old name). @throws
+/// InputError if it is not XML.
 bool is_sdf(const std::filesystem::path& file);
 
-/// Puts the models into a builder, placed and prefixed. @throws InputError as the builder.
+/// Adds the models to a builder, placed at X_WL and with `prefix` before every name. @throws
+/// InputError as the builder.
 void add_sdf(const SdfModel& model, const Pose& X_WL, const std::string& prefix,
              ModelBuilder& builder);
 
-// ---- A scene for other programs: as MJCF (MuJoCo), or as URDF.
+// ---- Export of a scene as MJCF (MuJoCo) or URDF.
 //
-// Both say what the format can: bodies, inertias, joints, shapes, materials. What it cannot is
-// listed, never left out in silence. Numbers are written with 17 digits, so that what is read back
-// is what was written but for one rounding of frames. The bodies are those of the model: links that
-// fixed joints hold are merged, and a joint's axis is z of its body's frame.
+// Both contain the bodies, inertias, joints, shapes and materials as far as the format has them;
+// everything else is listed in Exported::lost. Numbers have 17 digits, so that reading the file
+// gives the same values except for one rounding of frames. Bodies are those of the model: links
+// held by fixed joints are merged, and a joint's axis is z of its body's frame.
 
-/// A file to be written beside the exported one.
+/// An additional file, to be written beside the exported one.
 struct ExportedFile {
   std::string name;  ///< relative to the folder of the exported file
   std::string text;
@@ -231,20 +243,20 @@ struct ExportedFile {
 
 struct Exported {
   std::string text;                 ///< the document
-  std::vector<ExportedFile> files;  ///< what it refers to: meshes
-  std::vector<Note> lost;           ///< what the format cannot say
+  std::vector<ExportedFile> files;  ///< files that it refers to: meshes
+  std::vector<Note> lost;           ///< parts of the scene that the format cannot express
 };
 
-/// MJCF of the whole scene, its start as keyframe "start". Contacts are as stiff as MuJoCo's solver
-/// takes well (solref 2 h, solimp 0.9999, elliptic cones, impratio 100); both engines' contact
-/// models differ. `apart`: pairs of geometries that do not collide beyond those that the model
-/// excludes (collision::Collider::overlapping_pairs). @throws InputError for what would be another
-/// model: a plane that moves.
+/// Returns the MJCF of the whole scene, with its initial state as keyframe "start". Contacts are as
+/// stiff as MuJoCo's solver handles well (solref 2 h, solimp 0.9999, elliptic cones, impratio 100);
+/// the contact models of the two engines differ. `apart`: pairs of geometries that do not collide
+/// in addition to those that the model excludes (collision::Collider::overlapping_pairs). @throws
+/// InputError for a plane that is not fixed to the world.
 Exported export_mjcf(const Scene& scene, const std::vector<std::pair<int, int>>& apart = {});
 
-/// URDF of one robot: trees that hang on the world by joints, or one that floats. The start is not
-/// in it, nor what lies on the world. `mesh_folder`: where the meshes (OBJ, [m]) are put and looked
-/// for, relative to the file. @throws InputError if the scene holds several robots: more than one
+/// Returns the URDF of one robot: the trees connected to the world by joints, or one floating tree.
+/// It has neither the initial state nor the environment. `mesh_folder`: folder of the meshes (OBJ,
+/// [m]), relative to the file. @throws InputError if the scene holds several robots: more than one
 /// tree, one of them floating.
 Exported export_urdf(const Scene& scene, const std::string& mesh_folder = "meshes");
 

@@ -18,8 +18,8 @@ Vector3 quaternion_log(const Quaternion& q) {
 }
 
 Matrix3 rotation_z_to(const Vector3& axis) {
-  // The shortest turn from z, in closed form; exact for the coordinate axes. Axes below the equator
-  // start from -z, far from the pole of 1 / (1 + z).
+  // Shortest rotation from z to the axis in closed form, exact for the coordinate axes. Axes with z
+  // < 0 start from -z, far from the pole of 1 / (1 + z).
   const double sign = std::copysign(1.0, axis.z());
   const Vector3 a = sign * axis;
   const double s = 1.0 / (1.0 + a.z());

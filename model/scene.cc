@@ -15,9 +15,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kStartGap = 1e-3;  // [m] between the ground and a floating robot at the start
+constexpr double kStartGap = 1e-3;  // initial gap between the ground and a floating robot [m]
 
-/// How low what moves reaches in the default configuration [m]; infinity if nothing does.
+/// Returns the smallest world z [m] of all moving geometry in the default configuration; infinity
+/// if nothing moves.
 double lowest_point(const Model& model) {
   const std::vector<Pose> X_WB = body_poses(model, model.default_q());
   double lowest = kInfinity;
@@ -58,7 +59,7 @@ Scene load_lone_urdf(const fs::path& file, const SceneOverrides& overrides) {
   return scene_of(builder.build(), robot.name);
 }
 
-/// Files of MuJoCo and Gazebo say themselves what is free and where the ground is.
+/// Refuses the options for bases and ground: MJCF and SDF files define these themselves.
 void expect_no_base(const fs::path& file, const SceneOverrides& overrides, const char* format) {
   if (overrides.base || overrides.ground || overrides.ground_friction || !overrides.srdf.empty())
     throw InputError(
@@ -67,7 +68,7 @@ void expect_no_base(const fs::path& file, const SceneOverrides& overrides, const
                     file.string(), format));
 }
 
-/// A file of MuJoCo says how it starts, too.
+/// Loads a single MJCF file, including the initial velocities of its keyframe.
 Scene load_lone_mjcf(const fs::path& file, const SceneOverrides& overrides) {
   expect_no_base(file, overrides, "MJCF");
   const MjcfModel model = load_mjcf(file, {file_options(overrides), {}});

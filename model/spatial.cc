@@ -6,7 +6,7 @@ SpatialInertia SpatialInertia::operator+(const SpatialInertia& o) const {
   const double total = mass + o.mass;
   if (total == 0.0) return {0.0, center, rotational + o.rotational};
   const Vector3 c = (mass * center + o.mass * o.center) / total;
-  // Parallel axes, written with the distance of the two centres: no cancellation when they
+  // Parallel axis theorem in terms of the distance of the two centres: no cancellation when they
   // coincide.
   const Matrix3 s = skew(o.center - center);
   return {total, c, rotational + o.rotational - (mass * o.mass / total) * s * s};

@@ -1,8 +1,7 @@
 // Vectors, rotations and spatial algebra, in double precision: Eigen types; quaternions and the
 // exponential map; poses, spatial velocities (motions), spatial forces (wrenches), inertias.
-//
-// Monogram notation: X_AB is the pose of frame B in frame A; V_WB the spatial velocity of B in W.
-// A spatial quantity is written at the origin of, and in the axes of, the frame it is expressed in.
+// Monogram notation: X_AB is the pose of frame B in frame A; V_WB the spatial velocity of B in W. A
+// spatial quantity refers to the origin and the axes of the frame it is expressed in.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,12 +22,12 @@ using Quaternion = Eigen::Quaterniond;
 using VectorRef = Eigen::Ref<const VectorX>;
 using VectorOut = Eigen::Ref<VectorX>;
 
-/// Standard gravity [m/s^2], ISO 80000-3. Also the g0 of the contact smoothing, with or without
-/// gravity.
+/// Standard gravity [m/s^2], ISO 80000-3. Also the g0 of contact smoothing, for any gravity of the
+/// scene.
 inline constexpr double kStandardGravity = 9.80665;
 
-/// Input a user can correct: a file, an element, a value. The message says where, what was expected
-/// and what to do. Commands turn it into exit code 2.
+/// Error in the user's input (a file, an element, a value). The message names the place, the
+/// expected input and a remedy. Commands exit with code 2.
 class InputError : public std::runtime_error {
  public:
   explicit InputError(const std::string& message) : std::runtime_error(message) {}
@@ -36,21 +35,22 @@ class InputError : public std::runtime_error {
 
 // ---- Rotations: unit quaternions and matrices, exponential map, axis alignment.
 
-/// The matrix of the cross product: skew(a) * b = a x b.
+/// Returns the matrix of the cross product: skew(a) * b = a x b.
 inline Matrix3 skew(const Vector3& a) {
   Matrix3 m;
   m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
   return m;
 }
 
-/// Rotation matrix of URDF's fixed-axis roll, pitch, yaw [rad]: Rz(yaw) Ry(pitch) Rx(roll).
+/// Returns the rotation matrix of URDF's fixed-axis roll, pitch, yaw [rad]: Rz(yaw) Ry(pitch)
+/// Rx(roll).
 Matrix3 rotation_from_rpy(double roll, double pitch, double yaw);
 
-/// Unit quaternion of a rotation vector [rad] (axis times angle), exact to round-off at every
+/// Returns the unit quaternion of a rotation vector [rad] (axis times angle), to round-off at every
 /// angle.
 inline Quaternion quaternion_exp(const Vector3& rotation_vector) {
   const double angle2 = rotation_vector.squaredNorm();
-  // sin(a/2)/a by series below 1e-4 rad: the next term is a^4/3840 < 1e-19.
+  // Series of sin(a/2)/a below 1e-4 rad: the next term is a^4/3840 < 1e-19.
   double s = 0.0;
   double c = 0.0;
   if (angle2 < 1e-8) {
@@ -64,15 +64,16 @@ inline Quaternion quaternion_exp(const Vector3& rotation_vector) {
   return {c, s * rotation_vector.x(), s * rotation_vector.y(), s * rotation_vector.z()};
 }
 
-/// Rotation vector [rad], angle in [0, pi], of a unit quaternion: the inverse of quaternion_exp.
+/// Returns the rotation vector [rad], angle in [0, pi], of a unit quaternion: the inverse of
+/// quaternion_exp.
 Vector3 quaternion_log(const Quaternion& q);
 
-/// A rotation that takes the z axis to the unit vector `axis`; the identity when axis is z itself,
-/// free of round-off when axis is a coordinate axis.
+/// Returns a rotation that maps the z axis to the unit vector `axis`; the identity when `axis` is
+/// z, and free of round-off when it is a coordinate axis.
 Matrix3 rotation_z_to(const Vector3& axis);
 
-/// A right-handed frame (t1, t2, n), as columns, whose third axis is the unit vector n.
-/// A pure function of n, continuous but at n = -z (Duff et al. 2017, "Building an orthonormal
+/// Returns a right-handed frame (t1, t2, n), as columns, whose third axis is the unit vector n. It
+/// depends on n only, continuously except at n = -z (Duff et al. 2017, "Building an orthonormal
 /// basis, revisited").
 inline Matrix3 frame_from_normal(const Vector3& n) {
   const double sign = std::copysign(1.0, n.z());
@@ -101,7 +102,7 @@ struct Motion {
     linear += o.linear;
     return *this;
   }
-  /// Velocity [m/s] of the body-fixed point at position p [m] from the origin.
+  /// Returns the velocity [m/s] of the body-fixed point at position p [m] from the origin.
   Vector3 at(const Vector3& p) const { return linear + angular.cross(p); }
 };
 
@@ -126,13 +127,13 @@ struct Force {
   }
 };
 
-/// Power [W] of a force along a motion, both in the same frame.
+/// Returns the power [W] of a force along a motion, both in the same frame.
 inline double dot(const Motion& v, const Force& f) {
   return v.angular.dot(f.torque) + v.linear.dot(f.force);
 }
 
-/// Motion cross product v x m: rate of change of m carried along by v (Featherstone 2008,
-/// eq. 2.31).
+/// Motion cross product v x m: rate of change of a motion m that is fixed in a frame moving with v
+/// (Featherstone 2008, eq. 2.31).
 inline Motion cross(const Motion& v, const Motion& m) {
   return {v.angular.cross(m.angular), v.angular.cross(m.linear) + v.linear.cross(m.angular)};
 }
@@ -147,28 +148,28 @@ struct Pose {
   Matrix3 rotation = Matrix3::Identity();
   Vector3 translation = Vector3::Zero();
 
-  /// A point given in B, in A.
+  /// Transforms a point [m] from frame B to frame A.
   Vector3 operator*(const Vector3& p_B) const { return rotation * p_B + translation; }
   Pose operator*(const Pose& X_BC) const {
     return {rotation * X_BC.rotation, rotation * X_BC.translation + translation};
   }
   Pose inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
-  /// A motion expressed in B, expressed in A.
+  /// Transforms a motion from frame B to frame A.
   Motion operator*(const Motion& v_B) const {
     const Vector3 angular = rotation * v_B.angular;
     return {angular, rotation * v_B.linear + translation.cross(angular)};
   }
-  /// A motion expressed in A, expressed in B.
+  /// Transforms a motion from frame A to frame B.
   Motion inverse_apply(const Motion& v_A) const {
     return {rotation.transpose() * v_A.angular,
             rotation.transpose() * (v_A.linear - translation.cross(v_A.angular))};
   }
-  /// A force expressed in B, expressed in A.
+  /// Transforms a force from frame B to frame A.
   Force operator*(const Force& f_B) const {
     const Vector3 force = rotation * f_B.force;
     return {rotation * f_B.torque + translation.cross(force), force};
   }
-  /// A force expressed in A, expressed in B.
+  /// Transforms a force from frame A to frame B.
   Force inverse_apply(const Force& f_A) const {
     return {rotation.transpose() * (f_A.torque - translation.cross(f_A.force)),
             rotation.transpose() * f_A.force};
@@ -181,18 +182,18 @@ struct SpatialInertia {
   Vector3 center = Vector3::Zero();      ///< centre of mass in the body frame [m]
   Matrix3 rotational = Matrix3::Zero();  ///< about the centre of mass [kg m^2], symmetric
 
-  /// Spatial momentum of the body moving with v, at the body origin.
+  /// Returns the spatial momentum about the body origin of a body that moves with v.
   Force operator*(const Motion& v) const {
     const Vector3 momentum = mass * v.at(center);
     return {rotational * v.angular + center.cross(momentum), momentum};
   }
-  /// Both bodies, welded together (same frame).
+  /// Returns the inertia of both bodies welded together (same frame).
   SpatialInertia operator+(const SpatialInertia& o) const;
-  /// The same body seen from frame A, this being expressed in B.
+  /// Transforms this inertia from frame B to frame A.
   SpatialInertia transformed(const Pose& X_AB) const {
     return {mass, X_AB * center, X_AB.rotation * rotational * X_AB.rotation.transpose()};
   }
-  /// 6x6 matrix over (angular, linear), at the body origin [kg m^2, kg m, kg].
+  /// Returns the 6x6 matrix over (angular, linear) at the body origin [kg m^2, kg m, kg].
   Matrix6 matrix() const;
 };
 

@@ -4,9 +4,9 @@
 
 namespace counterpoint {
 
-/// What is not limited: a position, a force, a distance.
+/// Value of an absent limit: a position, a force, a distance.
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// What is not known.
+/// Value of an unknown number.
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace counterpoint

@@ -1,5 +1,4 @@
-// Text as users and files write it: whole files up to a limit of size, numbers, nearest names, YAML
-// with line numbers.
+// Text input: whole files up to a size limit, numbers, name suggestions, YAML with line numbers.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -23,19 +22,20 @@ class XMLDocument;
 
 namespace counterpoint {
 
-// ---- Whole text files in memory, up to a limit of size.
+// ---- Whole text files in memory, up to a size limit.
 
-/// Why a file cannot be opened: "there is no such file", "a folder; a file is expected", or what
-/// the system says.
+/// Returns the reason why a file cannot be opened: "there is no such file", "a folder; a file is
+/// expected", or the system's message.
 std::string why_unreadable(const std::filesystem::path& file);
 
-/// The bytes of a file. Pipes are read to their end. @throws InputError: "FILE: `missing`" where it
-/// is not there, why_unreadable where it cannot be opened, and when it is longer than `max_bytes`.
+/// Returns the bytes of a file; pipes are read to their end. @throws InputError: "FILE: `missing`"
+/// if it does not exist, with why_unreadable if it cannot be opened, and when it is longer than
+/// `max_bytes`.
 std::string read_text_file(const std::filesystem::path& file, std::uintmax_t max_bytes,
                            const char* missing);
 
-/// The faults of a file, said together: what one part of the reading throws is kept, and reading
-/// goes on with the next.
+/// Collects the errors of a file so that they are reported together: an error in one part is kept,
+/// and reading goes on with the next part.
 class Faults {
  public:
   template <class Part>
@@ -49,9 +49,9 @@ class Faults {
   }
   void add(const std::string& fault);
   bool any() const { return !faults_.empty(); }
-  /// Was a part not read to its end? Names that it gives may then be missing.
+  /// True if a part was not read to its end: names that it defines may be missing.
   bool broken() const { return broken_; }
-  /// @throws InputError with all of them, one a line, the first 20 in full.
+  /// @throws InputError with all of them, one per line, the first 20 in full.
   void throw_if_any() const;
 
  private:
@@ -59,34 +59,36 @@ class Faults {
   bool broken_ = false;
 };
 
-/// Without the characters of `blank` at its ends.
+/// Returns the text without the characters of `blank` at its ends.
 inline std::string_view trimmed(std::string_view text, std::string_view blank) {
   const auto begin = text.find_first_not_of(blank);
   if (begin == std::string_view::npos) return {};
   return text.substr(begin, text.find_last_not_of(blank) - begin + 1);
 }
 
-/// An XML file: as above, and refused when it defines entities or a document type (they could
-/// multiply it, and no format here needs them) or has more marks than limits::kMaxXmlMarks.
+/// Returns the text of an XML file. @throws InputError as read_text_file, and when the file defines
+/// entities or a document type (they could multiply its size, and no format here needs them) or has
+/// more marks than limits::kMaxXmlMarks.
 std::string read_xml_file(const std::filesystem::path& file, const char* missing);
 
-/// An XML file, read as above and parsed. @throws InputError, also with file and line where it is
-/// not well-formed.
+/// Reads an XML file with read_xml_file and parses it. @throws InputError as that, and with file
+/// and line where it is not well-formed.
 void parse_xml_file(const std::filesystem::path& file, const char* missing,
                     tinyxml2::XMLDocument& document);
 
-/// The text of an XML file, parsed. @throws InputError with file, line and what is wrong in plain
-/// words.
+/// Parses the text of an XML file. @throws InputError with file, line and a description of the
+/// error.
 void parse_xml(const std::filesystem::path& file, const std::string& text,
                tinyxml2::XMLDocument& document);
 
-/// The name of the root element of an XML file, or "". @throws InputError as parse_xml_file.
+/// Returns the name of the root element of an XML file, or "". @throws InputError as
+/// parse_xml_file.
 std::string root_element_name(const std::filesystem::path& file);
 
-// ---- A number as a user or a file writes it.
+// ---- Numbers in text.
 
-/// The whole text as a number, a sign + before it allowed, whatever the locale (unlike strtod); may
-/// be infinite or NaN where the text says so. Nothing if it is none.
+/// Parses the whole text as a number, with an optional sign +, independent of the locale (unlike
+/// strtod). The result may be infinite or NaN if the text says so; nothing if it is not a number.
 inline std::optional<double> parse_number(std::string_view text) {
   if (text.size() > 1 && text.front() == '+') text.remove_prefix(1);
   double value = 0.0;
@@ -97,7 +99,8 @@ inline std::optional<double> parse_number(std::string_view text) {
 
 // ---- Edit distance of two names, to suggest the nearest one.
 
-/// Letters to be put in, taken out or changed to make one word of the other (Levenshtein).
+/// Returns the Levenshtein distance: the number of letters to insert, delete or change to turn a
+/// into b.
 inline int edit_distance(const std::string& a, const std::string& b) {
   std::vector<int> row(b.size() + 1);
   std::iota(row.begin(), row.end(), 0);
@@ -112,40 +115,38 @@ inline int edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-// ---- YAML with line numbers: every wrong value is reported as "file:line: what, what was
-// expected".
+// ---- YAML with line numbers: an invalid value is reported as "file:line: value, expected value".
 
-/// A whole YAML file, of the extent that model/limits.h allows. @throws InputError with file and
-/// line. `missing`: what to say when there is no such file.
+/// Returns a whole YAML file within the limits of model/limits.h. `missing` is the message when
+/// there is no such file. @throws InputError with file and line.
 YAML::Node load_yaml_file(const std::filesystem::path& file, const char* missing);
 
-/// A YAML value together with the file it stands in. All readers throw InputError with file and
-/// line.
+/// A YAML value with its file and path. All readers throw InputError with file and line.
 class YamlValue {
  public:
-  /// As load_yaml_file.
+  /// Loads a file as load_yaml_file does.
   static YamlValue load(const std::filesystem::path& file);
 
   bool has(const char* key) const { return node_.IsMap() && node_[key].IsDefined(); }
-  /// The value under a key of a map; an error if it is missing.
+  /// Returns the value under a key of a map; an error if it is missing.
   YamlValue at(const char* key) const;
   bool is_map() const { return node_.IsMap(); }
   bool is_list() const { return node_.IsSequence(); }
   bool is_text(const char* text) const { return node_.IsScalar() && node_.Scalar() == text; }
 
-  /// Refuses keys that are unknown or repeated, naming those that are known.
+  /// Refuses unknown or repeated keys; the message lists the known ones.
   void expect_map(std::initializer_list<const char*> known) const;
   std::vector<YamlValue> list() const;
-  /// Key and value, in file order; an error if a key is given twice.
+  /// Returns keys and values in file order; an error if a key is repeated.
   std::vector<std::pair<std::string, YamlValue>> entries() const;
 
   std::string text() const;
   bool boolean() const;
   double number() const;
   int integer(int low, int high) const;
-  double number(double low, double high) const;  ///< both ends included
+  double number(double low, double high) const;  ///< in the closed interval
   double positive() const;
-  std::vector<double> numbers() const;  ///< a number, or a list of them
+  std::vector<double> numbers() const;  ///< one number, or a list of numbers
   Vector3 vector3() const;
 
   [[noreturn]] void fail(const std::string& message) const;

@@ -11,33 +11,34 @@
 namespace counterpoint::collision {
 namespace {
 
-// Boxes so many times larger than the geometric mean lie in no cell, at most one in so many.
+// Boxes more than kLargeRatio times the geometric mean size lie in no cell; at most one box in
+// kLeastPerLarge may.
 constexpr double kLargeRatio = 4.0;
 constexpr std::size_t kLeastPerLarge = 32;
-// Boxes that share a cell with a box (itself included), on average, from which on the grid is of no
-// use.
+// Mean number of boxes in a box's cell (itself included) above which the grid is not used.
 constexpr std::size_t kMostInCell = 16;
-// By so much cells are larger than boxes, lest overlapping boxes be two cells apart by round-off.
+// Relative amount by which cells exceed the largest box, so that round-off cannot put overlapping
+// boxes two cells apart.
 constexpr double kSlack = 1e-5;
 constexpr double kSmallestCell = 1e-9;  // [m]
-// Cells farther from the origin are one: coordinates must fit an integer.
+// Cells farther from the origin than this count as one: coordinates must fit an integer.
 constexpr double kFarthestCell = 1 << 30;
-// The grid is folded onto 2^this cells at least.
+// Binary logarithm of the least number of cells that the grid is folded onto.
 constexpr int kFewestFolded = 8;
-// Entries looked at together; as many follow the last.
+// Number of entries always tested, without a branch; as many unused entries follow the last one.
 constexpr std::uint32_t kMostAlways = 4;
 constexpr std::uint32_t kNoCell = ~0u;
 constexpr std::uint32_t kLarge = ~0u - 1;
 
-// Upper bounds of the keys of the boxes that overlap one.
+// Upper bounds of the keys (Entry::key) of all boxes that overlap a given one.
 #if defined(__SSE2__)
 class Limits {
  public:
   explicit Limits(const std::array<double, 6>& key)
       : v_{_mm_set_pd(-key[5], -key[4]), _mm_set_pd(-key[2], -key[3]),
            _mm_set_pd(-key[1], -key[0])} {}
-  // 1 if the box of these keys is one of them, else 0. Not by vectors of the compiler's own: GCC 12
-  // takes their truth values apart, which doubles the time.
+  // Returns 1 if the box with these keys overlaps, else 0. Intrinsics, because GCC 12 splits
+  // comparisons of its own vector types into scalars, which doubles the time.
   std::uint32_t hold(const std::array<double, 6>& key) const {
     const __m128d met = _mm_and_pd(_mm_and_pd(_mm_cmple_pd(_mm_load_pd(key.data()), v_[0]),
                                               _mm_cmple_pd(_mm_load_pd(key.data() + 2), v_[1])),
@@ -66,9 +67,9 @@ class Limits {
 
 double extent(const Bounds& box) { return (box.high - box.low).maxCoeff(); }
 
-// A place among the boxes, whatever a few of them do.
+// Returns a point among the boxes that a few outliers cannot move.
 Vector3 median_of_few(const std::vector<Bounds>& boxes) {
-  constexpr std::size_t kSamples = 9;  // odd, so that the median is one of them
+  constexpr std::size_t kSamples = 9;  // odd: the median is one of them
   std::array<std::array<double, kSamples>, 3> at{};
   for (std::size_t s = 0; s < kSamples; ++s) {
     const Bounds& box = boxes[(2 * s + 1) * boxes.size() / (2 * kSamples)];
@@ -92,7 +93,8 @@ void BoundsGrid::reserve(std::size_t size) {
   large_.reserve(size / kLeastPerLarge + 1);
 }
 
-// From the boxes' sizes and how far they are spread; says in cell_ which lie in none.
+// Chooses the cell size from the sizes and spread of the boxes; marks in cell_ the boxes that lie
+// in no cell.
 bool BoundsGrid::choose_cells(const std::vector<Bounds>& boxes) {
   const Vector3 middle = median_of_few(boxes);
   Vector3 spread = Vector3::Zero();
@@ -129,13 +131,13 @@ bool BoundsGrid::choose_cells(const std::vector<Bounds>& boxes) {
   return true;
 }
 
-// spread: mean distance from the middle; size: of the largest box in a cell.
+// Sets the grid. spread: mean distance from `middle` [m]; size: of the largest box in a cell [m].
 void BoundsGrid::set_cells(const Vector3& middle, const Vector3& spread, const Vector3& size,
                            std::size_t num_boxes) {
   std::array<int, 3> bits;
   for (int k = 0; k < 3; ++k) {
     const double cell = std::max((1.0 + kSlack) * size[k], kSmallestCell);
-    // Of boxes spread evenly the mean distance is a quarter of the length.
+    // For uniformly distributed boxes the mean distance is a quarter of the length.
     const double cells = 4.0 * spread[k] / cell;
     bits[k] = cells < 2.0 ? 0 : std::max(2, std::ilogb(cells) + 1);
     origin_[k] = middle[k];
@@ -158,10 +160,11 @@ void BoundsGrid::set_cells(const Vector3& middle, const Vector3& spread, const V
   if (needed > most) fold(log_cells);
 }
 
-// Strides by which cells at one place of the ring lie far from each other: by the golden ratio g of
-// a plane (1/g), by that of a volume (1/r, 1/r^2 with r^3 = r + 1), which no small numbers nearly
-// solve. Two such cells are then at least kApart n^(1/dimensions) cells apart along some axis; from
-// 2^kFewestFolded cells on that is at least three, so that neighbours are at different places.
+// Sets strides for which cells at the same place of the ring lie far from each other: n/g (g the
+// golden ratio) in the plane, n/r and n/r^2 (r^3 = r + 1) in space, numbers that no small integers
+// nearly relate. Two such cells are at least kApart n^(1/dimensions) cells apart along some axis;
+// from 2^kFewestFolded cells on that is at least three, so that neighbouring cells are at different
+// places.
 void BoundsGrid::fold(int log_cells) {
   constexpr double kGolden = 0.61803398874989485, kPlastic = 0.75487766624669276;
   constexpr double kApart = 0.55;
@@ -177,7 +180,7 @@ void BoundsGrid::fold(int log_cells) {
   std::fill_n(longest_.begin(), dimensions_, static_cast<std::uint32_t>(apart));
 }
 
-// Of a cell, along an axis.
+// Returns the coordinate of a cell along an axis.
 inline std::uint32_t BoundsGrid::coordinate(double x, int axis) const {
   const double t = (x - origin_[axis]) * inverse_cell_[axis];
   return static_cast<std::uint32_t>(std::clamp(t, -kFarthestCell, kFarthestCell) + kFarthestCell);
@@ -189,7 +192,7 @@ inline std::uint32_t BoundsGrid::cell_of(const Vector3& low) const {
   return cell & last_;
 }
 
-// Completes cell_, fills begin_ so that begin_[c + 1] is where cell c begins.
+// Completes cell_ and fills begin_ such that begin_[c + 1] is the index of cell c's first entry.
 bool BoundsGrid::count_boxes(const std::vector<Bounds>& boxes) {
   const std::size_t num_cells = std::size_t{last_} + 1;
   begin_.assign(num_cells + 1, 0);
@@ -229,15 +232,15 @@ bool BoundsGrid::place(const std::vector<Bounds>& boxes) {
   return true;
 }
 
-// Writes the pairs that a makes with entries. What does not meet is written too, and then
-// overwritten: no branch on what cannot be foreseen. For the same reason some entries are always
-// looked at.
+// Writes the pairs that box a makes with entries. A pair that does not overlap is written too and
+// then overwritten, and the first entries are always tested: this avoids branches that cannot be
+// predicted.
 class BoundsGrid::Meeting {
  public:
   Meeting(const BoundsGrid& grid, const Entry& a, Pair* out)
       : entries_(grid.entries_.data()), limits_(a.key), index_(a.index), out_(out) {}
 
-  // begin <= end; reads kAlways entries from begin on at least.
+  // Tests entries begin ... end, begin <= end; reads at least kAlways entries.
   template <std::uint32_t kAlways = kMostAlways>
   void with_range(std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t i = begin; i < begin + kAlways; ++i) {
@@ -245,7 +248,7 @@ class BoundsGrid::Meeting {
     }
     with_rest(begin + kAlways, end);
   }
-  // Cell c of the ring of cells 0 ... last, and its two neighbours.
+  // Tests cell c of the ring of cells 0 ... last, and its two neighbours.
   void with_row(const std::uint32_t* begin, std::uint32_t c, std::uint32_t last) {
     if (c > 0 && c < last) {
       with_range(begin[c - 1], begin[c + 2]);
@@ -275,8 +278,8 @@ class BoundsGrid::Meeting {
   Pair* out_;
 };
 
-// Pairs of an entry with those behind it in its cell and with half of the neighbouring cells, which
-// are in that many other rows.
+// Writes the pairs of an entry with later entries of its cell and with half of the neighbouring
+// cells: one in its row, and those of kRows other rows.
 template <int kRows>
 inline BoundsGrid::Pair* BoundsGrid::meet_neighbours(std::uint32_t position, Pair* out) const {
   const Entry& a = entries_[position];
@@ -297,7 +300,7 @@ inline BoundsGrid::Pair* BoundsGrid::meet_neighbours(std::uint32_t position, Pai
   return meeting.end();
 }
 
-// Pairs of a large box with boxes in cells.
+// Writes the pairs of a large box with boxes in cells.
 BoundsGrid::Pair* BoundsGrid::meet_covered(const Entry& a, Pair* out) const {
   const double low[] = {a.key[0], a.key[1], a.key[2]};
   const double high[] = {-a.key[4], -a.key[5], -a.key[3]};
@@ -306,12 +309,12 @@ BoundsGrid::Pair* BoundsGrid::meet_covered(const Entry& a, Pair* out) const {
   Meeting meeting(*this, a, out);
   for (int k = 0; k < 3; ++k) {
     const int axis = axis_[k];
-    // What begins in the cell before may reach into the box.
+    // A box of the cell before may reach into this box.
     const std::uint32_t first = coordinate(low[axis], axis) - 1;
     count[k] = k < dimensions_ ? coordinate(high[axis], axis) - first + 1 : 1;
     cell += first * stride_[k];
     if (count[k] > longest_[k]) {
-      // It would meet some cell twice.
+      // The loop below would visit some cell twice.
       meeting.with_rest(0, num_entries_);
       return meeting.end();
     }
@@ -339,7 +342,7 @@ void BoundsGrid::find_pairs(std::vector<Pair>& out) {
 
 template <int kRows>
 void BoundsGrid::find_pairs_in_rows(std::vector<Pair>& out) {
-  // Room for all that the next box may meet, before it is looked at.
+  // Makes room for all pairs that the next box can have.
   const std::size_t old_size = out.size();
   std::size_t size = old_size;
   const auto room = [&](std::size_t needed) {

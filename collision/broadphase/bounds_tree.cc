@@ -9,8 +9,8 @@
 namespace counterpoint::collision {
 namespace {
 
-// A box in the tree. The tree asks an object for nothing but its bounds, which FCL derives from a
-// shape and a pose; ours are tighter and hold the margin, so they are set directly.
+// A box in the tree. The tree reads only an object's bounds, which FCL derives from a shape and a
+// pose; ours are tighter and include the margin, so they are set directly.
 class Leaf : public fcl::CollisionObject<double> {
  public:
   Leaf(const std::shared_ptr<fcl::CollisionGeometry<double>>& shape, int index)
@@ -29,7 +29,7 @@ bool add_pair(fcl::CollisionObject<double>* a, fcl::CollisionObject<double>* b, 
   const int i = static_cast<const Leaf*>(a)->index();
   const int j = static_cast<const Leaf*>(b)->index();
   static_cast<std::vector<std::pair<int, int>>*>(out)->emplace_back(std::min(i, j), std::max(i, j));
-  return false;  // go on
+  return false;  // false: continue the search
 }
 
 }  // namespace
@@ -51,7 +51,7 @@ void BoundsTree::Impl::build(const std::vector<Bounds>& boxes) {
     leaves[i]->set_bounds(boxes[i]);
     objects.push_back(leaves[i].get());
   }
-  // Balancing anew would allocate; a share of the leaves is inserted anew in every call instead.
+  // Rebalancing would allocate; instead each call reinserts a share of the leaves.
   manager.max_tree_nonbalanced_level = std::numeric_limits<int>::max();
   manager.tree_incremental_balance_pass = static_cast<int>(boxes.size() / 16);
   manager.registerObjects(objects);

@@ -1,4 +1,4 @@
-// Pairs of boxes that overlap, by the tree of the Flexible Collision Library (FCL).
+// Pairs of overlapping boxes, found with the tree of the Flexible Collision Library (FCL).
 #pragma once
 
 #include <memory>
@@ -9,8 +9,8 @@
 
 namespace counterpoint::collision {
 
-/// FCL's dynamic tree of axis-aligned boxes. The shape of the tree depends on the calls before, the
-/// set of pairs does not. Allocates when the number of boxes changes, else never.
+/// FCL's dynamic tree of axis-aligned boxes. The shape of the tree depends on earlier calls, the
+/// set of pairs does not. Allocates only when the number of boxes changes.
 class BoundsTree {
  public:
   BoundsTree();
@@ -19,10 +19,10 @@ class BoundsTree {
   BoundsTree& operator=(BoundsTree&&) noexcept;
 
   std::size_t size() const;  ///< number of boxes of the last call
-  /// Makes a tree of these boxes if their number is not that of the last call.
+  /// Builds a tree of these boxes if their number differs from the last call.
   void prepare(const std::vector<Bounds>& boxes);
-  /// Appends the index pairs (first < second) of boxes that overlap, in any order. Bounds: finite,
-  /// or inverted for a box that meets nothing; two boxes or more.
+  /// Appends the index pairs (first < second) of boxes that overlap, in any order. Takes at least
+  /// two boxes; bounds are finite, or inverted for a box that overlaps nothing.
   void find_pairs(const std::vector<Bounds>& boxes, std::vector<std::pair<int, int>>& out);
 
  private:

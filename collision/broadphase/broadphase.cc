@@ -8,7 +8,8 @@
 namespace counterpoint::collision {
 namespace {
 
-// Below these the sweep is faster in every scene measured (docs/decisions/README.md).
+// Numbers of boxes below which the sweep was faster in every measured scene
+// (docs/decisions/README.md).
 constexpr std::size_t kFewestForGrid = 32;
 constexpr std::size_t kFewestForTree = 500;
 
@@ -27,7 +28,7 @@ void Broadphase::find_pairs(const std::vector<Bounds>& boxes,
   out.clear();
   found_.clear();
   if (boxes.size() < 2) return;
-  // Memory for every way now, lest a step allocate when the scene spreads or gathers.
+  // Reserve memory for every method now, so that a step does not allocate when the method changes.
   found_.reserve(out.capacity());
   boxes_.reserve(boxes.size());
   entries_.reserve(boxes.size());
@@ -62,10 +63,11 @@ void Broadphase::sweep_or_tree(const std::vector<Bounds>& boxes) {
   }
 }
 
-// Moves the pairs found to `out`: sorted by counting, second index first.
+// Moves the found pairs to `out` in ascending order, by counting sort of the second, then the first
+// index.
 void Broadphase::move_sorted(std::size_t num_boxes, std::vector<std::pair<int, int>>& out) {
   using Pairs = std::vector<std::pair<int, int>>;
-  constexpr std::size_t kFewPairs = 64;  // few are sorted by comparison, which passes over no boxes
+  constexpr std::size_t kFewPairs = 64;  // fewer are sorted by comparison: no pass over the boxes
   if (found_.size() < std::max(kFewPairs, num_boxes / 8)) {
     std::sort(found_.begin(), found_.end());
     out.assign(found_.begin(), found_.end());
@@ -83,7 +85,7 @@ void Broadphase::move_sorted(std::size_t num_boxes, std::vector<std::pair<int, i
   out.swap(found_);
 }
 
-// The axis along which the boxes are spread most.
+// Returns the axis with the largest variance of the box centres.
 int Broadphase::widest_axis() const {
   Vector3 sum = Vector3::Zero();
   Vector3 sum2 = Vector3::Zero();
@@ -98,11 +100,11 @@ int Broadphase::widest_axis() const {
   return axis;
 }
 
-// Is the tree faster? Its work grows with the boxes, the sweep's with how many of them a box meets
-// along the axis: judged from a few. Either answer is right.
+// Estimates from a few boxes whether the tree is faster. Its work grows with the number of boxes,
+// that of the sweep with the number of boxes that overlap along the axis.
 bool Broadphase::crowded(int axis) const {
-  constexpr std::size_t kSamples = 16;     // a pass over the boxes each
-  constexpr std::size_t kNeighbours = 24;  // either answer is right, only time differs
+  constexpr std::size_t kSamples = 16;     // each takes a pass over the boxes
+  constexpr std::size_t kNeighbours = 24;  // affects only the time, not the pairs
   if (boxes_.size() < kFewestForTree) return false;
   std::size_t met = 0;
   for (std::size_t k = 0; k < kSamples; ++k) {

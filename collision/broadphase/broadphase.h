@@ -1,4 +1,4 @@
-// Pairs of boxes that overlap.
+// Broad phase: pairs of overlapping axis-aligned boxes.
 #pragma once
 
 #include <memory>
@@ -17,20 +17,21 @@ struct Bounds {
   Vector3 low, high;
 };
 
-/// No sum or difference of coordinates up to this many metres overflows.
+/// Limit of coordinates [m] below which sums and differences do not overflow.
 constexpr double kFarthest = 1e100;
 
-/// What overlaps nothing, not even itself, and widens nothing it is merged with. Not sound.
+/// A box that overlaps nothing, not even itself, and does not widen a box merged with it. It is not
+/// sound.
 inline const Bounds kNowhere{Vector3::Constant(kFarthest), Vector3::Constant(-kFarthest)};
 
-/// False if a coordinate is not finite, or all together are beyond kFarthest.
+/// False if a coordinate is not finite, or the sum of their absolute values is kFarthest or more.
 inline bool is_sound(const Bounds& box) {
-  // One comparison, which is false for what is not a number.
+  // One comparison, which is false for NaN.
   return box.low.cwiseAbs().sum() + box.high.cwiseAbs().sum() < kFarthest;
 }
 
-/// Sweep and prune for few boxes, a grid for many of like size, a tree for many of very different
-/// sizes. Keeps its memory from call to call; the result does not depend on it.
+/// Sweep and prune for few boxes, a grid for many of similar size, a tree for many of very
+/// different sizes. Memory is kept between calls; the result does not depend on it.
 class Broadphase {
  public:
   enum class Method { kAutomatic, kSweep, kGrid, kTree };
@@ -41,12 +42,12 @@ class Broadphase {
   Broadphase& operator=(Broadphase&&) noexcept;
 
   /// Replaces `out` by the index pairs (first < second) of boxes that overlap, ascending. A box
-  /// that is not sound meets nothing.
+  /// that is not sound overlaps nothing.
   void find_pairs(const std::vector<Bounds>& boxes, std::vector<std::pair<int, int>>& out);
 
  private:
   struct Entry {
-    double low, high;    // along the sweep
+    double low, high;    // along the sweep axis
     double low1, high1;  // along the other two axes
     double low2, high2;
     int index;
@@ -61,10 +62,10 @@ class Broadphase {
   Method method_;
   std::unique_ptr<BoundsGrid> grid_;
   std::unique_ptr<BoundsTree> tree_;
-  std::vector<std::pair<int, int>> found_;  // in any order
-  std::vector<Bounds> boxes_;               // those given, sound ones
+  std::vector<std::pair<int, int>> found_;  // pairs, in any order
+  std::vector<Bounds> boxes_;  // the given boxes, kNowhere for those that are not sound
   std::vector<Entry> entries_;
-  std::vector<std::size_t> place_;  // where the next pair of a box goes
+  std::vector<std::size_t> place_;  // for each box, the place of its next pair in the counting sort
 };
 
 }  // namespace counterpoint::collision

@@ -8,7 +8,7 @@ namespace counterpoint::collision {
 PairFilter::PairFilter(const Model& model) : included_(model.included_geometry_pairs()) {
   items_.reserve(model.geometries().size());
   for (const Geometry& g : model.geometries()) {
-    // The world has no parent: -1 is nobody's index.
+    // The world has no parent; -1 is no body's index.
     const int parent = g.body == 0 ? -1 : model.body(g.body).parent;
     items_.push_back({g.body, parent, g.assembly, g.shape.type == ShapeType::kPlane});
   }
@@ -53,13 +53,13 @@ void PairFilter::exclude(const std::vector<std::pair<int, int>>& pairs) {
   }
 }
 
-// Counted by groups of geometries that the structural test cannot tell apart.
+// Counts by groups of geometries that enabled_by_structure cannot tell apart.
 int PairFilter::num_joined_pairs() const {
   struct Group {
     int parent = -1;
     long count = 0, planes = 0;
   };
-  std::map<std::pair<int, int>, Group> groups;  // by body and assembly
+  std::map<std::pair<int, int>, Group> groups;  // key: body and assembly
   for (const Item& item : items_) {
     if (item.assembly < 0) continue;
     Group& group = groups[{item.body, item.assembly}];

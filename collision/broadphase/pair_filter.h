@@ -1,4 +1,4 @@
-// Which pairs of geometries may touch.
+// The pairs of geometries that may touch.
 #pragma once
 
 #include <utility>
@@ -8,23 +8,23 @@
 
 namespace counterpoint::collision {
 
-/// Memory and construction time grow with the geometries and the pairs excluded by name, not with
-/// the pairs there are.
+/// Memory and construction time grow with the number of geometries and of pairs excluded by name,
+/// not with the number of all pairs.
 class PairFilter {
  public:
   explicit PairFilter(const Model& model);
 
-  /// May geometries a and b touch? Not if they are on one body, both planes, or, unless the model
-  /// includes the pair, on two bodies of one assembly joined by a joint, or excluded.
+  /// True if geometries a and b may touch. False for geometries of one body, two planes, excluded
+  /// pairs, and, unless the model includes the pair, two bodies of one assembly joined by a joint.
   bool enabled(int a, int b) const;
-  /// Does the model include the pair (Model::included_geometry_pairs)?
+  /// True if the model includes the pair (Model::included_geometry_pairs).
   bool included(int a, int b) const;
-  /// The part of the test that does not look at exclusions.
+  /// The test of enabled() without the exclusions.
   bool enabled_by_structure(int a, int b) const;
   /// Excludes further pairs.
   void exclude(const std::vector<std::pair<int, int>>& pairs);
   int num_enabled_pairs() const;
-  /// Pairs on two bodies of one assembly joined by a joint.
+  /// Number of pairs on two bodies of one assembly joined by a joint.
   int num_joined_pairs() const;
 
  private:
@@ -34,9 +34,9 @@ class PairFilter {
   };
   bool joined(int a, int b) const;
   std::vector<Item> items_;
-  std::vector<std::pair<int, int>> included_;  // as excluded_
+  std::vector<std::pair<int, int>> included_;  // sorted, first < second
   std::vector<std::pair<int, int>> excluded_;  // sorted, first < second, no duplicates
-  std::vector<int> excluded_begin_;            // by first
+  std::vector<int> excluded_begin_;  // for each geometry, the index of its first pair in excluded_
 };
 
 }  // namespace counterpoint::collision

@@ -1,9 +1,9 @@
-// As contact/linear/wide.h, which this folder does not include: functions compiled twice, the one
-// with the machine's wide registers chosen when the program starts. Elementwise work only: then
-// both give the same bits.
+// Functions compiled twice, for the baseline and for wide registers (AVX2); the choice is made when
+// the program starts. For elementwise work only: both versions then give the same bits. Copy of
+// contact/linear/wide.h, which this folder does not include.
 #pragma once
 
-// Not under the address sanitizer, which is not up yet when the choice is made.
+// Not with the address sanitizer, which is not yet initialized when the choice is made.
 #if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__AVX2__) && \
     !defined(__SANITIZE_ADDRESS__)
 #define COUNTERPOINT_WIDE __attribute__((target_clones("avx2", "default")))
@@ -11,5 +11,5 @@
 #define COUNTERPOINT_WIDE
 #endif
 
-// What such functions share becomes part of each of their two versions.
+// Marks functions that such functions share: they are inlined into both versions.
 #define COUNTERPOINT_INTO_EACH __attribute__((always_inline)) inline

@@ -9,21 +9,21 @@
 namespace counterpoint::collision {
 namespace {
 
-constexpr int kMaxVertices = 200;  // the depth found so far is taken where they do not do
-constexpr int kMaxFaces = 600;     // three for each vertex, those that were replaced too
-// Relative to the size of the shapes: error of the depth at which the expansion stops, and how far
-// above a face a point must lie to see it. The depth is refined later; of two ways out that differ
-// by less than the first, the longer may be taken.
+constexpr int kMaxVertices = 200;  // with more, the best depth found so far is used
+constexpr int kMaxFaces = 600;     // limit of edges too; 200 vertices make 396 faces
+// Relative to the size of the shapes. kDepthError: error of the depth at which the expansion stops;
+// the depth is refined later, but of two ways out that differ by less, the longer may be taken.
+// kVisible: distance above a face from which a point sees it.
 constexpr double kDepthError = 1e-6;
 constexpr double kVisible = 1e-14;
-// Relative to the size: a face this near the difference is one of its own.
+// Relative to the size: a face this close to the surface of the difference is part of it.
 constexpr double kExact = 1e-13;
-// Share of a face's size by which the foot of the origin may lie beside it.
+// Relative to a face's size: how far outside the face the foot of the origin may lie.
 constexpr double kWeightError = 1e-9;
-// Relative to the size: a face this near a curved surface may tell which pieces touch there. If
-// what is found is no deeper than the face by more than the second, the face is done with: at 1e-3
-// one in a thousand deep overlaps of thin discs took a way out longer by up to 4e-4 of the size, at
-// 1e-4 one of 48,000, by 3e-6.
+// Relative to the size. kCurvedError: a face this close to a curved surface may tell which pieces
+// touch there. kClosedError: the face is closed if the depth found there exceeds the face's by no
+// more than this: at 1e-3 one in a thousand deep overlaps of thin discs took a way out longer by up
+// to 4e-4 of the size, at 1e-4 one of 48,000, by 3e-6.
 constexpr double kCurvedError = 0.02;
 constexpr double kClosedError = 1e-4;
 
@@ -31,32 +31,32 @@ struct Face {
   std::array<int, 3> vertex;  // counter-clockwise from outside
   Vector3 normal;             // unit, outward; zero if the face has no area
   double offset;              // normal . x on the face; infinite if it has no area
-  bool closed;                // not to be looked at again
+  bool closed;                // true: not to be expanded any more
 };
 
 struct Edge {
   int from, to;
 };
 
-// Grown by one vertex at a time; lives on the stack.
+// A convex polytope that grows by one vertex at a time; it needs no heap memory.
 class Polytope {
  public:
   explicit Polytope(const MinkowskiDifference& difference) : difference_(difference) {}
 
-  // False if the difference has no volume.
+  // Builds a tetrahedron from the simplex. False if the difference has no volume.
   bool start(const Simplex& simplex);
-  // Of those not closed; -1 if there is none.
+  // Returns the face nearest the origin that is not closed; -1 if there is none.
   int nearest_face() const;
-  // False if there is no room left.
+  // Adds a vertex and replaces the faces that it sees. False if memory is full.
   bool expand(const DifferencePoint& p);
   const Face& face(int i) const { return faces_[i]; }
-  // Points that touch along the normal of a face of the difference; false if that is not over the
-  // origin.
+  // Sets the points of A and B that touch along the normal of a face of the difference; false if
+  // the foot of the origin lies outside the face.
   bool witness(int face, Witness& out) const;
-  // The answer of settle_on_feature_pair from the corners of a face, if no deeper than `depth`.
+  // Calls settle_on_feature_pair with the corners of a face; the depth must not exceed `depth`.
   bool settle(int face, double depth, Witness& out) const;
   void close(int face) { faces_[face].closed = true; }
-  // A direction in which the difference is thinnest, as far as the start has found out.
+  // A direction in which the difference is thin, as found by start().
   const Vector3& flat_direction() const { return flat_direction_; }
 
  private:
@@ -91,7 +91,8 @@ void Polytope::add_face(int i, int j, int k) {
   }
 }
 
-// Adds the support point along +-direction that is farther away in the sense of `far`.
+// Adds the first of the support points along direction and -direction that `far` accepts; false if
+// none.
 bool Polytope::add_farthest(const Vector3& direction,
                             bool (*far)(const Polytope&, const Vector3&)) {
   for (const double sign : {1.0, -1.0}) {
@@ -215,8 +216,8 @@ bool expand_polytope(const MinkowskiDifference& difference, const Simplex& start
   const bool curved = difference.curved();
   Polytope polytope(difference);
   const bool solid = polytope.start(start);
-  // The nearest face bounds the depth from below, the support plane along its normal from above;
-  // the best bound from above is kept, so that whatever ends the loop the answer is a valid normal.
+  // The offset of the nearest face bounds the depth from below, the support plane along its normal
+  // from above. `out` keeps the best upper bound: however the loop ends, its normal is valid.
   out.normal = -polytope.flat_direction();
   out.distance = difference.distance_along(out.normal);
   bool certain = false;
@@ -239,7 +240,7 @@ bool expand_polytope(const MinkowskiDifference& difference, const Simplex& start
         out = settled;
         certain = true;
       }
-      // All the way out through this face leads there.
+      // No way out through this face is shorter.
       if (-settled.distance - nearest.offset < kClosedError * scale) {
         polytope.close(index);
         continue;

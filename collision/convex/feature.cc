@@ -11,13 +11,13 @@ namespace {
 
 constexpr int kMaxPatch = 2 * Feature::kCapacity;  // each edge of a window can add a corner
 
-// A polygon seen along the normal: z is the height along it.
+// A polygon in the frame of the contact normal: z is the height along it.
 struct Patch {
   std::array<Vector3, kMaxPatch> points;
   int size = 0;
 };
 
-// Height along n of the plane of a feature over points seen along n: z = offset + slope . (x, y).
+// The plane of a feature as a height along n: z = offset + slope . (x, y).
 struct HeightField {
   double offset, slope_x, slope_y;
   double at(const Vector3& p) const { return offset + slope_x * p.x() + slope_y * p.y(); }
@@ -31,9 +31,8 @@ HeightField height_field(const Matrix3& frame, const Feature& f) {
   return {offset / normal.z(), -normal.x() / normal.z(), -normal.y() / normal.z()};
 }
 
-// Cuts off what lies to the right of the line from p to q (Sutherland, Hodgman 1974). Points within
-// `tolerance` of the line stay, so that edges on top of each other do not come and go with
-// round-off.
+// Clips off the part to the right of the line from p to q (Sutherland, Hodgman 1974). Points within
+// `tolerance` of the line stay, so that round-off does not decide about coinciding edges.
 void clip(const Vector3& p, const Vector3& q, double tolerance, const Patch& in, Patch& out) {
   out.size = 0;
   double ex = q.x() - p.x();
@@ -63,7 +62,7 @@ void clip(const Vector3& p, const Vector3& q, double tolerance, const Patch& in,
   }
 }
 
-// The part of `subject` (polygon or segment) seen over the polygon `window`.
+// Clips `subject` (polygon or segment) to the polygon `window`, both projected along the normal.
 void clip_to_polygon(const Matrix3& frame, const Feature& subject, const Feature& window,
                      double tolerance, Patch& out) {
   std::array<Vector3, Feature::kCapacity> corners;
@@ -90,7 +89,7 @@ void clip_to_polygon(const Matrix3& frame, const Feature& subject, const Feature
   }
 }
 
-// Contact points before the choice of four, in the witness's frame.
+// Contact points before the reduction to at most eight, in the frame of the normal.
 struct PatchContacts {
   std::array<Vector3, kMaxPatch + 1> positions;
   std::array<double, kMaxPatch + 1> gaps;
@@ -109,7 +108,7 @@ struct PatchContacts {
   }
 };
 
-// Corners that fall together but for round-off count once, with the smaller gap.
+// Merges adjacent corners closer than `tolerance`; the smaller gap stays.
 void merge_neighbours(double tolerance, PatchContacts& c) {
   for (int i = 0; c.size > 1 && i < c.size;) {
     const int next = i + 1 == c.size ? 0 : i + 1;
@@ -126,17 +125,17 @@ int deepest(const PatchContacts& c) {
                           c.gaps.begin());
 }
 
-// Twice the area of the triangle that corner i makes with its neighbours: what is lost without it.
+// Twice the area of the triangle of corner i and its neighbours: the area lost without the corner.
 double corner_area(const PatchContacts& c, int i) {
   const Vector3 u = c.positions[i] - c.positions[i == 0 ? c.size - 1 : i - 1];
   const Vector3 v = c.positions[i + 1 == c.size ? 0 : i + 1] - c.positions[i];
   return std::abs(u.x() * v.y() - u.y() * v.x());
 }
 
-// Leaves out the corners whose loss costs least area until seven remain, whatever their gaps: these
-// are noise where a body rests.
+// Removes the corners that cost least area until seven remain. Gaps are ignored: on a resting body
+// they are noise.
 void keep_seven(PatchContacts& c) {
-  // Areas of a regular polygon differ by round-off.
+  // Factor below 1: areas of a regular polygon differ by round-off.
   constexpr double kLess = 1.0 - 1e-6;
   while (c.size >= Manifold::kCapacity) {
     int least = 0;
@@ -151,18 +150,19 @@ void keep_seven(PatchContacts& c) {
   }
 }
 
-// No point of the features is closer than the witness: gaps below its own come from faces that are
-// not quite flat, or from clipping a little beyond them. Returns whether the least gap is the
-// witness's but for the tolerance. It stays as it is then: of corners equally deep one would be
-// moved, chosen by round-off, and at rest 1e-11 m are a quarter of a body's weight.
+// Raises gaps below the witness's to it: no point of the features is closer than the witness, and
+// smaller gaps come from faces that are not quite flat or from clipping slightly beyond them.
+// Returns whether the least gap equals the witness's to `tolerance`. It is not lowered to it:
+// round-off would choose one of several equally deep corners, and at rest 1e-11 m make a quarter of
+// a body's weight.
 bool settle_gaps(double witness_gap, double tolerance, PatchContacts& c) {
   const bool reached = c.size > 0 && c.gaps[deepest(c)] <= witness_gap + tolerance;
   for (int i = 0; i < c.size; ++i) c.gaps[i] = std::max(c.gaps[i], witness_gap);
   return reached;
 }
 
-// A whole circle stands on every fourth of its samples, from the deepest on: a square carries load
-// the same way however it is turned.
+// Reduces a whole circle to every fourth sample, starting with the deepest: a square carries load
+// in the same way at any rotation.
 void keep_square(PatchContacts& c) {
   const PatchContacts all = c;
   const int first = deepest(all);
@@ -173,10 +173,11 @@ void keep_square(PatchContacts& c) {
   }
 }
 
-// Seen edge-on, or without width, a polygon is no window to clip with.
+// True if a polygon can be clipped against: neither edge-on nor with an edge shorter than
+// `tolerance`.
 bool faces(const Feature& f, const Vector3& direction, double tolerance) {
   constexpr double kEdgeOn =
-      0.02;  // cosine: heights over it are uncertain by 50 times the tolerance
+      0.02;  // cosine: there the tolerance makes heights uncertain by 50 times its value
   if (f.size < 3 || !(f.normal.dot(direction) > kEdgeOn)) return false;
   for (int i = 0; i < f.size; ++i) {
     const Vector3& next = f.vertices[i + 1 == f.size ? 0 : i + 1];
@@ -185,15 +186,16 @@ bool faces(const Feature& f, const Vector3& direction, double tolerance) {
   return true;
 }
 
-// Two segments that run side by side meet over a stretch; its ends have normals of their own.
+// Adds the ends of the stretch over which two nearly parallel segments face each other, along the
+// witness's normal; then the witness, if it is closer than both.
 void segment_contacts(const Feature& a, const Feature& b, const Witness& witness, double tolerance,
                       double margin, Manifold& out) {
   const Vector3 da = a.vertices[1] - a.vertices[0];
   const Vector3 db = b.vertices[1] - b.vertices[0];
   const double radius = a.radius + b.radius;
   const double length2 = da.squaredNorm();
-  // Two lines at an angle lie side by side only roughly; at this one the points are off the
-  // surfaces by 1e-7 of their size.
+  // Sine of the angle up to which segments count as parallel; there the points are off the surfaces
+  // by 1e-7 of their size.
   constexpr double kParallelSine = 1e-3;
   double least = margin;
   if (da.cross(db).norm() < kParallelSine * da.norm() * db.norm()) {
@@ -279,7 +281,8 @@ void feature_contacts(const Feature& a, const Feature& b, const Witness& witness
   }
   const bool whole_circle =
       (a.round || b.round) && patch.size == Feature::kCapacity && contacts.size == patch.size;
-  // Ten times the clipping tolerance: a corner may be off by a little more than the tolerance.
+  // Ten times the clipping tolerance, since a corner may be off by slightly more than that
+  // tolerance.
   merge_neighbours(10.0 * tolerance, contacts);
   const bool reached = settle_gaps(witness.distance - radius, tolerance, contacts);
   if (!reached && !witness.found) return;

@@ -8,11 +8,11 @@
 namespace counterpoint::collision {
 namespace {
 
-// Where a piece reaches farthest along a direction; for a rim also how that point moves.
+// The farthest point of a piece along a direction; for a rim also the derivative of that point.
 struct Reach {
   Vector3 point;
   Vector3 tangent = Vector3::Zero();  // unit
-  double rate = 0.0;                  // how far the point goes along the tangent per radian
+  double rate = 0.0;  // displacement along the tangent per radian of the direction [m]
 };
 
 Reach reach(const Piece& piece, const Vector3& direction) {
@@ -28,13 +28,13 @@ Reach reach(const Piece& piece, const Vector3& direction) {
   return r;
 }
 
-// The normal n at which the distance n . w(n) of two points or rims, w from A's to B's, is
-// stationary and largest: Newton's method. Its gradient is w, its Hessian -(n . w) 1 - sum rate
-// tangent tangent', both in the plane across n; `fixed` is a line that n stays perpendicular to, or
-// null.
+// Newton's method for the normal n that maximizes the distance n . w(n) of two points or rims, w
+// from A's to B's. The gradient is w, the Hessian -(n . w) 1 - sum rate tangent tangent', both
+// restricted to the plane perpendicular to n. `fixed`: null, or the direction of a line to which n
+// stays perpendicular.
 bool newton(const Piece& a, const Piece& b, const Vector3* fixed, Vector3& n) {
-  constexpr int kMaxIterations = 12;    // Newton's method doubles digits: six are usual
-  constexpr double kLastStep = 1e-8;    // the next would be its square
+  constexpr int kMaxIterations = 12;    // quadratic convergence: six are usual
+  constexpr double kLastStep = 1e-8;    // [rad]: the next step would be its square
   constexpr double kLongestStep = 0.5;  // [rad]
   for (int i = 0; i < kMaxIterations; ++i) {
     if (fixed != nullptr) n = (n - n.dot(*fixed) * *fixed).normalized();
@@ -75,14 +75,14 @@ bool newton(const Piece& a, const Piece& b, const Vector3* fixed, Vector3& n) {
 
 Segment segment(const Piece& line) { return {line.center, line.axis, line.size}; }
 
-// Point of a line nearest to p, and whether it is between the ends.
+// Sets `out` to the point nearest to p on a line; true if it lies between the ends.
 bool on_line(const Piece& line, const Vector3& p, double slack, Vector3& out) {
   const double t = line.axis.dot(p - line.center);
   out = line.center + t * line.axis;
   return std::abs(t) <= line.size + slack;
 }
 
-// Points and normal of two pieces, neither a face, from a first normal.
+// Finds the closest points and the normal of two pieces, no faces, from an initial normal.
 bool solve(const Piece& a, const Piece& b, double slack, Witness& out) {
   Vector3& n = out.normal;
   const bool line_a = a.kind == Piece::kLine;
@@ -109,10 +109,10 @@ bool solve(const Piece& a, const Piece& b, double slack, Witness& out) {
   return inside;
 }
 
-// True if the distance of the cores along the normal is that of the points, which lie in them, and
-// no less than `least`.
+// Sets the witness's distance to that of the cores along its normal. True if the witness's points,
+// which lie in the cores, have this distance, and it is no less than `least`.
 bool certain(const MinkowskiDifference& difference, double least, Witness& witness) {
-  constexpr double kError = 1e-13;  // round-off of the size, a hundred times over
+  constexpr double kError = 1e-13;  // a hundred times the round-off, relative to the size
   const Vector3 apart = witness.point_b - witness.point_a;
   witness.distance = difference.distance_along(witness.normal);
   return witness.distance >= least &&
@@ -120,7 +120,7 @@ bool certain(const MinkowskiDifference& difference, double least, Witness& witne
          (apart - witness.distance * witness.normal).norm() <= 1e2 * kError * difference.scale;
 }
 
-// Those of up to three points that differ.
+// Copies the distinct points among the given ones, of A or of B; returns their number.
 int distinct(const DifferencePoint* points, int num_points, bool of_a, Vector3* out) {
   int size = 0;
   for (int i = 0; i < num_points; ++i) {
@@ -132,13 +132,14 @@ int distinct(const DifferencePoint* points, int num_points, bool of_a, Vector3* 
   return size;
 }
 
-constexpr int kMaxPieces = 4;  // a triangle has the most: its face and three edges
+constexpr int kMaxPieces = 4;  // a triangle has the most: a face and three edges
 
 Piece line_through(const Vector3& p, const Vector3& q) {
   return {Piece::kLine, 0.5 * (p + q), (q - p).normalized(), 0.5 * (q - p).norm(), 0.0};
 }
 
-// What may touch of a core, the likeliest first: at most kMaxPieces. Returns how many.
+// Lists at most kMaxPieces pieces of a core that may touch, the likeliest first; returns their
+// number.
 int candidates(const CoreShape& core, const Vector3* points, int size, const Vector3& towards,
                Piece* out) {
   if (core.shape.type != ShapeType::kCylinder) {
@@ -156,7 +157,8 @@ int candidates(const CoreShape& core, const Vector3* points, int size, const Vec
     if (out[0].axis.dot(towards) < 0.0) out[0].axis = -out[0].axis;
     return 4;
   }
-  // Flatter than this the side may touch.
+  // Sine of the angle between the normal and the plane across the axis below which the side may
+  // touch.
   constexpr double kSideSine = 0.3;
   const Vector3 axis = core.X.rotation.col(2);
   const double half = core.shape.size[1];
@@ -181,12 +183,12 @@ int candidates(const CoreShape& core, const Vector3* points, int size, const Vec
   return count;
 }
 
-// A face's normal is known, outward from A's or B's face through `origin`; the other core's
-// farthest point must lie over the face: `holds` its foot.
+// Tries a face of A or B through `origin`, whose outward normal is known: the farthest point of the
+// other core must lie over the face, that is, `holds` is true for its foot.
 template <typename Holds>
 bool settle_on_face(const MinkowskiDifference& difference, const Vector3& origin,
                     const Vector3& outward, bool of_a, const Holds& holds, double least,
-                    Witness& out) {  // Parameters: shapes, poses and bounds of two
+                    Witness& out) {  // Parameters: a face, a bound, the result
   out.normal = of_a ? outward : Vector3(-outward);
   const DifferencePoint p = difference.support(-out.normal);
   const Vector3& tip = of_a ? p.b : p.a;
@@ -211,10 +213,10 @@ bool settle_on_triangle(const MinkowskiDifference& difference, const Vector3* tr
   return settle_on_face(difference, triangle[0], outward, of_a, holds, least, out);
 }
 
-// The cap of a cylinder, where that faces along the normal.
+// Tries the cap of a cylinder, if it faces along the normal.
 bool settle_on_cap(const MinkowskiDifference& difference, const CoreShape& core,
                    const Vector3& towards, bool of_a, double least, Witness& out) {
-  constexpr double kCapCosine = 0.9;  // within 26 degrees; elsewhere a rim or the side touches
+  constexpr double kCapCosine = 0.9;  // within 26 degrees; elsewhere the rim or the side touches
   if (core.shape.type != ShapeType::kCylinder) return false;
   const Vector3 axis = core.X.rotation.col(2);
   const double cosine = axis.dot(towards);

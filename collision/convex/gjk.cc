@@ -10,27 +10,27 @@
 namespace counterpoint::collision {
 namespace {
 
-// Relative to the size of the shapes: cores closer than this are taken to touch; the direction
-// between them would be round-off.
+// Relative to the size of the shapes: closer cores count as touching, since the direction between
+// them would be round-off.
 constexpr double kTouchingDistance = 1e-9;
-// Error of the distance at which the iteration stops: relative to the size of the shapes, or to the
+// Error of the distance at which the iteration stops, relative to the size of the shapes and to the
 // distance.
 struct Accuracy {
   double of_size, of_distance;
 };
 constexpr Accuracy kFinal = {1e-13, 0.0};
-// Over a curved surface the iteration only crawls on; from here on the pieces may be known that
-// touch.
+// On a curved surface the iteration converges slowly; at these errors the touching pieces may be
+// known and settle_on_feature_pair is tried.
 constexpr Accuracy kCoarse[] = {{3e-3, 0.05}, {1e-5, 1e-3}};
-constexpr int kMaxIterations = 200;  // what is reached then is taken
-// The first steps overshoot: so many directions are averaged with the one before, which saves one
-// step in nine. Its point is taken if it lies nearer the origin along v than v by more than this.
+constexpr int kMaxIterations = 200;  // then the last iterate is used
+// The first steps overshoot: for kMaxAveraged steps the direction is averaged with the previous
+// one, which saves one step in nine. Its support point w is used if v . w < kProgress |v|^2.
 constexpr int kMaxAveraged = 2;
 constexpr double kProgress = 0.999;
-constexpr int kMaxStalls = 3;  // steps in a row that gain no more than rounding
+constexpr int kMaxStalls = 3;  // steps of one call that gain no more than round-off
 constexpr double kNoFarther = 1.0 + 1e-15;
 
-// The part of a simplex closest to the origin; its points in ascending order.
+// The point of a simplex closest to the origin; indices of its vertices are ascending.
 struct Closest {
   Vector3 point;
   double distance2 = std::numeric_limits<double>::infinity();
@@ -42,7 +42,7 @@ struct Closest {
   void take_point(const Simplex& s, int i) {
     const Vector3& p = s.points[i].w;
     const double p2 = p.squaredNorm();
-    if (p2 >= distance2) return;  // what is not a number is taken
+    if (p2 >= distance2) return;  // NaN is taken
     point = p;
     distance2 = p2;
     index[0] = i;
@@ -52,7 +52,7 @@ struct Closest {
   }
 };
 
-// These keep the closest so far if what they look at is no closer.
+// The functions below update `c` if the part of the simplex that they test is closer.
 void take_segment(const Simplex& s, int i, int j, Closest& c) {
   const Vector3& p = s.points[i].w;
   const Vector3 edge = s.points[j].w - p;
@@ -72,8 +72,8 @@ void take_segment(const Simplex& s, int i, int j, Closest& c) {
   c.size = 2;
 }
 
-// Where the foot of the origin on the plane of the triangle lies outside, it lies beyond one or two
-// edges, and the closest point is on one of these.
+// If the foot of the origin on the triangle's plane lies outside the triangle, it lies beyond one
+// or two edges, and the closest point is on one of these.
 void take_triangle(const Simplex& s, int i, int j, int k, Closest& c) {
   const Vector3& p = s.points[i].w;
   const Vector3 e1 = s.points[j].w - p;
@@ -85,7 +85,8 @@ void take_triangle(const Simplex& s, int i, int j, int k, Closest& c) {
   const double wk = p.cross(e1).dot(normal);
   const double wi = area2 - wj - wk;
   if (!flat && wi >= 0.0 && wj >= 0.0 && wk >= 0.0) {
-    // Along the normal, not as a sum of corners: no digits are lost when the plane passes close by.
+    // Computed along the normal, not as a sum of corners, to keep digits if the plane passes close
+    // by.
     const Vector3 point = normal * (normal.dot(p) / area2);
     const double distance2 = point.squaredNorm();
     if (!(distance2 < c.distance2)) return;
@@ -102,8 +103,9 @@ void take_triangle(const Simplex& s, int i, int j, int k, Closest& c) {
   if (flat || wj < 0.0) take_segment(s, i, k, c);
 }
 
-// The point added last, the fourth, brings the origin closer than the triangle of the others. Of
-// the three faces around it only those count that the origin is outside of; none: `inside`.
+// The fourth point, added last, brings the origin closer than the triangle of the others. The
+// three faces around it are tested if the origin is outside of them. If the origin is inside all
+// four faces, `inside` is set.
 void take_tetrahedron(const Simplex& s, Closest& best, bool& inside) {
   const Vector3& p = s.points[3].w;
   const Vector3 a = s.points[0].w - p;
@@ -111,11 +113,11 @@ void take_tetrahedron(const Simplex& s, Closest& best, bool& inside) {
   const Vector3 c = s.points[2].w - p;
   const Vector3 ab = a.cross(b);
   const double volume = ab.dot(c);
-  // Flat ones hold nothing.
+  // A flat tetrahedron contains nothing.
   const bool flat =
       !(volume * volume > 1e-28 * a.squaredNorm() * b.squaredNorm() * c.squaredNorm());
   const double sign = volume < 0.0 ? -1.0 : 1.0;
-  // One bit a face, so that which it is costs no branch.
+  // One bit per face avoids branches.
   constexpr int kEdges[3][2] = {{0, 1}, {1, 2}, {0, 2}};
   unsigned beyond = static_cast<unsigned>(sign * ab.dot(p) > 0.0) |
                     static_cast<unsigned>(sign * b.cross(c).dot(p) > 0.0) << 1 |
@@ -131,7 +133,7 @@ void take_tetrahedron(const Simplex& s, Closest& best, bool& inside) {
   if (!inside) take_triangle(s, 0, 1, 2, best);
 }
 
-// Returns whether the origin is inside; `c` is the closest part otherwise.
+// Returns whether the origin is inside; otherwise sets `c`.
 bool closest_on_simplex(const Simplex& s, Closest& c) {
   bool inside = false;
   switch (s.size) {
@@ -161,9 +163,9 @@ void reduce(const Closest& c, Simplex& s) {
 
 enum class Outcome { kSeparated, kTouching, kBeyondMargin };
 
-// v becomes the point of the difference closest to the origin, a combination of the simplex.
-// On entry the simplex holds up to three points of the difference, maybe none; then v is a guess of
-// the direction, not zero.
+// Moves v to the point of the difference closest to the origin, a combination of the simplex. On
+// entry the simplex holds up to three points of the difference; if none, v is a guess of the
+// direction, not zero.
 Outcome iterate(const MinkowskiDifference& difference, double margin, const Accuracy& accuracy,
                 Simplex& simplex, Vector3& v) {
   const double error = accuracy.of_size * difference.scale;
@@ -177,7 +179,7 @@ Outcome iterate(const MinkowskiDifference& difference, double margin, const Accu
     distance = std::sqrt(closest.distance2);
     if (distance <= touching) return Outcome::kTouching;
   }
-  // Over curves it saves nothing.
+  // On curved surfaces averaging saves nothing.
   const bool average = simplex.size == 0 && !difference.curved();
   Vector3 previous;
   int stalls = 0;
@@ -207,7 +209,8 @@ Outcome iterate(const MinkowskiDifference& difference, double margin, const Accu
     Closest closest;
     if (closest_on_simplex(simplex, closest)) return Outcome::kTouching;
     const double closer = std::sqrt(closest.distance2);
-    // The distance is right to round-off long before the normal is: its error counts squared.
+    // The distance reaches round-off long before the normal: it depends on the normal's error
+    // squared.
     if (!(closer < distance) && (!(closer <= distance * kNoFarther) || ++stalls > kMaxStalls)) {
       --simplex.size;
       break;
@@ -233,12 +236,13 @@ void fill_witness(const Simplex& simplex, const Vector3& v, Witness& out) {
   out.normal = v / out.distance;
 }
 
-// Least translation that parts overlapping cores, from a first normal. B is moved along the normal
-// until the cores are a little apart; the direction of their closest points is the next normal.
-// Exact after one round for polytopes; over a radius of curvature r the error of the normal shrinks
-// by (depth + apart) / (r + apart) a round, so they are moved no farther apart than they overlap.
+// Finds the least translation that separates overlapping cores, from an initial normal. B is moved
+// along the normal until the cores are slightly apart; the direction between their closest points
+// is the next normal. Exact after one round for polytopes. For a radius of curvature r each round
+// multiplies the error of the normal by (depth + apart) / (r + apart); therefore `apart` does not
+// exceed the depth.
 void refine_depth(const MinkowskiDifference& overlapping, const Vector3& first, Witness& out) {
-  constexpr int kMaxRounds = 20;  // each exact for polytopes, shrinks the error over curved shapes
+  constexpr int kMaxRounds = 20;  // polytopes need one, curved shapes more
   constexpr int kCoarseRounds = 1;
   constexpr Accuracy kFirst = {1e-7, 0.0};
   constexpr double kLeastApart =
@@ -276,8 +280,8 @@ void refine_depth(const MinkowskiDifference& overlapping, const Vector3& first, 
   }
 }
 
-// Closest points, or those parted by the least translation; false if the cores are `margin` apart
-// along the normal that is set then.
+// Finds the closest points, or for overlapping cores the points of least penetration. False if the
+// cores are at least `margin` [m] apart along out.normal.
 bool solve(const MinkowskiDifference& difference, double margin, Witness& out) {
   const bool curved = difference.curved();
   Simplex simplex;
@@ -308,11 +312,11 @@ bool solve(const MinkowskiDifference& difference, double margin, Witness& out) {
   return true;
 }
 
-// Climbing finds the farthest vertex of a convex mesh; one whose faces were merged is convex only
-// nearly, and a thin one may stop the climb far off. True if the cores are as far apart along the
-// normal when every vertex is looked at.
+// Returns whether the distance along the normal stays the same when every vertex is tested. Hill
+// climbing finds the farthest vertex of a convex mesh; a mesh with merged faces is only nearly
+// convex, and on a thin one the climb may stop far from it.
 bool confirm(const MinkowskiDifference& difference, const Witness& witness) {
-  constexpr double kNormalError = 1e-7;  // relative to the size: what a normal's own error may show
+  constexpr double kNormalError = 1e-7;  // relative to the size: effect of the normal's own error
   const Vector3& n = witness.normal;
   const double distance = -difference.b.scan_support(-n) - difference.a.scan_support(n);
   return distance >= witness.distance - kNormalError * difference.scale;

@@ -1,8 +1,8 @@
 // Closest or deepest points of two convex shapes by iteration on their support functions.
 //
 // Separated cores: Gilbert, Johnson, Keerthi 1988, with exact subsimplices. Overlapping cores: the
-// expanding polytope of van den Bergen 2001. Our own rather than libccd's because that allocates in
-// every call and stops at a relative 1e-6.
+// expanding polytope algorithm, van den Bergen 2001. libccd is not used because it allocates in
+// every call and stops at a relative error of 1e-6.
 #pragma once
 
 #include "counterpoint/collision/convex/feature.h"
@@ -10,8 +10,8 @@
 
 namespace counterpoint::collision {
 
-/// Closest points of the cores of A and B (any shapes but planes), or, if these overlap, the points
-/// parted by the least translation. False if the gap of the shapes is at least `margin` [m].
+/// Finds the closest points of the cores of A and B (any shapes but planes), or for overlapping
+/// cores the points of least penetration. False if the gap of the shapes is at least `margin` [m].
 bool closest_points(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
                     double margin, Witness& out);
 

@@ -1,4 +1,4 @@
-// The Minkowski difference B - A of two cores, point by point. Private to gjk and epa.
+// The Minkowski difference B - A of two cores, by its support function. Private to gjk and epa.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@ struct DifferencePoint {
 struct MinkowskiDifference {
   const CoreShape& a;
   const CoreShape& b;
-  double scale;   ///< size of the shapes [m], for tolerances
-  Vector3 shift;  ///< of B [m]
+  double scale;   ///< size of the shapes [m], to scale tolerances
+  Vector3 shift;  ///< translation of B [m]
 
   DifferencePoint support(const Vector3& direction) const {
     DifferencePoint p;
@@ -26,25 +26,25 @@ struct MinkowskiDifference {
     p.w = p.b - p.a;
     return p;
   }
-  /// True if iteration only creeps up on a part of the surface.
+  /// True if a part of the surface is curved, where support iteration converges slowly.
   bool curved() const {
     return a.shape.type == ShapeType::kCylinder || b.shape.type == ShapeType::kCylinder;
   }
-  /// Distance of the cores along the unit vector n, a lower bound of their signed distance.
+  /// Distance of the cores along the unit vector n [m]: a lower bound of their signed distance.
   double distance_along(const Vector3& n) const { return n.dot(support(-n).w); }
 };
 
 struct Simplex {
   std::array<DifferencePoint, 4> points;
   std::array<double, 4> weights;  ///< barycentric coordinates of the point closest to the origin
-  double weight_sum = 1.0;        ///< what the weights add up to
+  double weight_sum = 1.0;        ///< divides the weights
   int size = 0;
 };
 
-/// Grows a polytope inside the difference, from a simplex that holds the origin (or comes within
-/// round-off of it), until the face nearest the origin is one of the difference, or the pieces of
-/// the cores are found that touch there. True if `out` is the answer; false if it is only near, by
-/// about 1e-3 rad: its normal, from A to B, and the distance along that are set.
+/// Grows a polytope inside the difference, from a simplex that contains the origin (or comes within
+/// round-off of it), until the face nearest the origin belongs to the difference, or the pieces of
+/// the cores that touch there are found. True if `out` is the answer. If false, only out.normal
+/// (from A to B, off by about 1e-3 rad) and out.distance along it are set.
 bool expand_polytope(const MinkowskiDifference& difference, const Simplex& start, Witness& out);
 
 }  // namespace counterpoint::collision

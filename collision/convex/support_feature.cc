@@ -17,16 +17,16 @@ void segment_feature(const Vector3& center, const Vector3& half, double radius, 
   out.add(center + half);
 }
 
-// Steeper than this the cap of a cylinder is its feature, flatter its side.
+// Cosine between direction and axis from which a cylinder's feature is its cap, else its side.
 constexpr double kCapCosine = 0.7;
 
-// The cap as a polygon whose first corner is the point of the rim farthest along the direction; the
-// side as the line farthest along it.
+// Sets the cap, as a polygon whose first corner is the rim's farthest point along the direction, or
+// the side, as the line farthest along it.
 void cylinder_feature(const Shape& cylinder, const Pose& X, const Vector3& direction,
                       Feature& out) {
   const Vector3 local = X.rotation.transpose() * direction;
   const double radial = std::sqrt(local.x() * local.x() + local.y() * local.y());
-  // Below round-off of the rotation the direction across is noise.
+  // Within round-off of the rotation the radial direction is noise.
   const double cosine = radial > 1e-14 ? local.x() / radial : 1.0;
   const double sine = radial > 1e-14 ? local.y() / radial : 0.0;
   const double radius = cylinder.size[0];
@@ -49,7 +49,7 @@ void cylinder_feature(const Shape& cylinder, const Pose& X, const Vector3& direc
   }
 }
 
-// Of a face with too many corners every k-th.
+// Sets the face; if it has more than kCapacity corners, evenly chosen ones.
 void mesh_feature(const ConvexMesh& mesh, const Pose& X, const Vector3& direction, int vertex,
                   Feature& out) {
   const int best = support_face(mesh, X.rotation.transpose() * direction, vertex);

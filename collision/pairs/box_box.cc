@@ -1,4 +1,4 @@
-// Two boxes: separating axes, then the features that face each other.
+// Two boxes: separating axis test, then the features that face each other.
 #include <algorithm>
 #include <limits>
 
@@ -10,27 +10,27 @@
 namespace counterpoint::collision {
 namespace {
 
-// Gaps closer than this times the size of the boxes are equal; faces win over edges by as much,
-// lest the choice hang on round-off where an edge lies in a face.
+// Relative to the size of the boxes: closer gaps are equal. Faces are preferred to edges by this
+// amount, so that round-off does not choose if an edge lies in a face.
 constexpr double kSameDistance = 1e-10;
 
 struct Axis {
-  double distance = -std::numeric_limits<double>::infinity();  // of the boxes along the axis
-  Vector3 normal;                                              // from A to B
-  int edge_a = -1, edge_b = -1;                                // -1: a face of A or B
+  double distance = -std::numeric_limits<double>::infinity();  // separation along the axis [m]
+  Vector3 normal;                                              // unit, from A to B
+  int edge_a = -1, edge_b = -1;  // edge directions; -1: the axis is a face normal of A or B
 };
 
-// The two boxes, with what every axis needs.
+// The two boxes, with quantities that every axis needs.
 struct Boxes {
   const Vector3 &half_a, &half_b;
   const Matrix3 &R_a, &R_b;
-  Vector3 center;  // of B, A's being the origin
-  Matrix3 cosine;  // A's axes times B's
+  Vector3 center;  // centre of B relative to A's, in W [m]
+  Matrix3 cosine;  // R_a' R_b
   double scale;
 };
 
-// Calls visit(along, distance, axis) for the faces of A, of B: where B's centre lies along the
-// axis, how far apart the boxes are along it.
+// Calls visit(along, distance, axis) for the face normals of A (below: B): the coordinate of B's
+// centre relative to A's along the axis and the separation of the boxes along it.
 template <class Visit>
 void for_faces_of_a(const Boxes& boxes, const Matrix3& absolute_cosine, const Visit& visit) {
   const Vector3 in_a = boxes.R_a.transpose() * boxes.center;
@@ -47,12 +47,12 @@ void for_faces_of_b(const Boxes& boxes, const Matrix3& absolute_cosine, const Vi
     visit(in_b[i], std::abs(in_b[i]) - boxes.half_b[i] - extent_a[i], boxes.R_b.col(i));
 }
 
-// The face axis of largest separation; stops as soon as one exceeds the margin.
+// Returns the face axis of largest separation; stops as soon as one exceeds the margin.
 Axis best_face(const Boxes& boxes, double margin) {
   Axis best;
   const Matrix3 absolute = boxes.cosine.cwiseAbs();
   const auto consider = [&](double along, double distance, const Vector3& axis) {
-    // B's faces must be better by more than round-off than A's: parallel faces count as A's.
+    // Faces of B must win by more than round-off, so that of parallel faces A's is taken.
     if (distance <= best.distance + kSameDistance * boxes.scale) return;
     best.distance = distance;
     best.normal = along < 0.0 ? Vector3(-axis) : axis;
@@ -63,11 +63,11 @@ Axis best_face(const Boxes& boxes, double margin) {
   return best;
 }
 
-// The mean of the normals of faces along which the boxes are as far apart as along the best, each
-// weighing the less the nearer it is to `rounding` less: continuous, and the middle where two edges
-// meet in one line, or two corners. False where there is but one: faces that are nearly parallel.
+// Averages the normals of all faces whose separation is within `rounding` of the best, with a
+// weight that falls linearly to 0 there. The result is continuous in the poses, and lies in the
+// middle where two edges, or two corners, meet. False if all these faces are nearly parallel.
 bool rounded_normal(const Boxes& boxes, const Axis& best, double rounding, Vector3& normal) {
-  constexpr double kParallel = 0.99;  // cosine: 8 degrees
+  constexpr double kParallel = 0.99;  // cosine of 8 degrees
   Vector3 sum = best.normal;
   bool several = false;
   const auto consider = [&](double along, double distance, const Vector3& axis) {
@@ -84,8 +84,8 @@ bool rounded_normal(const Boxes& boxes, const Axis& best, double rounding, Vecto
   return several;
 }
 
-// Improves on `best` by the cross products of edges. In A's frame a_i x b_j has the components 0,
-// -cosine(k, j), cosine(l, j): no cross product is taken.
+// Improves on `best` with the cross products of edges. In A's frame a_i x b_j has the components 0,
+// -cosine(k, j), cosine(l, j), so no cross product is needed.
 void consider_edges(const Boxes& boxes, double margin, Axis& best) {
   const Matrix3& C = boxes.cosine;
   const Vector3 in_a = boxes.R_a.transpose() * boxes.center;
@@ -115,7 +115,7 @@ void consider_edges(const Boxes& boxes, double margin, Axis& best) {
   }
 }
 
-// The edge of a box along `axis` that lies farthest along `direction`.
+// Returns the edge of a box parallel to `axis` that lies farthest along `direction`.
 Segment support_edge(const Vector3& half, const Matrix3& R, const Vector3& center, int axis,
                      const Vector3& direction) {
   Vector3 p = center;
@@ -126,7 +126,7 @@ Segment support_edge(const Vector3& half, const Matrix3& R, const Vector3& cente
   return {p, R.col(axis), half[axis]};
 }
 
-// The edge of a box across the direction and farthest along it.
+// Returns the farthest edge along the direction among those most perpendicular to it.
 Segment nearest_edge(const Vector3& half, const Matrix3& R, const Vector3& center,
                      const Vector3& direction) {
   int axis = 0;
@@ -134,7 +134,8 @@ Segment nearest_edge(const Vector3& half, const Matrix3& R, const Vector3& cente
   return support_edge(half, R, center, axis, direction);
 }
 
-// Edges side by side touch at the ends of the stretch that they share; others where they cross.
+// Adds the contacts of two edges: parallel ones touch at the ends of the stretch where they face
+// each other, others at the point where they cross.
 void edge_contacts(const Segment& a, const Segment& b, const Vector3& normal, double tolerance,
                    double margin, Manifold& out) {
   const auto feature = [](const Segment& edge) {
@@ -161,8 +162,8 @@ Vector3 farthest_corner(const Vector3& half, const Matrix3& R, const Vector3& di
   return p;
 }
 
-// The points that touch along an edge axis; false if the lines of the edges meet beyond their ends,
-// that is, if the axis separates the boxes but is not their shortest distance.
+// Finds the points that touch along an edge axis. False if the lines of the edges meet beyond their
+// ends: the axis then separates the boxes, but the separation is not their distance.
 bool edge_witness(const Boxes& boxes, const Axis& axis, Witness& witness) {
   const Segment a =
       support_edge(boxes.half_a, boxes.R_a, Vector3::Zero(), axis.edge_a, axis.normal);
@@ -208,8 +209,8 @@ void box_box(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
     edge_contacts(edge_a, edge_b, normal, tolerance, margin, out);
     return;
   }
-  // The separation along any axis is a lower bound of the distance; where the features over each
-  // other reach it, it is the distance.
+  // The separation along any axis is a lower bound of the distance; if the features reach it, it is
+  // the distance.
   Witness witness;
   if (axis.edge_a >= 0) {
     if (edge_witness(boxes, axis, witness) || axis.distance <= 0.0) {

@@ -9,14 +9,14 @@
 namespace counterpoint::collision {
 namespace {
 
-// Gaps closer than this times the size of the shapes are equal.
+// Relative to the size of the shapes: closer gaps are equal.
 constexpr double kSameGap = 1e-10;
 
 Vector3 clamp_to(const Vector3& p, const Vector3& half) { return p.cwiseMin(half).cwiseMax(-half); }
 
-// Where along the segment its distance to the box is least (the lowest such t). The derivative of
-// half the squared distance is continuous, rising and linear between the points where a coordinate
-// enters or leaves the box, so its root is found exactly.
+// Returns the parameter of the segment's point closest to the box (the lowest such). The derivative
+// of half the squared distance is continuous, nondecreasing, and linear between the points where a
+// coordinate enters or leaves the box, so its root is found exactly.
 double closest_parameter(const Segment& segment, const Vector3& half) {
   const Vector3& c = segment.center;
   const Vector3& d = segment.direction;
@@ -50,9 +50,10 @@ double closest_parameter(const Segment& segment, const Vector3& half) {
   return segment.half_length;
 }
 
-// Least translation that parts a segment from a box it passes through, in the frame of the box: the
-// faces of their Minkowski difference are those of the box and those spanned by an edge and the
-// segment. Returns the normal from box to segment, its distance (negative) and points that touch.
+// Finds the least translation that separates a segment from a box that it intersects, in the frame
+// of the box. The faces of their Minkowski difference are those of the box and those spanned by an
+// edge and the segment. Returns the normal from box to segment, the distance (negative) and the
+// touching points.
 Witness segment_in_box(const Segment& segment, const Vector3& half) {
   const Vector3& c = segment.center;
   const Vector3& d = segment.direction;
@@ -75,7 +76,7 @@ Witness segment_in_box(const Segment& segment, const Vector3& half) {
     normal /= sine;
     if (normal.dot(c) < 0.0) normal = -normal;
     const double distance = normal.dot(c) - normal.cwiseAbs().dot(half);
-    // Faces are preferred, lest the choice hang on round-off where segment and face are parallel.
+    // Faces are preferred, so that round-off does not choose if segment and face are parallel.
     if (distance <= witness.distance + kSameGap * scale) continue;
     Vector3 edge;
     for (int k = 0; k < 3; ++k) edge[k] = normal[k] < 0.0 ? -half[k] : half[k];
@@ -120,7 +121,7 @@ void box_capsule(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X
   witness.point_a = clamp_to(witness.point_b, a.size);
   witness.normal = witness.point_b - witness.point_a;
   witness.distance = witness.normal.norm();
-  // Closer than this the difference of the points is round-off.
+  // Below this distance the difference of the points is round-off.
   if (witness.distance > 1e-12 * scale) {
     witness.normal /= witness.distance;
   } else {

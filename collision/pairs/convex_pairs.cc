@@ -15,7 +15,7 @@ void convex_convex(const Shape& a, const Pose& X_WA, const Shape& b, const Pose&
   support_feature(a, X_WA, witness.normal, witness.vertex_a, feature_a);
   support_feature(b, X_WB, -witness.normal, witness.vertex_b, feature_b);
   const double size = (X_WB.translation - X_WA.translation).norm() + std::abs(witness.distance);
-  constexpr double kSame = 1e-10;  // of the size: a thousand times what the distance is off by
+  constexpr double kSame = 1e-10;  // relative to size: 1000 times the error of the distance
   feature_contacts(feature_a, feature_b, witness, kSame * size, margin, out);
 }
 

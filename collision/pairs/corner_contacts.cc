@@ -10,10 +10,9 @@
 namespace counterpoint::collision {
 namespace {
 
-// A shape this many times larger than the travel does not turn far enough for other corners to
-// matter.
+// A shape larger than this many times the travel does not turn enough for other corners to matter.
 constexpr double kLargestRatio = 4.0;
-// Contacts closer together than this share of the shape's size are one.
+// Relative to the shape's size: contacts closer together count as one.
 constexpr double kSamePlace = 0.05;
 
 }  // namespace
@@ -59,20 +58,21 @@ Corners corners_of(const Shape& shape) {
 
 namespace {
 
-// How far the shape reaches along the unit vector n from the origin of its parent frame, no less.
+// Returns an upper bound of n . x over the points x of the shape, for a unit vector n [m].
 double reach_along(const CorneredShape& s, const Vector3& n) {
-  constexpr double kError = 1e-8;  // relative: more than what distances are off by
+  constexpr double kError = 1e-8;  // relative; larger than the error of distances
   const CoreShape core(s.shape, s.X);
   return core.scan_support(n) + core.radius + kError * (s.corners.extent + s.X.translation.norm());
 }
 
-// `sign` turns the normals: 1 where the corners belong to A.
+// Adds the contacts of the corners of `of` with `other`. sign: 1 if the corners belong to A, else
+// -1.
 void add_corners(const CorneredShape& of, const CorneredShape& other, double sign, double margin,
                  const Vector3& normal, Manifold& manifold) {
   const Corners& corners = of.corners;
   const Shape ball{ShapeType::kSphere, Vector3(corners.radius, 0.0, 0.0), nullptr};
   const double same = kSamePlace * corners.extent;
-  // What lies this low along the way to the other shape is beyond the margin.
+  // Corners up to this height along the direction to the other shape are beyond the margin.
   const Vector3 towards = sign * normal;
   const double low = -reach_along(other, -towards) - margin - corners.radius;
   for (int i = 0; i < corners.size; ++i) {
@@ -95,7 +95,7 @@ void add_corners(const CorneredShape& of, const CorneredShape& other, double sig
   }
 }
 
-// Their manifolds hold every corner within the margin.
+// True for planes and terrain, whose manifolds contain every corner within the margin.
 bool is_ground(const Shape& shape) {
   return shape.type == ShapeType::kPlane || shape.type == ShapeType::kTerrain;
 }
@@ -120,7 +120,7 @@ void add_corner_contacts(const CorneredShape& a, const CorneredShape& b, double 
 
 std::optional<CoreBall> core_ball(const Shape& shape, const Enclosure& enclosure, const Pose& X,
                                   double travel) {
-  // Of a cube the ball takes 0.58 of the way to the corners.
+  // Largest ratio of half thickness to bounding radius of a slender or flat shape; a cube has 0.58.
   constexpr double kCompact = 0.5;
   if (enclosure.radius > kLargestRatio * travel || is_ground(shape) ||
       enclosure.thickness > kCompact * enclosure.radius) {

@@ -1,4 +1,4 @@
-// Contacts of the far corners of two shapes that may turn into each other within a step.
+// Contacts of corners that may turn into another shape within a step.
 #pragma once
 
 #include <array>
@@ -10,14 +10,14 @@
 
 namespace counterpoint::collision {
 
-/// The points of a shape that may turn into another one, in its geometry frame: of a box its
-/// corners, of a capsule its ends, of a cylinder four points a rim, of a convex mesh the vertices
-/// farthest along the eight diagonals; none of a sphere, a plane and terrain.
+/// The points of a shape that may turn into another one, in its geometry frame: the corners of a
+/// box, the ends of a capsule, four points per rim of a cylinder, the vertices of a convex mesh
+/// farthest along the eight diagonals; none for spheres, planes and terrain.
 struct Corners {
   std::array<Vector3, 8> points;  // [m]
   int size = 0;
-  double radius = 0.0;  // of the balls about them [m]
-  double extent = 0.0;  // distance of the farthest corner from their mean, with its radius [m]
+  double radius = 0.0;  // radius of the balls around the points [m]
+  double extent = 0.0;  // largest distance of a corner from their mean, plus the radius [m]
 };
 Corners corners_of(const Shape& shape);
 
@@ -28,19 +28,19 @@ struct CorneredShape {
   const Pose& X;
 };
 
-/// Adds to `manifold`, which holds the contacts of two separated shapes, those of their corners,
-/// each taken as a point (the ends of a capsule as balls) against the other shape, where the gap is
-/// below the margin [m]. A manifold holds what faces each other now; a rod hit at one end turns the
-/// other one in. Does nothing for planes, terrain and spheres, whose manifolds are whole, for
-/// overlapping shapes, and for shapes larger than a few times `travel` [m], the way their surfaces
-/// can go within the step.
+/// Adds to `manifold`, which holds the contacts of two separated shapes, the contacts of their
+/// corners with the other shape where the gap is below the margin [m]; a corner is a point, the end
+/// of a capsule a ball. The manifold has only features that face each other now, but a rod hit at
+/// one end turns its other end in. Does nothing for planes and terrain, whose manifolds are
+/// complete, for spheres, for overlapping shapes, and for shapes larger than a few times `travel`
+/// [m], the distance that their surfaces can move within the step.
 void add_corner_contacts(const CorneredShape& a, const CorneredShape& b, double margin,
                          double travel, Manifold& manifold);
 
-/// The ball about the middle of a slender or flat shape. Set against what the shape may pass within
-/// a step it keeps the middle on its side, since the middle of a free body moves straight: corners
-/// that turned into the other shape no longer hold the rest back. Nothing if the shape is compact,
-/// or large against `travel` [m].
+/// A ball around the middle of a slender or flat shape. Its contact keeps the middle, which on a
+/// free body moves straight, from passing another shape within a step: corners that have turned
+/// into that shape do not hold it back. Nothing if the shape is compact, or large compared to
+/// `travel` [m].
 struct CoreBall {
   Shape shape;
   Pose X;
@@ -48,16 +48,16 @@ struct CoreBall {
 std::optional<CoreBall> core_ball(const Shape& shape, const Enclosure& enclosure, const Pose& X,
                                   double travel);
 
-/// Every ball that stands for a shape in these contacts, at any size and travel: its corners
-/// (radius 0; of a capsule its ends), then the one about its middle.
+/// All balls used for a shape in these contacts, whatever its size and travel: its corners (radius
+/// 0, except for the ends of a capsule), then the core ball.
 struct StandIns {
   std::array<CoreBall, 9> balls;
   int size = 0;
 };
 StandIns stand_ins(const Shape& shape, const Pose& X);
 
-/// The contact of a core ball of A with B (its normal from A to B), if the gap is below the margin
-/// [m] and the ball's middle has not passed the surface of B. No terrain.
+/// Finds the contact of a core ball of A with B, not a terrain (normal from A to B), if the gap is
+/// below the margin [m] and the ball's centre has not passed the surface of B.
 void find_core_contact(const CoreBall& ball, const Shape& b, const Pose& X_WB, double margin,
                        Manifold& out);
 

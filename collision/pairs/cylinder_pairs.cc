@@ -1,4 +1,4 @@
-// A sphere against a cylinder: the closest point of the cylinder to a point.
+// A sphere against a cylinder: the closest point of the cylinder to the sphere's centre.
 #include <algorithm>
 #include <cmath>
 
@@ -20,7 +20,7 @@ void sphere_cylinder(const Shape& a, const Pose& X_WA, const Shape& b, const Pos
     out.add_round(X_WA.translation, a.size[0], X_WB * closest, 0.0, Vector3::UnitZ(), margin);
     return;
   }
-  // Inside: out through the side or through the nearer cap, whichever is closer.
+  // The centre is inside: the way out is through the side or the nearer cap, whichever is closer.
   Vector3 outward(0.0, 0.0, center.z() < 0.0 ? -1.0 : 1.0);
   double depth = half - std::abs(center.z());
   if (radius - radial < depth) {

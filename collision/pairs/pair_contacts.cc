@@ -10,8 +10,7 @@ namespace {
 
 constexpr int kNumTypes = 6;
 
-// Rows and columns in the order of ShapeType; the lower triangle is reached by exchanging the
-// shapes.
+// Rows and columns in the order of ShapeType; for the lower triangle the shapes are exchanged.
 constexpr PairFunction kPairFunctions[kNumTypes][kNumTypes] = {
     {nullptr, plane_sphere, plane_box, plane_capsule, plane_cylinder, plane_convex_mesh},
     {nullptr, sphere_sphere, sphere_box, sphere_capsule, sphere_cylinder, convex_convex},
@@ -36,8 +35,8 @@ constexpr PairFunction kPairFunctions[kNumTypes][kNumTypes] = {
   return !std::lexicographical_compare(rb, rb + 9, ra, ra + 9);
 }
 
-// Orders shapes of one type by what they are and where they are, so that the answer cannot depend
-// on the order in which the caller names them. Indistinguishable shapes may come in either order.
+// Orders shapes by type, then by pose and size, so that the result does not depend on the order of
+// the arguments. Identical shapes may come in either order.
 bool comes_first(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB) {
   if (a.type != b.type) return a.type < b.type;
   const double x_a = X_WA.translation.x();
@@ -45,7 +44,7 @@ bool comes_first(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X
   return x_a != x_b ? x_a < x_b : is_ordered_by_rest(a, X_WA, b, X_WB);
 }
 
-// Pairs of these are placed anywhere (pair_functions.h).
+// Pairs of round shapes may have any poses (pair_functions.h).
 bool is_round(const Shape& shape) {
   return shape.type == ShapeType::kSphere || shape.type == ShapeType::kCapsule;
 }
@@ -53,7 +52,7 @@ bool is_round(const Shape& shape) {
 [[gnu::noinline]] void at_origin_of_first(
     PairFunction function, const Shape& first, const Pose& X_first, const Shape& second,
     const Pose& X_second, const PairQuery& query,
-    Manifold& out) {  // Parameters: shapes, poses and bounds of two
+    Manifold& out) {  // Parameters: two shapes with poses, a function and its arguments
   const Vector3 origin = X_first.translation;
   const Pose X_1{X_first.rotation, Vector3::Zero()};
   const Pose X_2{X_second.rotation, X_second.translation - origin};
@@ -61,7 +60,7 @@ bool is_round(const Shape& shape) {
   for (int i = 0; i < out.size; ++i) out.points[i].position += origin;
 }
 
-// Allocates; the collider, which must not, keeps the scratch memory.
+// Allocates scratch memory; the collider, which must not, keeps its own.
 [[gnu::noinline]] void with_terrain(const Shape& a, const Pose& X_WA, const Shape& b,
                                     const Pose& X_WB, double margin, Manifold& out) {
   const bool turned = b.type == ShapeType::kTerrain;

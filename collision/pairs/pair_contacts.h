@@ -1,4 +1,4 @@
-// Contact points of two shapes: pure functions, one a pair of shape types.
+// Contact points of two shapes: one pure function per pair of shape types.
 #pragma once
 
 #include <limits>
@@ -8,28 +8,29 @@
 
 namespace counterpoint::collision {
 
-/// What is asked of two shapes.
+/// The parameters of a contact search between two shapes.
 struct PairQuery {
-  // Most callers give a margin only.
+  // Not explicit: most callers give only a margin.
   PairQuery(double margin_value, double turn_value = std::numeric_limits<double>::infinity(),
             double rounding_value = 0.0)
       : margin(margin_value), turn(turn_value), rounding(rounding_value) {}
 
-  double margin;  ///< contact points with a gap below this [m]
-  /// How far the shapes may turn before contacts are looked for again [rad]. Of a hull on a plane
-  /// with more vertices within the margin than a manifold holds those are taken on which this may
-  /// make it stand.
+  double margin;  ///< upper bound of the gaps of contact points [m]
+  /// How far the shapes may rotate before the next search [rad]. If a hull on a plane has more
+  /// vertices within the margin than a manifold holds, those are kept on which it may stand after
+  /// such a rotation.
   double turn;
-  /// Edges of boxes count as rounded off by this [m]: where two touch in one line, every direction
-  /// between the faces is a normal, and ways out that differ by less than this are averaged.
+  /// Radius [m] by which edges of boxes count as rounded: if two edges touch along a line, every
+  /// direction between their faces is a normal, and normals whose separations differ by less are
+  /// averaged.
   double rounding;
 };
 
 /// Fills `out` with the contact points of shapes A and B whose gap is below the margin; poses in
-/// any common frame. Points of overlapping, touching and separated shapes alike; the smallest gap
-/// is the signed distance of the two shapes (penetration: least translation that separates them).
-/// Exchanging A and B gives the same points in the same order with the normals turned round.
-/// Two planes have no contact points, nor have a plane or a terrain and a terrain.
+/// any common frame. Works for overlapping, touching and separated shapes; the smallest gap is the
+/// signed distance of the shapes (in overlap: minus the length of the least translation that
+/// separates them). Exchanging A and B gives the same points in the same order with opposite
+/// normals. Two planes, two terrains, or a plane and a terrain have no contact points.
 void pair_contacts(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
                    const PairQuery& query, Manifold& out);
 

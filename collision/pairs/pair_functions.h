@@ -1,9 +1,8 @@
-// One function a pair of shape types, the lower type first. Private: callers use pair_contacts.
+// One function per pair of shape types, the lower type first. Private: callers use pair_contacts.
 //
-// All share the contract of pair_contacts and are called with A at the origin of the common frame,
-// so that no digits are lost far from the world's origin. Functions of two spheres or capsules take
-// any poses, since moving the poses would take half their time. `out` is
-// empty on entry.
+// All meet the specification of pair_contacts. They are called with A at the origin of the common
+// frame, so that no digits are lost far from the world's origin; functions of two spheres or
+// capsules take any poses, since moving them would take half their time. `out` is empty on entry.
 #pragma once
 
 #include "counterpoint/collision/pairs/pair_contacts.h"
@@ -33,7 +32,7 @@ void box_box(const Shape&, const Pose&, const Shape&, const Pose&, const PairQue
 void box_capsule(const Shape&, const Pose&, const Shape&, const Pose&, const PairQuery&, Manifold&);
 void capsule_capsule(const Shape&, const Pose&, const Shape&, const Pose&, const PairQuery&,
                      Manifold&);
-/// Any two shapes but planes, by iteration (GJK, EPA).
+/// Any two convex shapes, no planes, by iteration (GJK, EPA).
 void convex_convex(const Shape&, const Pose&, const Shape&, const Pose&, const PairQuery&,
                    Manifold&);
 

@@ -8,13 +8,14 @@
 namespace counterpoint::collision {
 namespace {
 
-// Relative to the size. Surfaces nearer than this to one plane are flush, edges are as round.
+// Relative to the size: surfaces closer than this to one plane are flush; edges are rounded by as
+// much.
 constexpr double kFlush = 1e-6;
-// Relative to the size: what moves less within a step passes nothing; what moves more may pass
-// through.
+// Relative to the size: a shape that moves less than kStill in a step passes nothing, one that
+// moves more than kFar may pass through another.
 constexpr double kStill = 1e-9;
 constexpr double kFar = 0.25;
-// Normals that agree better are one: the cosine of 4e-5 rad.
+// Cosine of 4e-5 rad: normals that agree better are equal.
 constexpr double kSameNormal = 1.0 - 1e-9;
 
 }  // namespace
@@ -40,7 +41,8 @@ double PairMotion::closing(const Vector3& n, const Vector3& p) const {
 
 ContactPoint PairMotion::taken_back(const ContactPoint& after) const {
   const Vector3 way_a = a.way_of(after.position), way_b = b.way_of(after.position);
-  // Halfway between the surfaces along the normal; along them with the body that moves.
+  // Along the normal, move to halfway between the surfaces; in the tangent plane, follow the body
+  // that moves.
   const Vector3 mean = 0.5 * (way_a + way_b);
   const Vector3 carried = a.share * way_a + b.share * way_b;
   ContactPoint p = after;

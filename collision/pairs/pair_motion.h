@@ -1,4 +1,4 @@
-// Contacts of a pair of shapes as its motion within the step makes them.
+// Contacts of a pair of shapes with regard to its motion within the step.
 #pragma once
 
 #include "counterpoint/collision/pairs/pair_contacts.h"
@@ -6,44 +6,46 @@
 
 namespace counterpoint::collision {
 
-/// Where a shape is and where its body's velocity takes it within the step.
+/// Pose of a shape, and its displacement at its body's velocity within the step.
 struct ShapeMotion {
   Pose X_WG;
-  Vector3 origin;       ///< of the body, in W [m]
-  Motion displacement;  ///< about that origin, in W [rad; m]
-  double share;         ///< of what the two move against each other this one makes; 0 ... 1
+  Vector3 origin;       ///< origin of the body, in W [m]
+  Motion displacement;  ///< displacement of the body about `origin`, in W [rad; m]
+  double share;         ///< share of this shape in the relative motion of the two, 0 ... 1
 
-  /// Where the body's point at p goes [m].
+  /// Displacement of the body's point at p [m].
   Vector3 way_of(const Vector3& p) const { return displacement.at(p - origin); }
   Pose moved() const;
 };
 
-/// The motion of two shapes within a step.
+/// Motion of two shapes within a step.
 struct PairMotion {
   PairMotion(const ShapeMotion& motion_a, const ShapeMotion& motion_b, const Vector3& middle,
              double radius);
 
   ShapeMotion a, b;
   double size;  ///< radius of the smaller shape [m]
-  double way;   ///< how far a point of that one goes against the other shape, at most [m]
+  double way;   ///< bound on the displacement of its points relative to the other shape [m]
 
-  /// How far the edges of shapes that rest against each other count as rounded off [m]; less if
-  /// they move, until there is none left.
+  /// Radius by which edges of shapes that rest against each other count as rounded [m]; it
+  /// decreases with the motion, down to 0.
   double rounding() const;
 
-  /// By how much a gap at p along n shrinks [m].
+  /// Decrease of a gap at p along n [m].
   double closing(const Vector3& n, const Vector3& p) const;
-  /// A contact that the shapes have after the motion, with gap and place taken back to the start.
+  /// Takes a contact of the shapes after the motion back: its gap and position are those at the
+  /// start.
   ContactPoint taken_back(const ContactPoint& after) const;
 };
 
-/// Replaces the contacts of two convex shapes, if they would stop the motion, by those that the
-/// shapes have after it, where these part the shapes now as well; gaps and places are taken back to
-/// the start, so that they make the same kind of linear constraint. Any direction that parts two
-/// shapes now and after the step is as good a normal as that of their least distance. That one
-/// stops a box which slides over the seam between two others of one height, and what passes a
-/// corner closely. Does nothing where the way is a good part of the size: what turns far may pass
-/// through another though one direction parts them before and after.
+/// If the contacts of two convex shapes would stop their motion, replaces them by the contacts
+/// after the motion, provided that these separate the shapes now as well. Gaps and positions are
+/// taken back to the start, so that they give the same kind of linear constraint. Any direction
+/// that separates two shapes before and after the step is as good a normal as that of least
+/// distance; the latter would stop a box that slides over the seam between two others of equal
+/// height, or a shape that passes close to a corner. Does nothing if the displacement is a good
+/// part of the size: a shape that turns far may pass through another although one direction
+/// separates them before and after.
 void look_ahead(const Shape& a, const Shape& b, const PairMotion& motion, const PairQuery& query,
                 Manifold& manifold);
 

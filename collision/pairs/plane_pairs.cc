@@ -1,4 +1,4 @@
-// A half-space against everything: the gap of a point is its height above the plane.
+// A half-space against every other shape: the gap of a point is its height above the plane.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,11 +13,11 @@
 namespace counterpoint::collision {
 namespace {
 
-// The plane z = 0 of its frame.
+// The plane z = 0 of its frame; the half-space lies below.
 struct Plane {
   explicit Plane(const Pose& X) : normal(X.rotation.col(2)), origin(X.translation) {}
   double height(const Vector3& p) const { return normal.dot(p - origin); }
-  // Adds surface point p of the other shape.
+  // Adds the contact of a surface point p of the other shape if its gap is below the margin.
   void add(const Vector3& p, double margin, Manifold& out) const {
     const double gap = height(p);
     if (gap < margin) out.add(p - (0.5 * gap) * normal, normal, gap);
@@ -44,7 +44,8 @@ void plane_capsule(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X
   plane.add(low + half, margin, out);
 }
 
-// All eight corners are candidates, not only those of the lowest face: no choice, no jump.
+// All eight corners are candidates, not only those of the lowest face, so that nothing jumps when
+// the lowest face changes.
 void plane_box(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB,
                const PairQuery& query, Manifold& out) {
   const double margin = query.margin;
@@ -61,9 +62,9 @@ void plane_box(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB,
   }
 }
 
-// Four points a rim, the lowest one and every quarter turn from it. A cylinder standing upright has
-// no lowest point: there the square starts at its own x axis, and since the second moments of a
-// square are the same about every axis, the turn of the square does not change how it carries load.
+// Four points per rim: the lowest one and every quarter turn from it. An upright cylinder has no
+// lowest point; its square of points starts at its x axis. Since the second moments of a square are
+// equal about every axis in its plane, its rotation does not change how it carries load.
 void plane_cylinder(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB,
                     const PairQuery& query, Manifold& out) {
   const double margin = query.margin;
@@ -86,7 +87,7 @@ void plane_cylinder(const Shape&, const Pose& X_WA, const Shape& b, const Pose& 
 
 namespace {
 
-// The vertices of a mesh seen from a plane.
+// Heights of a mesh's vertices above a plane.
 struct Heights {
   const ConvexMesh& mesh;
   Vector3 up;  // in the frame of the mesh
@@ -99,11 +100,11 @@ struct Heights {
 constexpr int kMost = Manifold::kCapacity;
 using VertexList = std::array<int, kMost>;
 
-// Lists the vertices below the limit, ascending, by walking over the edges from the lowest: those
-// of a convex mesh hang together. Returns their number, or kMost + 1 if they are more.
+// Lists the vertices below the limit, ascending, by walking along edges from the lowest: in a
+// convex mesh they are connected. Returns their number, or kMost + 1 if there are more.
 int list_below(const Heights& heights, double limit, int lowest, VertexList& list) {
   int size = 0;
-  std::uint64_t marks = 0;  // of those listed, by the last bits of their index
+  std::uint64_t marks = 0;  // bit set of the last bits of the listed indices
   const auto mark = [](int i) { return std::uint64_t{1} << (i & 63); };
   const auto is_listed = [&](int i) {
     return (marks & mark(i)) != 0 &&
@@ -125,7 +126,7 @@ int list_below(const Heights& heights, double limit, int lowest, VertexList& lis
   return size;
 }
 
-// Seven directions in the plane that turn with the mesh.
+// Seven directions in the plane, fixed to the mesh.
 constexpr int kDirections = kMost - 1;
 static_assert(kDirections <= kSupportsAtOnce);
 using Directions = std::array<Vector3, kDirections>;
@@ -140,7 +141,7 @@ Directions spread_directions(const Vector3& up) {
   return out;
 }
 
-// Vertices, each once, up to a number.
+// A set of vertices.
 struct Choice {
   VertexList vertices;
   int size = 0;
@@ -154,8 +155,8 @@ struct Choice {
   }
 };
 
-// Of the vertices below the margin those that lie farthest along the directions. By place only:
-// heights are noise where a body rests.
+// Adds the vertices below the margin that lie farthest along the directions. Only their place
+// counts, since heights are noise where a body rests.
 void add_farthest(const Heights& heights, int lowest, double margin, const Directions& directions,
                   Choice& choice) {
   std::array<double, kDirections> farthest;
@@ -175,8 +176,8 @@ void add_farthest(const Heights& heights, int lowest, double margin, const Direc
   for (const int i : best) choice.add(i, kDirections);
 }
 
-// True if a vertex stays the lowest however the mesh tips by up to an angle: each edge from it
-// rises by more. So it is where a foot of many vertices stands.
+// True if a vertex stays the lowest when the mesh tips by up to `angle` [rad]: each edge from it
+// rises by more. This is typical of a foot with many vertices.
 bool stays_lowest(const Heights& heights, int lowest, double angle) {
   const Vector3& from = heights.mesh.vertices[lowest];
   bool stays = true;
@@ -188,11 +189,11 @@ bool stays_lowest(const Heights& heights, int lowest, double angle) {
   return stays;
 }
 
-// The vertices that would be the lowest if the mesh tipped along each direction, by a small share
-// of the angle and by all of it, until the choice is full.
+// Adds the vertices that would be the lowest if the mesh tipped along each direction, by a small
+// share of the angle and by all of it, until the choice is full.
 void add_tipped(const Heights& heights, int lowest, double angle, const Directions& directions,
                 Choice& choice) {
-  constexpr double kLittle = 1.0 / 16.0;  // of the angle
+  constexpr double kLittle = 1.0 / 16.0;  // share of the angle
   const auto down = [&](double share, int k) -> Vector3 {
     return (share * angle) * directions[k] - heights.up;
   };
@@ -205,9 +206,9 @@ void add_tipped(const Heights& heights, int lowest, double angle, const Directio
     choice.add(support_vertex(heights.mesh, down(1.0, k), tipped[k]), kDirections);
 }
 
-// The vertices below the margin. If these are too many the lowest, and those on which the mesh
-// would stand once it has turned by what it may turn, or by a small share of that: on a face the
-// corners that span it, on a dense round mesh one or two.
+// Chooses among the vertices below the margin. If there are too many: the lowest, and those on
+// which the mesh would stand after a rotation by `turn`, or by a small share of it. On a face these
+// are its outer corners, on a dense round mesh one or two vertices.
 Choice choose_vertices(const Heights& heights, int lowest, double margin, double turn) {
   Choice choice;
   if (stays_lowest(heights, lowest, turn)) {
@@ -223,7 +224,7 @@ Choice choose_vertices(const Heights& heights, int lowest, double margin, double
   } else {
     add_farthest(heights, lowest, margin, directions, choice);
   }
-  choice.add(lowest, kMost);  // the last, since noise decides which it is where a body rests
+  choice.add(lowest, kMost);  // last, since on a resting body noise decides which is the lowest
   return choice;
 }
 

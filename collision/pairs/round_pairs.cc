@@ -1,4 +1,4 @@
-// Spheres and capsules among one another: balls around points and segments.
+// Spheres and capsules among each other: balls around points and segments.
 #include <limits>
 
 #include "counterpoint/collision/broadphase/wide.h"
@@ -9,10 +9,10 @@
 namespace counterpoint::collision {
 namespace {
 
-// Relative to the size of the shapes: points closer together are one, gaps closer are equal.
+// Relative to the size of the shapes: closer points are one point, closer gaps are equal.
 constexpr double kEqual = 1e-10;
 
-// A unit vector perpendicular to both, which are of unit length.
+// Returns a unit vector perpendicular to the unit vectors u and v.
 [[gnu::noinline]] Vector3 across(const Vector3& u, const Vector3& v) {
   const Vector3 cross = u.cross(v);
   const double sine = cross.norm();
@@ -42,7 +42,7 @@ namespace {
 
 using Two = double __attribute__((vector_size(16)));
 
-// The segments u s, |s| <= half_u, and r + v t, |t| <= half_v; u and v of unit length.
+// The segments s u, |s| <= half_u, and r + t v, |t| <= half_v; u and v have unit length.
 struct Segments {
   Vector3 r, u, v;
   double half_u, half_v;
@@ -50,14 +50,14 @@ struct Segments {
   Vector3 between(double s, double t) const { return (r + t * v) - s * u; }
 };
 
-// Parameters where the lines through the segments come closest; false if that is beyond an end.
-// For lines that are almost parallel, where scalar products have too few digits.
+// Finds the parameters where the lines of nearly parallel segments come closest; false if that is
+// beyond an end. Scalar products have too few digits there.
 [[gnu::noinline]] bool cross_at_grazing(const Segments& g, double& s, double& t) {
   return closest_on_lines({Vector3::Zero(), g.u, g.half_u}, {g.r, g.v, g.half_v}, s, t) &&
          std::abs(s) < g.half_u && std::abs(t) < g.half_v;
 }
 
-// Exactly, where scalar products cannot tell.
+// Compares two distances exactly, where scalar products cannot tell.
 [[gnu::noinline]] bool is_closer(const Segments& g, double s, double t, double s_other,
                                  double t_other) {
   return g.between(s, t).squaredNorm() < g.between(s_other, t_other).squaredNorm();
@@ -65,28 +65,29 @@ struct Segments {
 
 }  // namespace
 
-// Each end of the stretch where the two run side by side is an end of one of the segments; so the
-// ends' own contacts are the manifold, and they move continuously. Where the segments cross, the
-// closest point lies between and is added. Which points these are is told by scalar products alone,
-// right to 1e-15 of the size; their places are found exactly. Long: all of it works on the same
+// Each end of the stretch where the two run side by side is an end of one of the segments. The
+// contacts of these ends are the manifold; they move continuously. If the segments cross, the
+// closest point lies between them and is added. Scalar products, accurate to 1e-15 of the size,
+// choose the points; the positions are then computed exactly. Long: all parts work on the same
 // dozen values.
 COUNTERPOINT_WIDE void capsule_capsule(const Shape& a, const Pose& X_WA, const Shape& b,
                                        const Pose& X_WB, const PairQuery& query, Manifold& out) {
   const double margin = query.margin;
-  // Relative to the size and the margin: beyond it by more, or closer than another, for sure.
+  // Relative to size and margin: a difference that round-off cannot explain.
   constexpr double kSurely = 1e-6;
-  // Of the squared sine; with less, lines graze.
+  // Squared sine below which the lines count as nearly parallel.
   constexpr double kGrazing = 1e-4;
   const Segments segments{X_WB.translation - X_WA.translation, X_WA.rotation.col(2),
                           X_WB.rotation.col(2), a.size[1], b.size[1]};
-  // No structured binding: Clang 14 does not let a lambda see one.
+  // Not a structured binding: in Clang 14 a lambda cannot capture one.
   const Vector3 &r = segments.r, &u = segments.u, &v = segments.v;
   const double half_u = segments.half_u, half_v = segments.half_v;
   const double radius = a.size[0] + b.size[0];
   const double scale = radius + half_u + half_v;
   constexpr double infinity = std::numeric_limits<double>::infinity();
   double least = infinity;
-  // If closer than `most`.
+  // Adds the contact at (s, t) if its gap is below the margin and the segments' distance below
+  // `most`.
   const auto add = [&](double s, double t, double most) __attribute__((always_inline)) {
     const Vector3 d = segments.between(s, t);
     const double distance = d.norm();
@@ -104,7 +105,7 @@ COUNTERPOINT_WIDE void capsule_capsule(const Shape& a, const Pose& X_WA, const S
   const double ru = r.dot(u);
   const double rv = r.dot(v);
   const double r2 = r.squaredNorm();
-  // The ends -1 and 1 of A and those of B on the same sides, with their feet on the other segment.
+  // Ends of A, and the ends of B on the same sides, with the closest points on the other segment.
   const Two end_s = {-half_u, half_u};
   const double same_way = std::copysign(half_v, cosine);
   const Two end_t = {-same_way, same_way};

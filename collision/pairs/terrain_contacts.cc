@@ -10,26 +10,29 @@
 namespace counterpoint::collision {
 namespace {
 
-// Relative to the shape's size: contacts closer together than this whose normals agree as well are
-// one.
+// Relative to the shape's size: contacts closer together than this, whose normals agree as well,
+// are one.
 constexpr double kSameContact = 1e-3;
-// Relative to the shape's size: twice the angle of edges that count as flat.
+// Relative to the shape's size: twice the largest angle [rad] of edges that count as flat.
 constexpr double kFlatSlack = 2e-4;
-// Relative to the shape's half thickness: how far behind a face the shape's centre may be.
+// Relative to the shape's half thickness: largest distance of the shape's centre behind a face.
 constexpr double kBehind = 0.5;
-// The same for an edge that is within the shape.
+// The same for an edge inside the shape.
 constexpr double kPast = 1.5;
-// Relative to the shape's half thickness: overlaps that need no second look.
+// Relative to the shape's half thickness: overlap up to which a contact needs no further test.
 constexpr double kShallow = 0.05;
-// How far to the side, relative to its depth, the way to a corner may come through a face.
+// Relative to the depth of a corner: how far beyond the flat edges of a face the path to the corner
+// may cross the plane of the face.
 constexpr double kSlant = 3.0;
-// Cosine of normal and in-plane direction up to which a normal counts as within the wedge of an
-// edge.
+// A normal is within the wedge of an edge if its cosine with the inward directions in both faces is
+// at most this.
 constexpr double kWedge = 1e-6;
-// A contact with the rim of a sheet leans at most 60 degrees: the rim has no side to push with.
+// Cosine: a contact with the rim of a sheet leans at most 60 degrees, since a rim has no side to
+// push with.
 constexpr double kRimCosine = 0.5;
 
-// Height over the line of edge k, in the plane of the triangle: positive on the triangle's side.
+// Signed distance of a point from edge pq in the plane of the triangle: positive on the triangle's
+// side.
 double inward(const Vector3& p, const Vector3& q, const Vector3& normal, const Vector3& point) {
   return normal.cross(q - p).normalized().dot(point - p);
 }
@@ -40,9 +43,9 @@ struct TerrainContacts::Query {
   const Terrain& terrain;
   const Shape& shape;
   Pose X_TS;
-  Vector3 center;    // of the shape
-  double thickness;  // half of it
-  double size;       // of the shape
+  Vector3 center;    // centre of the shape, in the terrain's frame [m]
+  double thickness;  // half thickness of the shape [m]
+  double size;       // diameter of the shape's bounding ball [m]
   double margin;
 
   const Vector3& vertex(int t, int k) const {
@@ -63,21 +66,22 @@ void TerrainContacts::add(const Query& query, const ContactPoint& point) {
   points_.push_back(point);
 }
 
-// The corners of the shape (of round ones the points that are lowest) over a triangle.
+// Adds the contacts of the shape's corners (for round shapes the lowest points) with a face.
 void TerrainContacts::touch_faces(const Query& query, int t) {
   const Terrain::Triangle& triangle = query.terrain.triangles[t];
   const Vector3& n = triangle.normal;
   const Vector3& origin = query.vertex(t, 0);
   const double height = n.dot(query.center - origin);
   const bool behind = height < -kBehind * query.thickness;
-  // Over the triangle, or beyond its edges by less than `slack`, `level_slack` across flat ones.
+  // True for points over the triangle, or beyond its edges by at most `slack`, plus `level_slack`
+  // at flat edges.
   const auto within = [&](const Vector3& p, double slack, double level_slack) {
     for (int k = 0; k < 3; ++k) {
       double beyond = slack;
-      // Nothing falls between two faces that are not quite in one plane.
+      // Avoids a gap between two faces that are not quite in one plane.
       if (triangle.edges[k] == Terrain::Edge::kFlat) beyond += level_slack;
-      // Across a concave edge the face goes on, below its neighbour: a fast body meets what stands
-      // across its way.
+      // Beyond a concave edge the face continues below its neighbour, so that a fast body meets a
+      // face that stands across its path.
       if (triangle.edges[k] == Terrain::Edge::kConcave && std::isfinite(query.margin)) {
         beyond += query.margin;
       }
@@ -89,20 +93,20 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
   const auto take = [&](const ContactPoint& point) {
     const Vector3 corner = point.position + 0.5 * point.gap * n;
     const bool over = within(corner, rounding, kFlatSlack * query.size);
-    // Where the way from the shape's centre to the corner crosses the face's plane.
+    // The point where the path from the shape's centre to the corner crosses the face's plane.
     const auto crossing = [&]() -> Vector3 {
       return query.center + height / (height - point.gap) * (corner - query.center);
     };
     if (point.gap >= -kShallow * query.thickness) {
-      // From behind: a corner that came through the face is none of its business, one that reaches
-      // it from beyond its edges rests on it.
+      // A shape behind the face: a corner that came through the face is ignored, one that reaches
+      // over it from beyond its edges rests on it.
       if (over && !(behind && within(crossing(), 0.0, 0.0))) add(query, point);
       return;
     }
     if (behind || (!over && height <= 0.0)) return;
-    // Well below the face: the way there from the shape's centre leads through it, or nearly if
-    // the face is over the corner, lest a body that reaches over a thin wall be held by its far
-    // side.
+    // Well below the face: the path to the corner must lead through the face, or nearly if the
+    // corner is below it; otherwise the far side of a thin wall would hold a body that reaches over
+    // the wall.
     const double slack = over ? kShallow * query.thickness : rounding;
     if (!within(crossing(), slack, over ? -kSlant * point.gap : kFlatSlack * query.size)) return;
     add(query, point);
@@ -122,7 +126,7 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
   for (int i = 0; i < manifold.size; ++i) take(manifold.points[i]);
 }
 
-// An edge as the upper side of a sheet that reaches far into the ground: the way out is up.
+// Treats an edge as the upper rim of a sheet that reaches deep into the ground: the way out is up.
 void TerrainContacts::touch_fin(const Query& query, const Vector3& middle, const Vector3& along,
                                 double half_length, const Vector3& up) {
   if (up.dot(query.center - middle) < -kPast * query.thickness) return;
@@ -136,7 +140,7 @@ void TerrainContacts::touch_fin(const Query& query, const Vector3& middle, const
     if (manifold.points[i].normal.dot(up) > kRimCosine) add(query, manifold.points[i]);
 }
 
-// The triangle's edges that stand out, as segments, against the shape.
+// Adds the contacts of the shape with the triangle's convex and boundary edges, taken as segments.
 void TerrainContacts::touch_edges(const Query& query, int t) {
   const Terrain::Triangle& triangle = query.terrain.triangles[t];
   for (int k = 0; k < 3; ++k) {
@@ -144,7 +148,7 @@ void TerrainContacts::touch_edges(const Query& query, int t) {
     if (triangle.edges[k] == Terrain::Edge::kFlat || triangle.edges[k] == Terrain::Edge::kConcave) {
       continue;
     }
-    if (neighbor >= 0 && neighbor < t) continue;  // done from the other side
+    if (neighbor >= 0 && neighbor < t) continue;  // done for the other triangle
     const Vector3& p = query.vertex(t, k);
     const Vector3& q = query.vertex(t, k + 1);
     const Vector3 along = (q - p).normalized();
@@ -162,14 +166,14 @@ void TerrainContacts::touch_edges(const Query& query, int t) {
       const ContactPoint& point = manifold.points[i];
       const Vector3& m = point.normal;
       if (point.gap < 0.0 && m.dot(up) < 0.0) {
-        // The edge is past the middle of a thin shape, and the least way out leads on.
+        // The edge is past the middle of a thin shape; the shortest way out would push it through.
         fin = true;
         break;
       }
       if (neighbor < 0 && m.dot(triangle.normal) < kRimCosine) continue;
       const double place = along.dot(point.position - 0.5 * point.gap * m - middle);
       if (std::abs(place) > (1.0 - 1e-9) * half_length) {
-        // At an end: pointing away from all edges that meet there, flat and hollow ones too.
+        // At an end of the edge: the normal must point away from all edges that meet there.
         const int end = triangle.vertices[place < 0.0 ? k : (k + 1) % 3];
         const Vector3& corner = query.terrain.vertices[end];
         const auto& others = query.terrain.vertex_neighbors[end];
@@ -178,11 +182,11 @@ void TerrainContacts::touch_edges(const Query& query, int t) {
         });
         if (closer) continue;
       } else {
-        // Within the wedge: pointing away from both faces, else one of them is closer.
+        // Within the wedge: the normal must point away from both faces, else one of them is closer.
         if (m.dot(triangle.normal.cross(along)) > kWedge ||
             (neighbor >= 0 && m.dot(along.cross(other_normal)) > kWedge)) {
           fin = fin || point.gap < -kShallow * query.thickness;
-          // Where the shape may turn onto the edge, and past it, before the next look.
+          // The shape may turn onto the edge, and past it, before the next search.
           const bool ahead = point.gap > 0.0 && query.margin > query.thickness &&
                              std::isfinite(query.margin) && m.dot(up) > kRimCosine;
           if (!ahead) continue;
@@ -194,7 +198,8 @@ void TerrainContacts::touch_edges(const Query& query, int t) {
   }
 }
 
-// The deepest, then always the one farthest, in place and direction, from those chosen.
+// Chooses the deepest contact, then repeatedly the one farthest, in position and normal, from the
+// chosen ones.
 void TerrainContacts::choose(const Query& query, Manifold& out) const {
   const int size = static_cast<int>(points_.size());
   if (size <= Manifold::kCapacity) {

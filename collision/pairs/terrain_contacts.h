@@ -1,9 +1,9 @@
 // Contact points of a convex shape with a static triangle mesh.
 //
-// A corner of the shape touches the face below it, along the face's normal; an edge or corner of
-// the mesh touches the shape only where the surface bends away (or ends), along a normal between
-// those of its faces. So a body never catches on the seams of flat or hollow ground, and the
-// contacts of a body on flat triangles are those with a plane.
+// A corner of the shape touches the face below it, along the face's normal. An edge or corner of
+// the mesh touches the shape only if the surface is convex there (or ends), along a normal between
+// those of its faces. Therefore a body never catches on the seams of flat or concave ground, and
+// the contacts of a body on flat triangles are those with a plane.
 #pragma once
 
 #include <vector>
@@ -14,13 +14,15 @@
 
 namespace counterpoint::collision {
 
-/// Scratch memory inside: one per thread. The result does not depend on the calls before.
+/// Finds the contacts. It owns scratch memory, so use one per thread; the result does not depend on
+/// earlier calls.
 class TerrainContacts {
  public:
   /// Fills `out` with at most Manifold::kCapacity contact points of gap < margin [m], normals from
-  /// the terrain to the shape (no plane, no terrain). Where there are more the deepest is kept and
-  /// those that span place and direction. A shape behind a face by more than half its thickness
-  /// does not meet it. Parameters: shapes, poses and bounds of two.
+  /// the terrain to the shape (no plane, no terrain). If there are more, it keeps the deepest and
+  /// others that differ most in position and normal. A shape whose centre is behind a face by more
+  /// than half its half thickness touches the face only with corners that reach over it from beyond
+  /// its edges. Parameters: two shapes with poses, a bound and the result.
   void find(const Terrain& terrain, const Pose& X_WT, const Shape& shape,
             const Enclosure& enclosure, const Pose& X_WS, double margin, Manifold& out);
 

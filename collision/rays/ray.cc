@@ -1,4 +1,5 @@
-// A convex shape cuts a stretch out of the line of a ray; the ray hits where the stretch begins.
+// A ray against a convex shape: the shape cuts an interval out of the ray's line, and the ray hits
+// where the interval begins.
 #include "counterpoint/collision/rays/ray.h"
 
 #include <algorithm>
@@ -10,19 +11,20 @@
 namespace counterpoint::collision {
 namespace {
 
-// The line of the ray, in the frame of the shape.
+// The line of the ray in the frame of the shape.
 struct Line {
-  Vector3 origin, direction;  // of unit length
+  Vector3 origin, direction;  // direction: unit length
   Vector3 at(double t) const { return origin + t * direction; }
 };
 
-// Parameters t of the line within a convex set, and the outward normal at the first.
+// The interval of line parameters t [m] inside a convex set, and the outward normal where it
+// begins.
 struct Stretch {
   double enter = -kInfinity, exit = kInfinity;
   Vector3 normal = Vector3::Zero();
 
   bool empty() const { return !(enter <= exit); }
-  // Keeps what lies in the half-space normal . x <= offset as well.
+  // Intersects with the half-space normal . x <= offset.
   void cut(const Line& line, const Vector3& outward, double offset) {
     const double height = outward.dot(line.origin) - offset;
     const double rate = outward.dot(line.direction);
@@ -38,7 +40,7 @@ struct Stretch {
       normal = outward;
     }
   }
-  // Keeps what lies in the other as well.
+  // Intersects with another interval.
   void cut(const Stretch& other) {
     if (other.enter > enter) {
       enter = other.enter;
@@ -46,7 +48,7 @@ struct Stretch {
     }
     exit = std::min(exit, other.exit);
   }
-  // The stretch of the union, where that is convex.
+  // Unites with another interval, where the union is convex.
   void join(const Stretch& other) {
     if (other.empty()) return;
     if (empty()) {
@@ -63,8 +65,8 @@ struct Stretch {
 
 Stretch nothing() { return {kInfinity, -kInfinity, Vector3::Zero()}; }
 
-// From the point of closest approach, not from the quadratic's discriminant: no digits are lost far
-// away.
+// Computed from the point of closest approach, not from the quadratic's discriminant, to keep
+// digits for distant rays.
 Stretch ball(const Line& line, const Vector3& center, double radius) {
   const double middle = line.direction.dot(center - line.origin);
   const double half2 = radius * radius - (line.at(middle) - center).squaredNorm();
@@ -75,7 +77,7 @@ Stretch ball(const Line& line, const Vector3& center, double radius) {
           radius > 0.0 ? Vector3(out / out.norm()) : Vector3(-line.direction)};
 }
 
-// The endless cylinder about the z axis.
+// Interval inside the infinite cylinder about the z axis.
 Stretch tube(const Line& line, double radius) {
   const double slope2 = line.direction.head<2>().squaredNorm();
   const double away2 = line.origin.head<2>().squaredNorm();
@@ -129,7 +131,7 @@ Stretch stretch(const Line& line, const Shape& shape) {
       break;
     }
     case ShapeType::kTerrain:
-      return nothing();  // no convex stretch: cast_terrain_ray
+      return nothing();  // not convex: see cast_terrain_ray
   }
   return s;
 }

@@ -9,11 +9,12 @@ namespace counterpoint::collision {
 
 struct RayHit;
 
-/// cast_ray of collider.h, for a direction of unit length and finite input.
+/// Does the work of cast_ray (collider.h), for finite input and a direction of unit length.
 std::optional<RayHit> cast_unit_ray(const Shape& shape, const Pose& X_WS, const Vector3& origin,
                                     const Vector3& direction, double max_distance);
 
-/// The same against a terrain, all in its frame; a ray from behind a face passes through it.
+/// Casts a ray on a terrain, in the terrain's frame; a ray from behind a face passes through the
+/// face.
 std::optional<RayHit> cast_terrain_ray(const Terrain& terrain, const Vector3& origin,
                                        const Vector3& direction, double max_distance);
 

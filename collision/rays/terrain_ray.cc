@@ -1,4 +1,4 @@
-// A ray against a static triangle mesh: its front faces only.
+// A ray against a static triangle mesh: only front faces are hit.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace counterpoint::collision {
 namespace {
 
-// Does the ray meet the box before `limit`? Comparisons with NaN (0 / 0 on a face) count as yes.
+// True if the ray meets the box before `limit`, or if a comparison involves NaN (0 / 0 on a face).
 bool meets(const TriangleTree::Node& box, const Vector3& origin, const Vector3& direction,
            double limit) {
   double enter = 0.0;
@@ -23,13 +23,13 @@ bool meets(const TriangleTree::Node& box, const Vector3& origin, const Vector3& 
     if (first > enter) enter = first;
     if (second < exit) exit = second;
   }
-  // Round-off must not let a ray slip between box and triangle.
+  // The slack keeps round-off from letting a ray slip between box and triangle.
   return enter <= exit + 1e-9 * (1.0 + std::abs(exit));
 }
 
-// Where along the ray it comes through the front of a triangle; infinity if it does not. Signed
-// volumes of the ray with each edge: neighbours compute the same number, so no ray passes between
-// them.
+// Returns the ray parameter where it crosses the front of a triangle; infinity if it does not. Uses
+// the signed volumes of the ray with each edge: neighbours compute the same number, so no ray
+// passes between them.
 double hit(const Terrain& terrain, const Terrain::Triangle& t, const Vector3& origin,
            const Vector3& direction) {
   const double slope = t.normal.dot(direction);

@@ -14,7 +14,7 @@ namespace counterpoint::collision {
 
 namespace {
 
-// With no more points than this looking at all is faster than climbing.
+// Up to this many vertices, testing all is faster than hill climbing.
 constexpr std::size_t kScanAtMost = 128;
 
 using Four = double __attribute__((vector_size(32)));
@@ -22,7 +22,7 @@ using FourBits = std::int64_t __attribute__((vector_size(32)));
 
 bool is_scanned(const ConvexMesh& mesh) { return mesh.vertices.size() <= kScanAtMost; }
 
-// The vertex farthest along the direction, of equals the lowest.
+// Returns the vertex farthest along the direction, the lowest index of equals.
 [[gnu::noinline]] int scan_all(const ConvexMesh& mesh, const Vector3& direction) {
   int best = 0;
   double height = mesh.vertices[0].dot(direction);
@@ -36,11 +36,11 @@ bool is_scanned(const ConvexMesh& mesh) { return mesh.vertices.size() <= kScanAt
   return best;
 }
 
-// The bits of a height that hold an index: 6e-14 of it.
+// Mask of the bits of a height that hold an index: they change the height by 6e-14 of it.
 constexpr std::int64_t kIndex = 2 * kScanAtMost - 1;
 
-// Heights of four points along (x, y, z), their last bits overwritten with the point's index.
-// Parameters: shapes, poses and bounds of two.
+// Computes the heights of four points along the direction; their last bits are replaced by the
+// index. Parameters: columns, direction and masks stay in registers.
 COUNTERPOINT_INTO_EACH void find_heights(const double* xs, const double* ys, const double* zs,
                                          const double (&direction)[3], const FourBits& height_bits,
                                          const FourBits& index, Four& out) {
@@ -52,8 +52,8 @@ COUNTERPOINT_INTO_EACH void find_heights(const double* xs, const double* ys, con
   out = reinterpret_cast<Four>((reinterpret_cast<FourBits>(height) & height_bits) | index);
 }
 
-// Of a multiple of eight points the one farthest along the direction: the highest brings its index
-// along and nothing branches.
+// Returns the point farthest along the direction, among a multiple of eight points. The greatest
+// height carries its index in its last bits, so nothing branches.
 COUNTERPOINT_INTO_EACH int find_farthest(const std::array<std::vector<double>, 3>& columns,
                                          const double (&direction)[3]) {
   const int size = static_cast<int>(columns[0].size());
@@ -73,7 +73,7 @@ COUNTERPOINT_INTO_EACH int find_farthest(const std::array<std::vector<double>, 3
     more = second > more ? second : more;
   }
   most = most > more ? most : more;
-  // Lanes against those two and one away.
+  // Reduce the four lanes: compare with the lane two away, then one away.
   const Four two_away = __builtin_shufflevector(most, most, 2, 3, 0, 1);
   most = most > two_away ? most : two_away;
   const Four one_away = __builtin_shufflevector(most, most, 1, 0, 3, 2);
@@ -86,9 +86,9 @@ COUNTERPOINT_WIDE int find_farthest_face(const ConvexMesh& mesh, const Vector3& 
   return std::min(find_farthest(mesh.normal_columns, {n.x(), n.y(), n.z()}), last);
 }
 
-// Can heights along the direction be told apart?
+// True if heights along the direction can be compared.
 COUNTERPOINT_INTO_EACH bool has_length(const double (&direction)[3]) {
-  constexpr double kShortest = 1e-100;  // products of two neither vanish nor overflow
+  constexpr double kShortest = 1e-100;  // products of two neither underflow nor overflow
   constexpr double kLongest = 1e100;
   const double length = std::abs(direction[0]) + std::abs(direction[1]) + std::abs(direction[2]);
   return length > kShortest && length < kLongest;
@@ -101,8 +101,7 @@ COUNTERPOINT_WIDE int find_farthest_vertex(const ConvexMesh& mesh, const Vector3
   return std::min(find_farthest(mesh.vertex_columns, direction), last);
 }
 
-// How far the mesh reaches along the direction from its interior point: of all vertices, eight at a
-// time.
+// Returns the largest d . (x - interior point) over all vertices x, eight at a time.
 COUNTERPOINT_WIDE double reach_along(const ConvexMesh& mesh, const Vector3& d) {
   const double direction[] = {d.x(), d.y(), d.z()};
   const double* xs = mesh.vertex_columns[0].data();
@@ -123,7 +122,8 @@ COUNTERPOINT_WIDE double reach_along(const ConvexMesh& mesh, const Vector3& d) {
   return std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
 }
 
-// The vertex farthest along a direction in the mesh's parent frame, and its place there.
+// Returns the vertex farthest along a direction in the mesh's parent frame; sets its position
+// there.
 COUNTERPOINT_WIDE int place_farthest_vertex(const ConvexMesh& mesh, const Pose& X, const Vector3& d,
                                             Vector3& place) {
   const double* const R = X.rotation.data();
@@ -142,10 +142,11 @@ COUNTERPOINT_WIDE int place_farthest_vertex(const ConvexMesh& mesh, const Pose& 
   return best;
 }
 
-// The face that looks most along the direction. The search climbs from face to face around common
-// corners, from those around a vertex; it remembers a few corners that it has been around.
+// Returns the face whose normal is closest to the direction. The search climbs from face to face
+// around shared corners, starting with the faces around `vertex`, and remembers a few visited
+// corners.
 int climb_faces(const ConvexMesh& mesh, const Vector3& direction, int vertex) {
-  constexpr int kRemembered = 16;  // corners seen again cost time, nothing else
+  constexpr int kRemembered = 16;  // visiting a corner again costs only time
   std::array<int, kRemembered> seen;
   int num_seen = 0;
   int best = mesh.vertex_faces[vertex][0];
@@ -174,7 +175,7 @@ int scan_vertices(const ConvexMesh& mesh, const Vector3& direction) {
 }
 
 int likely_vertex(const ConvexMesh& mesh, const Vector3& direction) {
-  constexpr std::size_t kStride = 24;  // a start of the climb, which any vertex would be
+  constexpr std::size_t kStride = 24;  // any vertex is a valid start of the climb
   if (is_scanned(mesh)) return 0;
   std::size_t best = 0;
   double height = mesh.vertices[0].dot(direction);
@@ -192,7 +193,7 @@ int support_vertex(const ConvexMesh& mesh, const Vector3& direction, int start) 
   double height = mesh.vertices[best].dot(direction);
   for (int from = -1; from != best;) {
     from = best;
-    for (const auto& next : mesh.vertex_neighbors[from]) {  // which one is higher costs no branch
+    for (const auto& next : mesh.vertex_neighbors[from]) {  // no branches in the selection
       const double h = next.place.dot(direction);
       best = h > height ? next.vertex : best;
       height = h > height ? h : height;
@@ -203,12 +204,12 @@ int support_vertex(const ConvexMesh& mesh, const Vector3& direction, int start) 
 
 namespace {
 
-/// Four directions, and what they lead to.
+/// Four search directions, with the best vertex and its height for each.
 struct ClimbLanes {
   Four x{}, y{}, z{}, height{};
   FourBits best{};
 
-  // Summed as a dot product of Eigen's, so that the two agree to the bit.
+  // Summed in the order of Eigen's dot product, so that the two agree to the bit.
   COUNTERPOINT_INTO_EACH void look_at(const Vector3& v, std::int64_t index) {
     const Four h = v.x() * x + (v.y() * y + v.z() * z);
     best = h > height ? FourBits{} + index : best;
@@ -216,7 +217,7 @@ struct ClimbLanes {
   }
 };
 
-/// For each direction the highest of a vertex and its neighbors.
+/// Finds, for each direction, the highest among a vertex and its neighbors.
 COUNTERPOINT_WIDE void climb_once(const ConvexMesh& mesh, std::span<const Vector3> directions,
                                   int vertex, std::span<int> best) {
   ClimbLanes lanes[kSupportsAtOnce / 4];
@@ -249,7 +250,7 @@ void support_vertices(const ConvexMesh& mesh, std::span<const Vector3> direction
 }
 
 int support_face(const ConvexMesh& mesh, const Vector3& direction, int vertex) {
-  // A polyhedron has at most twice as many faces as vertices.
+  // A polyhedron has less than twice as many faces as vertices.
   return mesh.face_normals.size() <= 2 * kScanAtMost ? find_farthest_face(mesh, direction)
                                                      : climb_faces(mesh, direction, vertex);
 }

@@ -30,10 +30,11 @@ Enclosure enclose_hull(const ConvexMesh& mesh) {
 
 namespace {
 
-/// Relative to the sizes: more than what the narrow phase's distances are off by.
+/// Relative to the sizes: larger than the error of the narrow phase's distances.
 constexpr double kDistanceError = 1e-8;
 
-/// How far the shape reaches from its centre along the unit vector n, both ways.
+/// Returns how far the shape reaches from its centre along the unit vector n, in either direction
+/// [m].
 double reach_along(const Enclosure& e, const Pose& X, const Vector3& n) {
   return std::min(e.radius, (X.rotation.transpose() * n).cwiseAbs().dot(e.half));
 }
@@ -46,7 +47,7 @@ double separation(const Enclosure& a, const Pose& X_WA, const Enclosure& b, cons
   if (!(distance > 0.0)) return 0.0;
   const Vector3 line = apart / distance;
   double most = distance - reach_along(a, X_WA, line) - reach_along(b, X_WB, line);
-  // Of one box its own half width along an axis, of the other its reach along that.
+  // Along an axis of one box: its own half width, and the reach of the other.
   const Matrix3 turn = (X_WA.rotation.transpose() * X_WB.rotation).cwiseAbs();
   const Vector3 along_a =
       (X_WA.rotation.transpose() * apart).cwiseAbs() - a.half - (turn * b.half).cwiseMin(b.radius);

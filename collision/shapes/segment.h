@@ -8,20 +8,20 @@
 
 namespace counterpoint::collision {
 
-/// A segment center + t direction, |t| <= half_length; direction of unit length.
+/// The segment center + t direction, |t| <= half_length; direction has unit length.
 struct Segment {
   Vector3 center, direction;
   double half_length;
 
   Vector3 at(double t) const { return center + t * direction; }
-  /// Parameter of the point closest to p.
+  /// Returns the parameter of the point closest to p.
   double closest(const Vector3& p) const {
     return std::clamp(direction.dot(p - center), -half_length, half_length);
   }
 };
 
-/// Parameters (s, t) of the closest points of two lines through the segments; false if they are
-/// parallel to round-off.
+/// Finds the parameters (s, t) of the closest points of the lines through two segments; false if
+/// the lines are parallel to round-off.
 inline bool closest_on_lines(const Segment& a, const Segment& b, double& s, double& t) {
   const Vector3 cross = a.direction.cross(b.direction);
   const double sine2 = cross.squaredNorm();

@@ -14,7 +14,7 @@ namespace {
 
 using contact::Four;
 
-/// The axes of a constraint's rows, one a lane: each member is one component in W.
+/// The axes of a constraint's rows, one per lane; each member is one component in W.
 struct FrameLanes {
   Four x, y, z;
 
@@ -22,8 +22,8 @@ struct FrameLanes {
       : x{sign * frame(0, 0), sign * frame(0, 1), sign * frame(0, 2), 0.0},
         y{sign * frame(1, 0), sign * frame(1, 1), sign * frame(1, 2), 0.0},
         z{sign * frame(2, 0), sign * frame(2, 1), sign * frame(2, 2), 0.0} {}
-  /// arm x axis of each: times an angular velocity, what that gives at `arm`; those of friction
-  /// have an arm longer by `rub`.
+  /// Computes arm x axis for each axis; its product with an angular velocity is the linear velocity
+  /// at `arm`. The tangential axes use the lever arm arm + rub.
   COUNTERPOINT_INTO_EACH FrameLanes(const Vector3& arm, const Vector3& rub,
                                     const FrameLanes& axes) {
     const Four a[3] = {Four{arm[0], arm[0] + rub[0], arm[0] + rub[0], 0.0},
@@ -39,29 +39,30 @@ struct FrameLanes {
   }
 };
 
-/// Rows of J of one coordinate: of the linear velocity at the constraint's place, and of the
-/// angular velocity where there are such rows.
+/// One column of J: the linear velocity at the contact point, and the angular velocity if such rows
+/// exist.
 struct RowLanes {
   Four linear{}, angular{};
 };
 
-/// A pair whose rows of J are looked at.
+/// A pair whose Jacobian is evaluated.
 struct PairRows {
   const Model& model;
   const PairConstraint& pair;
   const Kinematics& data;
 
-  /// Are there rows of angular velocity?
+  /// Whether there are rows of angular velocity.
   bool turning() const { return pair.first + pair.law.rows > 3; }
 };
 
-/// Calls visit(index of the coordinate, its rows) for the joint of body b; frame: the rows' axes.
+/// Calls visit(index of the coordinate, its column of J) for the joint of body b; frame: axes of
+/// the rows.
 template <class Visit>
 COUNTERPOINT_INTO_EACH void visit_columns(const PairRows& rows, int b, const FrameLanes& frame,
                                           bool turning, const Visit& visit) {
   const Body& body = rows.model.body(b);
   const Motion* axis = &rows.data.axis[body.v_index];
-  // Nearly all joints are, and a branch takes less than a table.
+  // Tests for revolute joints first: nearly all are, and a branch is faster than a table.
   const bool revolute = body.joint_type == JointType::kRevolute;
   const int num_linear = revolute ? 0 : joint_num_linear(body.joint_type);
   const int nv = revolute ? 1 : joint_nv(body.joint_type);
@@ -78,7 +79,7 @@ COUNTERPOINT_INTO_EACH void visit_columns(const PairRows& rows, int b, const Fra
   }
 }
 
-/// Adds sign * (rows of the constraint) of one body's chain to J, row by row as wide as its tree.
+/// Adds sign times the rows of one body's chain to J, which is as wide as the body's tree.
 COUNTERPOINT_WIDE void fill_pair_jacobian(const PairRows& of, int leaf, double sign,
                                           contact::MatrixMap J) {
   const Model& model = of.model;
@@ -91,7 +92,7 @@ COUNTERPOINT_WIDE void fill_pair_jacobian(const PairRows& of, int leaf, double s
   const auto visit_all = [&](const auto& add) __attribute__((always_inline)) {
     for (int b = leaf; b != 0; b = model.body(b).parent) visit_columns(of, b, frame, turning, add);
   };
-  if (pair.first == 0 && num_rows == 3) {  // nearly all
+  if (pair.first == 0 && num_rows == 3) {  // nearly all constraints
     visit_all([&](int index, const RowLanes& column) __attribute__((always_inline)) {
       double* const to = J.data() + (index - v_begin);
       to[0] += column.linear[0];
@@ -111,13 +112,13 @@ COUNTERPOINT_WIDE void fill_pair_jacobian(const PairRows& of, int leaf, double s
   });
 }
 
-/// J v of the joints listed, from the last on: of each body by rising index.
+/// Computes J v of the listed joints, from the last one on, for each body by rising coordinate.
 COUNTERPOINT_WIDE void sum_columns(const PairRows& of, const double* v,
                                    const std::vector<PairChain::Link>& links, RowLanes& y) {
   const FrameLanes frame(of.pair.frame, 1.0);
   const bool turning = of.turning();
   RowLanes sum;
-  double sign = 1.0;  // of the rows of A, in the rates: that is exact
+  double sign = 1.0;  // sign of the body's rows, applied to v: exact
   const auto add = [&](int index, const RowLanes& column) {
     sum.linear += column.linear * (sign * v[index]);
     if (turning) sum.angular += column.angular * (sign * v[index]);
@@ -129,7 +130,8 @@ COUNTERPOINT_WIDE void sum_columns(const PairRows& of, const double* v,
   y = sum;
 }
 
-/// A parent's index is below its child's. Where chains have joined J is zero: -c + c.
+/// Finds the joints from both bodies to their common ancestor, beyond which the columns of J cancel
+/// (-c + c). A parent's index is below that of its children.
 void find_chain(const Model& model, int a, int b, PairChain& chain) {
   chain.body_a = a;
   chain.body_b = b;
@@ -150,7 +152,7 @@ void add_pair(const Model& model, const PairConstraint& pair, const Kinematics& 
   const int tree_a = model.body(pair.body_a).tree, tree_b = model.body(pair.body_b).tree;
   const int block_a = tree_a < 0 ? -1 : block_of_tree[tree_a];
   const int block_b = tree_b < 0 ? -1 : block_of_tree[tree_b];
-  // Both bodies in one tree share one block.
+  // Two bodies of one tree share one block.
   const int first = block_a >= 0 ? block_a : block_b;
   const int second = block_a >= 0 && block_b != block_a ? block_b : -1;
   const int constraint = problem.add_constraint(pair.law, first, second);

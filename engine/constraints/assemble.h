@@ -1,4 +1,5 @@
-// From constraints to the contact problem (forward), and from impulses to body wrenches (inverse).
+// Conversion of constraints to the contact problem (forward), and of impulses to body wrenches
+// (inverse).
 #pragma once
 
 #include "counterpoint/contact/problem.h"
@@ -6,17 +7,18 @@
 
 namespace counterpoint {
 
-/// Fills `problem` with the trees that constraints touch, one block each, and all constraints:
-/// pairs first, then joint rows, in their order. `block_of_tree` (num_trees) is -1 for trees
-/// left out: those move freely. mass_diagonal (nv) is added to M: h D of implicit damping. Needs
-/// compute_poses and compute_inertias.
+/// Fills `problem` with one block for each tree that a constraint touches, and with all
+/// constraints: pairs first, then joint rows, in their order. `block_of_tree` (num_trees) is -1 for
+/// the other trees, which move freely. mass_diagonal (nv) is added to M: h D of implicit damping.
+/// Requires compute_poses and compute_inertias.
 void assemble_problem(const Model& model, const ConstraintSet& constraints, const VectorRef& w_free,
                       const VectorRef& mass_diagonal, const BodyState& bodies,
                       std::vector<int>& block_of_tree,
-                      contact::Problem& problem);  // Parameters: what it depends on, one by one
+                      contact::Problem& problem);  // Parameters: independent of one another
 
-/// The bodies whose joints move two bodies apart, kept for the next pair of these: from the ends to
-/// where their chains part, those of A behind those of B where they are of different trees.
+/// The bodies whose joints change the relative motion of two bodies, kept for the next contact of
+/// that pair: from both bodies up to the common ancestor; the chain of A follows that of B if they
+/// are in different trees.
 struct PairChain {
   struct Link {
     int body;
@@ -26,26 +28,28 @@ struct PairChain {
   std::vector<Link> links;
 };
 
-/// y = J v + b of a pair at velocities v (nv) [m/s, rad/s], law.rows numbers, by the columns of
-/// assemble_problem and summed as the contact solver sums them: the same bits. Needs compute_poses.
-/// chain: of any pair of this model, becomes that of this one.
+/// Computes y = J v + b of a pair at velocities v (nv) [m/s, rad/s], law.rows numbers, from the
+/// columns of assemble_problem and in the summation order of the contact solver, to the same bits.
+/// Requires compute_poses. chain: that of any pair of this model on entry; that of `pair` on
+/// return.
 void pair_velocity(const Model& model, const PairConstraint& pair, const Kinematics& data,
                    const VectorRef& v, PairChain& chain, double* y);
-/// The same of a joint row.
+/// Returns y = J v + b of a joint row [m/s, rad/s].
 double joint_row_velocity(const JointConstraint& row, const VectorRef& v);
 
-/// Impulse and angular impulse of a pair constraint on body B [N s, N m s], in W, at its position.
+/// Returns the impulse and angular impulse of a pair on body B [N s, N m s], in W, at the pair's
+/// position.
 Force pair_impulse(const PairConstraint& pair, const double* impulse);
 inline Force pair_impulse(const PairConstraint& pair, const contact::Rows& impulse) {
   return pair_impulse(pair, impulse.data());
 }
 
-/// Adds it to body B and takes it from A: impulses in world axes at the body origins.
+/// Adds `impulse` to body B and subtracts it from A: impulses in axes of W at the body origins.
 void add_pair_impulse(const PairConstraint& pair, const Force& impulse, const Kinematics& data,
                       std::vector<Force>& body_impulse);
 
-/// tau (nv) += J' f for body wrenches or impulses, world axes at the body origins; they are used up
-/// as scratch. Needs compute_poses.
+/// Computes tau (nv) += J' f for wrenches or impulses on bodies, in axes of W at the body origins.
+/// body_force is overwritten. Requires compute_poses.
 void project_on_joints(const Model& model, const Kinematics& data, std::vector<Force>& body_force,
                        VectorOut tau);
 

@@ -11,15 +11,15 @@
 namespace counterpoint {
 namespace {
 
-/// The share of the energy after a bounce that the way to the gap takes: u as in bounce.h.
-/// Above this share a bounce at the start cannot have the right energy.
+/// Fraction of the energy after a bounce that the fall across the gap takes (u as in bounce.h).
+/// Above kMostOfWay a bounce at the start of the step cannot have the right energy.
 constexpr double kMostOfWay = 0.5;
 double share_of_way(double e, double d, double u, double a) {
   return -2.0 * (1.0 - e * e) * a * d / (e * e * u * u);
 }
 
-/// (w+ - h a / 2)^2 = e^2 u^2 left(x), x the share of the way: left = 1 - x, and beyond kMostOfWay
-/// the hyperbola that goes on from there.
+/// Bounce at the start of the step: (w+ - h a / 2)^2 = e^2 u^2 left(x) with x = share_of_way; left
+/// = 1 - x, and the hyperbola that continues it beyond kMostOfWay.
 Bounce bounce_at_start(double h, double e, double d, double u, double a) {
   if (!(d + h * (u + 0.5 * h * a) <= 0.0)) return {};
   const double x = share_of_way(e, d, u, a);
@@ -31,7 +31,7 @@ Bounce bounce_at_start(double h, double e, double d, double u, double a) {
   Bounce out;
   out.happens = true;
   out.speed = parts + 0.5 * h * a;
-  // Derivatives of parts^2 / 2 by the gap, u, a and e.
+  // Derivatives of parts^2 / 2 by gap, u, a and e.
   const double by_x = 0.5 * e * e * u * u * slope, by_way = -2.0 * (1.0 - e * e) / (e * e * u * u);
   out.by_gap = by_x * by_way * a / parts;
   out.by_velocity = (e * e * u * left - 2.0 * by_x * x / u) / parts;
@@ -40,6 +40,7 @@ Bounce bounce_at_start(double h, double e, double d, double u, double a) {
   return out;
 }
 
+/// Bounce at its time of impact t.
 Bounce bounce_at_impact(double h, double e, double d, double u, double a) {
   const double square = u * u - 2.0 * a * d;
   if (!(square > 0.0)) return {};
@@ -62,8 +63,8 @@ Bounce bounce_at_impact(double h, double e, double d, double u, double a) {
 }  // namespace
 
 Bounce find_bounce(Integrator integrator, bool alone, double h, double restitution, double gap,
-                   double velocity, double fall) {  // Parameters: what it depends on, one by one
-  // The derivative of u by the acceleration.
+                   double velocity, double fall) {  // Parameters: the variables of the closed form
+  // Derivative of u by the acceleration.
   const bool euler = integrator == Integrator::kSemiImplicitEuler;
   const double by_fall = euler ? 0.5 * h : 0.0, u = velocity + by_fall * fall;
   if (!(velocity < 0.0 && u < 0.0 && restitution > 0.0)) return {};
@@ -86,7 +87,8 @@ Vector3 spin_change(const Model& model, Integrator integrator, double h, int bod
   const Vector3 w = R_WB.transpose() * omega;
   if (integrator == Integrator::kSemiImplicitEuler)
     return R_WB * (EulerTop(inertia).advance(w, h) - w);
-  // The middle of the implicit rule (midpoint.h), which converges by h |w| / 2 an iteration.
+  // Fixed-point iteration of the implicit midpoint rule (midpoint.h); it converges by h |w| / 2 per
+  // iteration.
   constexpr int kMost = 60;
   const Eigen::LLT<Matrix3> factor(inertia);
   Vector3 half = Vector3::Zero();
@@ -102,7 +104,7 @@ Vector3 spin_change(const Model& model, Integrator integrator, double h, int bod
 
 namespace {
 
-/// What is left of a tree's weight where some is carried.
+/// Fraction of a tree's weight that gravity compensation leaves.
 double share_of_weight(const Model& model, const Tree& tree) {
   const BodyRange bodies{tree.body_begin, tree.body_end};
   const auto carried = compensations_of(model, bodies);
@@ -114,7 +116,7 @@ double share_of_weight(const Model& model, const Tree& tree) {
   return mass > 0.0 ? left / mass : 1.0;
 }
 
-/// Whether a spring or a servo may hold a joint: it does not fall.
+/// Whether a spring or a servo may hold the joint, so that it does not fall freely.
 bool is_carried(const Model& model, int joint) {
   const auto holds = [&](const JointSpring& spring) { return spring.joint == joint; };
   return model.find_servo(joint) >= 0 ||
@@ -154,8 +156,8 @@ Bounce ConstraintFinder::find_contact_bounce(const Model& model, const Simulatio
   if (is_wedged(contact)) return {};
   const double h = options.time_step;
   const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
-  // What rests shows half a step of falling, or of what presses it, in the midpoint rule; up to a
-  // reach that has rows in any case that is no approach.
+  // Under the midpoint rule a resting contact shows the velocity of half a step of free fall, or of
+  // the load that presses it. Up to half a step of reach_acceleration this is no approach.
   if (midpoint && gap <= touching_gap(options.contact) &&
       -v[0] <= 0.5 * h * options.contact.reach_acceleration)
     return {};
@@ -173,16 +175,18 @@ Bounce ConstraintFinder::find_contact_bounce(const Model& model, const Simulatio
   const bool alone = crowd_[contact.body_a] <= 1 && crowd_[contact.body_b] <= 1;
   Bounce out = find_bounce(options.integrator, alone, h, surface.restitution, gap, seen[0], a[0]);
   const double falls = midpoint ? -0.5 * h : 2.0 * out.time;
-  // Stopped at its gap it would take from those more than it gives back: by what its body's turning
-  // takes of the gap. As far as it has come, it keeps out of the other body.
+  // Stopping a separating contact at its gap would take more energy from the other contacts than it
+  // gives back, by the part of the gap that its body's rotation takes. Moving back by no more than
+  // it has come, it does not penetrate.
   out.parting = std::max(0.0, surface.restitution * (seen[0] + falls * a[0]));
   for (int i = 0; i < 2; ++i) out.slide[i] = seen[i + 1] + falls * a[i + 1];
   out.spins = !spin.isZero(0.0);
   return out;
 }
 
-/// Trees that are wedged, and how many contacts the others may come to within the step, as judged
-/// from how fast their bodies' surfaces are: the same however far contacts are looked for.
+/// Finds the wedged trees, and the number of contacts that the other trees may close within the
+/// step. It uses the speeds of the bodies' surfaces, so the result does not depend on the search
+/// margins.
 void ConstraintFinder::find_crowds(const StepContext& at) {
   std::fill(wedged_.begin(), wedged_.end(), 0);
   std::fill(crowd_.begin(), crowd_.end(), 0);

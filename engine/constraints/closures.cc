@@ -8,10 +8,10 @@
 namespace counterpoint {
 namespace {
 
-/// Turns [rad] up to which a closure is aimed whole, and from which not at all.
+/// Turns [rad] up to which a closure is aimed fully, and from which it is not aimed.
 constexpr double kAimedWhole = 0.2, kNotAimed = 0.4;
 
-/// One anchor in W.
+/// Motion of one anchor in W.
 struct Anchor {
   Vector3 position, velocity, acceleration;
 
@@ -20,7 +20,7 @@ struct Anchor {
     const Vector3 arm = data.X_WB[body].rotation * X_BC.translation;
     const Motion& V = data.V[body];
     velocity = V.at(arm);
-    // Of the point that moves along, hence the convective term.
+    // The anchor moves with the body, hence the convective term.
     acceleration = A[body].at(arm) + V.angular.cross(velocity);
   }
 };
@@ -38,7 +38,7 @@ Vector3 anchors_turned(const Closure& closure, const Kinematics& data) {
   return quaternion_log(Quaternion(Matrix3(R_WB * R_WA.transpose())));
 }
 
-/// The error of a closure in the rows of `pair` [m or rad].
+/// Error of a closure in the rows of `pair` [m or rad].
 Vector3 error_of(const Closure& closure, const PairConstraint& pair, const Kinematics& data) {
   if (pair.first == 3) return anchors_turned(closure, data);
   const Vector3 apart = anchors_apart(closure, data);
@@ -64,7 +64,7 @@ void find_closures(const Model& model, const SimulationOptions& options, const K
     pair.body_b = closure.body_b;
     pair.position = 0.5 * (a.position + b.position);
     const auto add = [&](int rows, double alpha, const Vector3& error, const Vector3& curvature) {
-      if (!(alpha > 0.0)) return;  // nothing can move that way
+      if (!(alpha > 0.0)) return;  // the bodies cannot move in these directions
       pair.law = make_closure_law(options.contact, h, alpha, rows, error, curvature);
       out.pairs.push_back(pair);
       out.closures.push_back(static_cast<int>(i));
@@ -95,7 +95,8 @@ void aim_closure(const Closure& closure, const ContactOptions& options, double h
                  PairConstraint& pair) {
   const Vector3 error = error_of(closure, pair, data);
   const contact::Rows y = relative_velocity(pair, data, V);
-  Vector3 bend = error_of(closure, pair, reached) - error;  // beyond h y
+  // Change of the error beyond h y.
+  Vector3 bend = error_of(closure, pair, reached) - error;
   for (int i = 0; i < pair.law.rows; ++i) bend[i] -= h * y[i];
   const Vector3 acceleration = bend * (2.0 / (h * h));
   const double regularizer = pair.law.regularizer;

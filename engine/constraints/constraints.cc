@@ -16,7 +16,8 @@
 namespace counterpoint {
 namespace {
 
-/// Whether a closure moves bodies so light that heavier ones may hang on it.
+/// Whether some closure moves bodies so light that a body more than kHeaviestHeld times heavier may
+/// hang on it.
 bool holds_much(const InverseWeights& weights) {
   double least = std::numeric_limits<double>::infinity(), loosest = 0.0;
   for (const double w : weights.contact)
@@ -25,7 +26,7 @@ bool holds_much(const InverseWeights& weights) {
   return loosest > kHeaviestHeld * least;
 }
 
-/// One row a coordinate: it takes up to the bound and yields beyond.
+/// Adds one row per coordinate: it holds up to the bound h force and slides beyond.
 void find_dry_friction(const Model& model, const SimulationOptions& options,
                        const std::vector<DryCoordinate>& coordinates, const InverseWeights& weights,
                        Idle idle, ConstraintSet& out) {
@@ -43,7 +44,7 @@ void find_dry_friction(const Model& model, const SimulationOptions& options,
 void find_mimics(const Model& model, const SimulationOptions& options, const VectorRef& q,
                  const InverseWeights& weights, Idle idle, ConstraintSet& out) {
   for (const Mimic& mimic : model.mimics()) {
-    if (idle(mimic.joint + 1)) continue;  // and so is the master, of the same island
+    if (idle(mimic.joint + 1)) continue;  // the master is in the same island, hence idle too
     const Body& follower = model.body(mimic.joint + 1);
     const Body& master = model.body(mimic.master + 1);
     const double error = mimic_error(model, mimic, q);
@@ -130,8 +131,9 @@ bool ConstraintFinder::find_overrun(const StepContext& at, const Reached& w, con
   return find_reached_contacts(at, w, data, out) || limits;
 }
 
-/// Closures may carry what they are joined to by closures and contacts with rows: a function of
-/// (q, w), like the rows.
+/// Limits the compliance of closures that may carry heavy bodies (kHeaviestHeld). A closure may
+/// carry every body that closures and contacts with rows join it to; like the rows this depends on
+/// (q, w) only.
 void ConstraintFinder::stiffen_closures(const Model& model, ConstraintSet& out) {
   const auto tree_of = [&](int body) { return model.body(body).tree; };
   islands_.reset(model.num_trees());

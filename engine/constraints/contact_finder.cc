@@ -1,5 +1,5 @@
-// Which pairs of geometries a step looks at, and what their contacts become: constraints with rows,
-// parked ones, or nothing yet (parked_contacts.h).
+// Selects the pairs of geometries that a step examines, and makes each of their contacts a
+// constraint with rows, a parked contact, or part of a far pair (parked_contacts.h).
 #include <algorithm>
 #include <cmath>
 
@@ -12,17 +12,18 @@
 namespace counterpoint {
 namespace {
 
-/// Bodies that travel farther than this many times the reach of what rests pass their speed on to
-/// what they strike in the very step, as far as this many rounds of collision reach.
+/// A body whose travel within a step exceeds kFastTravel times resting_reach passes it on to the
+/// bodies that it may strike in that step, over at most kMaxRounds rounds of collision search.
 constexpr double kFastTravel = 4.0;
 constexpr int kMaxRounds = 4;
 
-/// The midpoint rule takes contacts at a velocity that is found elsewhere than at q.
+/// Only semi-implicit Euler parks contacts: the midpoint rule solves for a velocity at other poses
+/// than q.
 bool parks_contacts(const SimulationOptions& options) {
   return options.integrator == Integrator::kSemiImplicitEuler;
 }
 
-/// Surfaces of a pair as far as the effects are on.
+/// Returns the material of a pair with the coefficients of inactive effects set to zero.
 Material surfaces(Material pair, EffectSet effects) {
   if (!effects.has(Effect::kFriction)) pair.friction = 0.0;
   if (!effects.has(Effect::kTorsionalFriction)) pair.torsional_friction = 0.0;
@@ -39,7 +40,8 @@ void count_contact(const Material& pair, EffectCounts& counts) {
   if (pair.rolling_friction > 0.0) counts.add(Effect::kRollingFriction);
 }
 
-/// Balls and capsules touch each other by a formula that is cheaper than the bounds of FarPair.
+/// Contacts of balls, capsules and planes have formulas that are cheaper than the bounds of
+/// FarPair.
 bool is_cheap(const Geometry& a, const Geometry& b) {
   const auto is = [](const Geometry& g, ShapeType type) { return g.shape.type == type; };
   const auto round = [&](const Geometry& g) {
@@ -50,7 +52,7 @@ bool is_cheap(const Geometry& a, const Geometry& b) {
 
 }  // namespace
 
-/// Margins within which bodies may touch in a step.
+/// Sets the margins within which bodies may touch in a step, and the bounds on their motion.
 void ConstraintFinder::set_margins(const StepContext& at, const Kinematics& data, Idle idle) {
   const Model& model = at.model;
   const ContactOptions& contact = at.options.contact;
@@ -62,7 +64,7 @@ void ConstraintFinder::set_margins(const StepContext& at, const Kinematics& data
     fastest_point_[b] = data.V[b].linear.squaredNorm();
     turn_share_[b] = data.V[b].angular.squaredNorm();
   }
-  fastest_point_ = fastest_point_.sqrt() +  // roots of all at once
+  fastest_point_ = fastest_point_.sqrt() +  // one vectorized square root
                    turn_share_.sqrt() * Eigen::ArrayXd::Map(radius_.data(), model.num_bodies());
   turn_share_ *= 0.5 * h * h;
   for (const Tree& tree : model.trees()) {
@@ -71,7 +73,7 @@ void ConstraintFinder::set_margins(const StepContext& at, const Kinematics& data
       fastest = std::max(fastest, fastest_point_[b]);
     for (int b = tree.body_begin; b < tree.body_end; ++b) {
       travel_[b] = kImpactSpeedUp * h * fastest_point_[b];
-      // What is at rest may be kicked by an impact elsewhere in its tree.
+      // An impact elsewhere in its tree may set a resting body in motion.
       const double kick = std::max(0.0, h * fastest - travel_[b]);
       slack_[b] = 0.5 * std::min(contact.margin, reach + 2.0 * kick);
       travel_[b] += fall;
@@ -92,10 +94,10 @@ void ConstraintFinder::set_margins(const StepContext& at, const Kinematics& data
   }
 }
 
-/// Gives bodies that a fast one may strike within the step its travel, and all of their trees: they
-/// may go as fast. close: pairs of geometries. False if none is that fast (threshold [m]; for the
-/// fast one's own tree, whose slack knows of impacts elsewhere in it, own_threshold), or nothing
-/// changed.
+/// Gives the travel of a fast body to the bodies that it may strike within the step, and to their
+/// whole trees, which may become as fast. close: pairs of geometries. A body is fast from
+/// `threshold` [m] on, within its own tree from own_threshold, since slack_ already covers impacts
+/// elsewhere in the tree. Returns false if nothing changed.
 bool ConstraintFinder::spread_travel(const Model& model, std::span<const std::pair<int, int>> close,
                                      double threshold, double own_threshold) {
   bool changed = false;
@@ -137,7 +139,7 @@ FarPair ConstraintFinder::locate(const Model& model, const std::pair<int, int>& 
   const Material material = surfaces(model.pair_material(pair.first, pair.second), effects);
   far.slip = std::sqrt(1.0 + material.friction * material.friction);
   far.spin = std::max(material.torsional_friction, material.rolling_friction);
-  // Places are within radius + gap of the middle.
+  // Contact points are within radius + gap of the centre.
   for (const int body : {far.body_a, far.body_b}) {
     if (body == 0) continue;
     const double share = turn_share_[body];
@@ -159,7 +161,7 @@ void ConstraintFinder::find_candidates(const StepContext& at, const Kinematics& 
   for (const auto& pair : collider_.find_close_pairs(data.X_WB, margin_, idle.bodies)) {
     const Geometry& a = model.geometries()[pair.first];
     const Geometry& b = model.geometries()[pair.second];
-    // Can either side move, in any way?
+    // Skips pairs that cannot move at all.
     if (!(weights_.contact[a.body] + weights_.contact[b.body] > 0.0)) continue;
     if (!is_cheap(a, b)) {
       const FarPair far = locate(model, pair, at.effects, data);
@@ -207,7 +209,8 @@ void ConstraintFinder::unpark_all(const StepContext& at, const Kinematics& data,
   out.parked.clear();
 }
 
-/// Among those parked, where they would be had they never been far.
+/// Inserts the contacts of a far pair into the parked ones, in the order they would have had from
+/// the start.
 void ConstraintFinder::park_contacts_of(const StepContext& at, const FarPair& far,
                                         const Kinematics& data, ConstraintSet& out) {
   candidates_.clear();
@@ -224,7 +227,7 @@ void ConstraintFinder::park_contacts_of(const StepContext& at, const FarPair& fa
   }
 }
 
-/// Before the closures, which come behind the contacts.
+/// Adds a parked contact as a constraint, after the other contacts and before the closures.
 void ConstraintFinder::give_rows(const StepContext& at, const ParkedContact& parked,
                                  PairConstraint& contact, ConstraintSet& out) {
   friction_slip_.apply(at.options, speed_, contact);
@@ -232,8 +235,8 @@ void ConstraintFinder::give_rows(const StepContext& at, const ParkedContact& par
   out.contacts.push_back(parked.candidate);
 }
 
-/// How much farther along n the point of a body at `arm` from its origin goes within the step than
-/// its velocity times h says, if the body keeps turning as it does.
+/// Returns by how much farther along n [m] the point at `arm` from a body's origin moves within the
+/// step than h times its velocity, if the body keeps its angular velocity.
 double ConstraintFinder::turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
                                          const Kinematics& data) {
   if (body == 0) return 0.0;
@@ -245,8 +248,8 @@ double ConstraintFinder::turning_advance(const Vector3& n, const Vector3& arm, d
   return n.dot(turn_[body] * arm - arm - angle.cross(arm));
 }
 
-/// The gap a contact may close by velocity times h: less than it is where turning brings the two
-/// surfaces closer than that product says, as a rod's end that comes over.
+/// Returns the gap that a contact may close by velocity times h: the given gap less the distance by
+/// which rotation brings the surfaces closer than that product, as for the descending end of a rod.
 double ConstraintFinder::gap_less_turning(const PairConstraint& contact, double gap, double h,
                                           const Kinematics& data) {
   if (!(gap > 0.0)) return gap;
@@ -260,7 +263,7 @@ double ConstraintFinder::gap_less_turning(const PairConstraint& contact, double 
 
 const Material& ConstraintFinder::material_of(const Model& model, EffectSet effects,
                                               const collision::Candidate& candidate) {
-  // Candidates come pair by pair.
+  // Candidates are sorted by pair.
   if (const std::pair pair(candidate.geometry_a, candidate.geometry_b); pair != material_of_) {
     material_ = surfaces(model.pair_material(pair.first, pair.second), effects);
     material_of_ = pair;
@@ -268,8 +271,9 @@ const Material& ConstraintFinder::material_of(const Model& model, EffectSet effe
   return material_;
 }
 
-/// The bodies meet where the lighter one's surface is now, or nearly: halfway across a gap of
-/// decimetres friction would turn a small body by an arm that it does not have.
+/// Moves the contact point to the present surface of the lighter body, or near it, where the bodies
+/// will meet: halfway across a gap of decimetres, friction would turn a small body with a lever arm
+/// it does not have.
 void ConstraintFinder::move_to_meeting(const Model& model, collision::Candidate& candidate) const {
   const double a = weights_.contact[model.geometries()[candidate.geometry_a].body];
   const double b = weights_.contact[model.geometries()[candidate.geometry_b].body];
@@ -277,7 +281,7 @@ void ConstraintFinder::move_to_meeting(const Model& model, collision::Candidate&
   candidate.position += towards_b * std::max(candidate.gap, 0.0) * candidate.normal;
 }
 
-/// A candidate, where the bodies meet, as one that may be parked.
+/// Returns a candidate, already moved to the meeting point, as a contact that may be parked.
 ParkedContact ConstraintFinder::describe(const StepContext& at, const Kinematics& data,
                                          const collision::Candidate& candidate) {
   const Model& model = at.model;
@@ -286,7 +290,7 @@ ParkedContact ConstraintFinder::describe(const StepContext& at, const Kinematics
   const int b = model.geometries()[candidate.geometry_b].body;
   ParkedContact out{candidate, a, b};
   out.velocity = relative_velocity_at(candidate.position, a, b, data, data.V);
-  // Both surfaces are within the gap of the place.
+  // Both surfaces are within the gap of the contact point.
   out.gap = candidate.gap;
   for (const int body : {a, b})
     if (body != 0) out.gap -= turn_share_[body] * (radius_[body] + std::max(candidate.gap, 0.0));
@@ -298,8 +302,8 @@ ParkedContact ConstraintFinder::describe(const StepContext& at, const Kinematics
   return out;
 }
 
-/// Makes of `contact`, a constraint at its defaults, that of a candidate; returns its velocity now
-/// in the rows.
+/// Fills `contact`, default-constructed, from a candidate; returns its present velocity in its
+/// rows.
 Vector3 ConstraintFinder::make_contact(const StepContext& at, const Kinematics& data,
                                        const ParkedContact& open, PairConstraint& contact) {
   const Model& model = at.model;
@@ -340,7 +344,7 @@ void ConstraintFinder::find_contacts(const StepContext& at, const Kinematics& da
     move_to_meeting(model, candidate);
     count_contact(material_of(model, at.effects, candidate), counts);
     const ParkedContact open = describe(at, data, candidate);
-    // A contact with rows wakes who sleeps.
+    // A contact with rows wakes sleeping bodies.
     const bool may_park =
         parks && candidate.gap >= near && !idle.sleeps(open.body_a) && !idle.sleeps(open.body_b);
     if (may_park && !is_near(open, near, h)) {
@@ -358,7 +362,8 @@ void ConstraintFinder::find_contacts(const StepContext& at, const Kinematics& da
     out.contacts.push_back(candidate);
     speed_.push_back(std::sqrt(v[1] * v[1] + v[2] * v[2]));
   }
-  // Room for those that will get rows, so that it is the candidates' number that has to be seen.
+  // Reserves room for the contacts that may get rows later: memory then depends on the number of
+  // candidates only.
   const size_t later = out.parked.size() + out.far.size();
   out.parked.reserve(later);
   out.contacts.reserve(out.contacts.size() + later);

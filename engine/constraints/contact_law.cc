@@ -6,15 +6,15 @@
 namespace counterpoint {
 namespace {
 
-/// A smoothing length [m] as what the law takes [J].
+/// Returns the smoothing k [J] of a law from the smoothing length [m].
 double smoothing(double length, double alpha) { return length * kStandardGravity / alpha; }
 
-/// Whether a bounce is what the bias comes from: an overlap may have to be recovered faster.
+/// Whether the bounce determines the bias, rather than a faster recovery of an overlap.
 bool rules(const Bounce& bounce, const LawOptions& options, double h, double gap) {
   return bounce.happens && (gap > 0.0 || -bounce.speed < law_bias(options, h, gap));
 }
 
-/// 1 - gap^2 / reach^2 of a positive gap, none beyond the reach.
+/// 1 - gap^2 / reach^2 for a positive gap, 0 beyond the reach.
 double left_at(double gap, double reach) {
   const double share = gap / reach;
   return share < 1.0 ? 1.0 - share * share : 0.0;
@@ -56,7 +56,7 @@ LawOptions law_options(const SimulationOptions& options, bool wedged) {
   law.kept_recovery = law.max_recovery_speed;
   if (wedged && !options.push_deep) law.kept_share = 0.0;
   if (options.integrator == Integrator::kImplicitMidpoint) return law;
-  // At rest y = b = -r f: a bias that may not reach r f lets a heavy load sink.
+  // At rest y = b = -r f: if the bias is limited below r f, a heavy load sinks.
   const double yields = law.compliance * options.time_step * kStandardGravity;
   law.kept_recovery = std::min(law.max_recovery_speed,
                                law.kept_share * law.max_recovery_speed + kKeptWeights * yields);
@@ -97,13 +97,14 @@ bool is_round(const Model& model, const Geometry& a, const Geometry& b) {
 
 namespace {
 
-/// The friction of a bounce only brakes. Energy changes by f_T (u + u+) / 2, where u is its sliding
-/// velocity before the impact: friction of full strength against u+ turns a body's own spin back
-/// (Kane and Levinson 1985) and gives more than restitution leaves. So f_T lies in the disc of half
-/// the radius about -mu f_N u / (2 |u|): against what slides it is mu f_N, and no f_T along u.
+/// Limits the friction of a bounce to braking. It changes the energy by f_T (u + u+) / 2, with u
+/// the sliding velocity before the impact: friction of full strength against u+ reverses a body's
+/// own spin (Kane and Levinson 1985) and adds more energy than restitution leaves. f_T is therefore
+/// limited to the disc of half the radius about -mu f_N u / (2 |u|): it reaches mu f_N against the
+/// sliding direction and 0 along it.
 void brake_only(const Bounce& bounce, double approach, contact::Law& law) {
-  constexpr double kNothing =
-      1e-9;  // of the approach: what slides slower, as rounding does, has no direction
+  // Sliding slower than this fraction of the approach speed is round-off and has no direction.
+  constexpr double kNothing = 1e-9;
   const double square = bounce.slide[0] * bounce.slide[0] + bounce.slide[1] * bounce.slide[1];
   const double share = square / (square + kNothing * kNothing * approach * approach);
   if (!(share > 0.0)) return;
@@ -131,13 +132,14 @@ void set_contact_law(const LawOptions& options, double h, const ContactStart& st
   if (bounces) law.bias[0] = -bounce.speed;
   if (!bounces && gap > 0.0) law.bias[0] = std::max(law.bias[0], bounce.parting);
   if (mu <= 0.0) return;
-  // Beyond the margin only speed brought it in: where and how the bodies will meet is known
-  // roughly, and exact friction there lets fast bodies through. If as judged from (q, w) they meet
-  // within the step, the convex law keeps them h mu |v_T| apart for this step; otherwise there is
-  // nothing to rub yet, and that law would push apart by as much what only passes by. Of balls it
-  // is known: friction turns them, and that changes no gap. What bounces leaves at e v, which keeps
-  // it out. The convex law would ask e v of v_N - mu |v_T|: of a link that turns about a joint
-  // close by that may be almost nothing of its speed, which then is hundreds of times e v.
+  // Beyond the margin only speed brought the contact in: where and how the bodies will meet is
+  // known only roughly, and exact friction lets fast bodies tunnel. If they meet within the step,
+  // judged from (q, w), the convex law keeps them h mu |v_T| apart for this step; if they do not,
+  // there is nothing to rub yet, and the convex law would push bodies apart that only pass by.
+  // Balls may use exact friction: it turns them, which changes no gap. A bounce leaves at e v,
+  // which keeps the bodies apart. The convex law would demand e v of v_N - mu |v_T|, which may be a
+  // tiny part of the speed of a link that turns about a nearby joint; its speed would become
+  // hundreds of times e v.
   const bool near = gap <= options.margin, meets = gap + h * v[0] <= 0.0;
   if (!rubs(options, gap, meets)) return;
 

@@ -14,7 +14,7 @@ using Key = std::tuple<int, int, int>;
 Key key_of(const RememberedForce& r) { return {static_cast<int>(r.kind), r.a, r.b}; }
 bool by_key(const RememberedForce& x, const RememberedForce& y) { return key_of(x) < key_of(y); }
 
-/// Where a contact is, as seen from the body that moves: of two that do from body B.
+/// Contact point in the frame of the moving body; of body B if both can move.
 Vector3 seen_from_body(const PairConstraint& pair, const Kinematics& data) {
   const Pose& X_WB = data.X_WB[pair.body_b != 0 ? pair.body_b : pair.body_a];
   return X_WB.rotation.transpose() * (pair.position - X_WB.translation);
@@ -38,8 +38,8 @@ RememberedForce identify_closure(const ConstraintSet& constraints, size_t i) {
   return out;
 }
 
-/// Which of the rows that a coordinate may have: limits of position and of speed on either side,
-/// dry friction, a servo, a mimic joint.
+/// Identifies the kind of a joint row: limits of position and of speed on either side, dry
+/// friction, a servo, a mimic joint.
 RememberedForce identify_joint(const JointConstraint& row) {
   RememberedForce out;
   out.kind = RememberedForce::Kind::kJoint;
@@ -51,7 +51,7 @@ RememberedForce identify_joint(const JointConstraint& row) {
   return out;
 }
 
-/// Calls visit(constraint in the problem, who it is).
+/// Calls visit(index of the constraint in the problem, its identity).
 template <class Visit>
 void for_each_identity(const ConstraintSet& constraints, const Kinematics& data, Visit visit) {
   int c = 0;
@@ -70,7 +70,7 @@ bool is_idle(const Model& model, const RememberedForce& r, Idle idle) {
       return rests(model.closures()[r.a].body_a) && rests(model.closures()[r.a].body_b);
     case RememberedForce::Kind::kJoint:
       return rests(body_of_velocity(model, r.a));
-    case RememberedForce::Kind::kTautLink:  // keeps its tree awake
+    case RememberedForce::Kind::kTautLink:  // a taut link keeps its tree awake
       return false;
   }
   return false;
@@ -83,7 +83,7 @@ void recall_impulses(const PosedConstraints& posed, const std::vector<Remembered
   const ConstraintSet& constraints = posed.constraints;
   const contact::Problem& problem = posed.problem;
   const double h = posed.h;
-  // Contacts of one pair follow each other, and pairs mostly come in the order of the memory.
+  // Contacts of one pair are adjacent, and pairs mostly come in the order of the memory.
   auto first = memory.begin(), last = first;
   const auto find = [&](const RememberedForce& own) {
     const Key key = key_of(own);

@@ -1,8 +1,9 @@
-// What a step remembers of its constraints' forces, so that the next one starts from them.
+// Memory of the constraint forces of a step, from which the solver of the next step starts (warm
+// start).
 //
-// Part of the state (state.h): where friction forces are not unique (a box on four corners), the
-// memory decides between them, and in any case it decides the last bits. A step without memory
-// comes to the same motion within the solver's tolerance.
+// It is part of the state (state.h): where friction forces are not unique (a box on four corners),
+// it selects one solution, and it always decides the last bits. A step without memory gives the
+// same motion within the tolerance of the solver.
 #pragma once
 
 #include "counterpoint/contact/problem.h"
@@ -11,7 +12,8 @@
 
 namespace counterpoint {
 
-/// The constraints of a step of h [s], at the poses in `data`, and the problem that holds them.
+/// The constraints of a step of h [s] at the poses in `data`, and the contact problem that contains
+/// them.
 struct PosedConstraints {
   const ConstraintSet& constraints;
   const Kinematics& data;
@@ -19,15 +21,14 @@ struct PosedConstraints {
   double h;
 };
 
-/// Impulses [N s] for the rows of the problem: those remembered of the same constraint; NaN in the
-/// first row of one that is new. A contact is the
-/// same where its geometries are and its point, as seen from the body that moves, is the nearest.
-/// Needs compute_poses.
+/// Sets the impulses [N s] of the problem's rows to those remembered of the same constraint; the
+/// first row of a new constraint is NaN. A contact matches the remembered contact of the same
+/// geometries that is nearest in the frame of the moving body. Requires compute_poses.
 void recall_impulses(const PosedConstraints& posed, const std::vector<RememberedForce>& memory,
                      Eigen::Ref<VectorX> impulse);
 
-/// The forces of constraints with impulses `impulse`; of idle bodies (sleep.h) those of `before`.
-/// Ordered by constraint.
+/// Stores the forces of the constraints, impulse / h, sorted by constraint. Forces between idle
+/// bodies (sleep.h) are copied from `before`.
 void remember_impulses(const Model& model, const PosedConstraints& posed, const VectorRef& impulse,
                        Idle idle, const std::vector<RememberedForce>& before,
                        std::vector<RememberedForce>& memory);

@@ -13,19 +13,19 @@ namespace {
 
 using Vector2 = Eigen::Vector2d;
 
-/// The speed that counts as rest, as a share of max_recovery_speed.
+/// Speed that counts as rest, as a fraction of max_recovery_speed.
 constexpr double kAtRest = 1e-4;
-/// Below this s there is no spin.
+/// Value of s below which there is no spin.
 constexpr double kNoSpin = 1e-6;
-/// Contacts open by this share of the smaller body's size and more are none of a patch, and what
-/// this acceleration [m/s^2] opens in a step.
+/// A patch excludes contacts with a gap of at least kOpen times the size of the smaller body, or
+/// kReach h^2, the distance covered in a step at this acceleration [m/s^2].
 constexpr double kOpen = 1e-3, kReach = 500.0;
-/// Normals of one plane differ by less (1 - cosine).
+/// Largest 1 - cosine between normals of one plane.
 constexpr double kOnePlane = 1e-9;
-/// A line is where the second moments differ by nearly their sum: to this power.
+/// Exponent of |difference| / sum of the second moments: nearly 1 for a line, nearly 0 for a face.
 constexpr int kSlender = 64;
 
-/// A cylinder that stands on its rim, about whose axis the patch lies.
+/// Whether the patch is the end face of a cylinder that stands on its rim, around its axis.
 bool is_round_face(const Model& model, const Kinematics& data, const collision::Candidate& contact,
                    const ContactPatch& patch) {
   for (const int index : {contact.geometry_a, contact.geometry_b}) {
@@ -47,7 +47,7 @@ bool is_round_face(const Model& model, const Kinematics& data, const collision::
   return false;
 }
 
-/// sigma, of a patch with this mean distance of its contacts from its middle.
+/// Spin fraction sigma of a patch; radius: mean distance of its contacts from its middle [m].
 double spin_share(const ContactPatch& patch, const Vector3& middle, double radius) {
   const Vector3& n = patch.normal;
   const double rim = n.dot(patch.motion.angular) * radius;
@@ -69,7 +69,7 @@ size_t find_patch(const StepContext& at, const Kinematics& data, const Constrain
   double size = std::numeric_limits<double>::infinity();
   for (const int body : {one.body_a, one.body_b})
     if (body != 0) size = std::min(size, 2.0 * radii[static_cast<size_t>(body)]);
-  // The same however far contacts are looked for (ContactOptions::reach_acceleration).
+  // Independent of the search margin of contacts (ContactOptions::reach_acceleration).
   out.reach = std::min(kOpen * size, kReach * at.h() * at.h());
   out.at_rest = kAtRest * at.options.contact.max_recovery_speed;
   bool is_one = true;
@@ -119,7 +119,7 @@ bool find_friction(const ContactPatch& patch, PatchFriction& out) {
       frame_from_normal(patch.normal).leftCols<2>().transpose();
   Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
   double radius = 0.0;
-  // A contact that fades moves to the middle, where it adds nothing to the face.
+  // A contact that fades out moves to the middle, where it adds nothing to the face.
   std::array<Vector2, ContactPatch::kMost> corners;
   for (int k = 0; k < patch.size; ++k) {
     const Vector2 place = plane * (patch.place[k] - middle);
@@ -145,8 +145,8 @@ bool find_friction(const ContactPatch& patch, PatchFriction& out) {
 }
 
 double mean_distance(std::span<const Eigen::Vector2d> corners, bool round) {
-  // The mean distance within the triangle of the origin and an edge is two thirds of the edge's,
-  // which Simpson's rule on four parts gives to 1e-4.
+  // The mean distance within the triangle of the origin and an edge is two thirds of that along the
+  // edge, which Simpson's rule on four parts gives to 1e-4.
   std::array<Vector2, ContactPatch::kMost> p;
   const size_t count = corners.size();
   std::copy(corners.begin(), corners.end(), p.begin());

@@ -9,7 +9,7 @@ namespace counterpoint {
 
 namespace {
 
-/// Of what moves, the speed that friction slips at; 0 where it does not go by that.
+/// Slip speed per sliding speed, h / slip_time; 0 for friction models without it.
 double slip_share(const SimulationOptions& options) {
   if (options.contact.friction_model != FrictionModel::kCoulomb) return 0.0;
   return options.time_step / options.contact.slip_time;

@@ -1,15 +1,15 @@
-// Slip that exact Coulomb friction allows while bodies that touch one another move.
+// Slip at which regularized Coulomb friction reaches its bound while bodies in contact move.
 //
 //   v_slip = (h / slip_time) max |V_T|,   V_T the sliding velocity at (q, w) of a contact of the
-//   two bodies, or of bodies that touch them, and so on
+//   two bodies, or of bodies connected to them by contacts
 //
-// Joints, closures and the world pass nothing on: a grip does not slip because a wheel of the same
+// Joints, closures and the world do not connect: a grip does not slip because a wheel of the same
 // robot skids.
 //
-// Friction reaches its bound at a slip of v_slip more (contact/laws/coulomb.h), whatever the load.
-// How many sticking contacts share loads changes with every micrometre that they move; a slip
-// of a thousandth of that motion prevents this. It vanishes with the motion, and with h as the
-// error of the integrator does, and it does not depend on the load, unlike creep by compliance.
+// Friction reaches its bound at v_slip more slip (contact/laws/coulomb.h), whatever the load. The
+// distribution of loads over sticking contacts changes with every micrometre of motion; a slip of a
+// thousandth of that motion prevents this. The slip vanishes with the motion, and with h like the
+// error of the integrator; unlike creep by compliance it does not depend on the load.
 #pragma once
 
 #include <vector>
@@ -22,24 +22,24 @@ namespace counterpoint {
 struct ConstraintSet;
 struct PairConstraint;
 
-/// Scratch memory inside: one per thread.
+/// Sets the slip speed of contacts. Holds scratch memory: use one per thread.
 class FrictionSlip {
  public:
   explicit FrictionSlip(const Model& model) : fastest_(model.num_bodies(), -1) {}
 
-  /// Sets law.slip_speed and `fastest` of all contacts with rows. speed: how fast each
-  /// of out.contacts slides [m/s].
+  /// Sets law.slip_speed and `fastest` of all contacts with rows. speed: sliding speed of each of
+  /// out.contacts [m/s].
   void set(const Model& model, const SimulationOptions& options, const std::vector<double>& speed,
            ConstraintSet& out);
-  /// The same of one that gets rows later, with the arguments of the last set().
+  /// Does the same for one contact that gets rows later, with the arguments of the last set().
   void apply(const SimulationOptions& options, const std::vector<double>& speed,
              PairConstraint& pair);
 
  private:
   int& fastest_near(const PairConstraint& pair);
 
-  contact::DisjointSets touching_;  ///< bodies
-  std::vector<int> fastest_;        ///< by root of a set: its fastest contact, or -1
+  contact::DisjointSets touching_;  ///< sets of bodies connected by contacts
+  std::vector<int> fastest_;        ///< per set, at its root: its fastest contact, or -1
 };
 
 }  // namespace counterpoint

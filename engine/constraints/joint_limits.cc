@@ -8,13 +8,14 @@
 namespace counterpoint {
 namespace {
 
-/// Distance [rad or m] within which a limit gets a row, at rest.
+/// Gap [rad or m] below which a limit has a row, at rest.
 constexpr double kMargin = kLimitReach;
-/// The same at the end of the step, for a limit without a row. Positive, so that forward and
-/// inverse cannot differ by rounding: a limit so far off gives no force (its smoothing is 1e-13).
+/// Gap at the end of the step below which a limit without a row gets one. It is positive, so that
+/// rounding cannot make forward and inverse differ: a limit so far off gives no force (its
+/// smoothing is 1e-13).
 constexpr double kEndMargin = 0.5 * kMargin;
 
-/// One side of a limited coordinate; the sign is that of the way out of it.
+/// One side of a limited coordinate; sign: direction of increasing gap.
 struct Side {
   int v_index = 0;
   double gap = 0.0;  ///< [rad or m]
@@ -29,7 +30,7 @@ void for_each_side(const std::vector<LimitedCoordinate>& limited, const VectorRe
   for (const LimitedCoordinate& at : limited) {
     const double above = q[at.q_index] - at.lower, below = at.upper - q[at.q_index];
     const bool low = above < reach(at.v_index, 1.0), high = below < reach(at.v_index, -1.0);
-    if (!(low | high) || idle(at.body)) continue;  // of nearly all
+    if (!(low | high) || idle(at.body)) continue;  // nearly always
     if (low) visit(Side{at.v_index, above, 1.0});
     if (high) visit(Side{at.v_index, below, -1.0});
   }
@@ -79,7 +80,8 @@ bool find_overrun_limits(const StepContext& at, const std::vector<LimitedCoordin
   const auto overrun = [&](int i, double sign) { return kEndMargin - h * sign * w[i]; };
   for_each_side(limited, at.q, idle, overrun, [&](const Side& side) {
     if (side.gap < near_gap(at.v[side.v_index], h)) return;
-    // Rows of an earlier call are among the last; those of limits have a bias, and no second sign.
+    // Rows of an earlier call are among the last; rows of limits have a gap bias and a single
+    // coordinate.
     const auto same = [&](const JointConstraint& row) {
       return row.v_index[0] == side.v_index && row.coefficient[0] == side.sign &&
              !std::isnan(row.gap_bias);

@@ -8,24 +8,28 @@
 namespace counterpoint {
 namespace {
 
-/// The least end gap E [m], and the share of its weight that a contact gives there at most.
+/// Least end gap E [m], and the largest fraction of its design weight that a contact may give
+/// there.
 constexpr double kLeastEndGap = 1e-4, kNoWeight = 1e-9;
-/// The share of what rests may reach (contact_law.h) within which contacts have rows, and how much
-/// faster than now a contact may close: few enough rows, and a step in ten solved again.
+/// Fraction of resting_reach within which contacts have rows, and factor by which the closing speed
+/// may grow within the step: a compromise of few rows and one step in ten solved again.
 constexpr double kReachShare = 0.25, kSpeedUp = 2.0;
 
-/// Of laws as smooth as they are at the margin: contacts that are parked lie beyond it, or their
-/// smoothing is hard everywhere.
+/// Returns E for the smoothing at the margin: parked contacts lie beyond the margin, or have hard
+/// smoothing everywhere.
 double end_gap(const ContactOptions& options) {
   const double smoothing = faded_smoothing(options.smoothing, options.margin, options.margin);
   return std::max(kLeastEndGap, smoothing / kNoWeight);
 }
 
-/// Whether a contact of relative velocity v, the square of whose angular velocity is `turning`
-/// [(rad/s)^2], comes closer to giving force faster than `rate` [m/s]: at the speed
+/// Whether a contact approaches the onset of its force faster than `rate` [m/s], for the relative
+/// velocity v and the squared relative angular velocity `turning` [(rad/s)^2]. The approach speed
+/// is
+///
 ///   sqrt((slip |v_T|)^2 + (spin |w|)^2) - v_N,
-/// as in the convex law, which is that of exact friction too where it is softened. Without the
-/// root, which would be waited for.
+///
+/// that of the convex law, which also replaces exact friction in softened steps. Squares are
+/// compared, since a square root has a long latency.
 bool closes_faster(const ParkedContact& contact, const Vector3& v, double turning, double rate) {
   const double normal = contact.candidate.normal.dot(v);
   const double tangential = std::max(v.squaredNorm() - normal * normal, 0.0);
@@ -35,8 +39,8 @@ bool closes_faster(const ParkedContact& contact, const Vector3& v, double turnin
   return root < 0.0 || square > root * root;
 }
 
-/// Whether gap - turning > reach + time (closing speed) of every contact of a pair, whatever its
-/// place, which is between the two surfaces: both sides are linear in the gap.
+/// Whether gap - turning > reach + time (closing speed) for every contact of a pair, at any point
+/// between the two surfaces: both sides are linear in the gap.
 bool exceeds(const FarPair& pair, double reach, double time, const std::vector<Motion>& V,
              const std::vector<Pose>& X_WB) {
   Vector3 linear = Vector3::Zero(), angular = Vector3::Zero();

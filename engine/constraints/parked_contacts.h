@@ -1,24 +1,24 @@
-// Contact candidates that cannot act within the step have no rows: they are parked.
+// Parked contacts: candidates that cannot act within the step and therefore have no rows.
 //
 //   parked: gap > D + 2 h (closing speed at w),     row after all: gap + h J_N w+ < E
 //
 // Candidates are found as far as bodies may travel in any direction, and most of them stay open.
-// One that is near as judged from (q, w) has rows; the others are examined after the
-// solve, and where the velocity leads to them they get rows and the step is solved again, as with
-// joint limits (joint_limits.h). The inverse knows that velocity and finds the same.
+// Candidates near enough, judged from (q, w), have rows. The others are examined after the solve;
+// those that the velocity reaches get rows and the step is solved again, as for joint limits
+// (joint_limits.h). The inverse knows that velocity and finds the same rows.
 //
-// At the end gap E a contact would give k h / E, the force of the smoothing length times the weight
-// of what it moves over E: E is so large that this is 1e-9 of that weight. So it is nothing to the
-// step whether a contact that ends farther off has rows or not. Smoothing that is not hard fades up
-// to the margin (contact_law.h): within it all contacts have rows, and beyond it k is hard. A
-// convex cone gives force at a distance, mu |v_T| h, which therefore counts as closing.
+// A contact that ends the step at gap E has the impulse k h / E, a force of its design weight times
+// the smoothing length over E. E is so large that this is 1e-9 of the weight: rows of contacts that
+// end farther off do not matter. Smoothing above kHardSmoothing fades up to the margin
+// (contact_law.h): within the margin all contacts have rows, and beyond it k is hard. A convex cone
+// acts at a distance of mu |v_T| h, which therefore counts as closing.
 //
-// Pairs of geometries that what encloses them parts by more than any of their contacts could need
-// to have rows are not even looked at: they are far, at first, and again by the velocity after the
-// step. That is by bounds of the two conditions above, so that nothing depends on it but time.
+// Far pairs: bounding volumes already prove that no contact of the pair needs a row, before the
+// step and again with the velocity after it. The bounds imply the two conditions above; they only
+// save time.
 //
-// Displacements that recover overlaps (overlap_correction.h) are looked at in the same way.
-// Contacts of bodies asleep are never parked: they wake them (sleep.h).
+// Displacements that recover overlaps (overlap_correction.h) are examined in the same way. Contacts
+// of sleeping bodies are never parked, since they wake the bodies (sleep.h).
 #pragma once
 
 #include <vector>
@@ -27,24 +27,25 @@
 
 namespace counterpoint {
 
-/// Gap [m] within which a contact at rest has rows, for a step of h.
+/// Gap [m] within which a contact at rest has rows, for a step of h [s].
 double parking_gap(const ContactOptions& options, double h);
 
-/// The same with the gap and the friction that the law of its constraint has, which are no bounds;
-/// of spin the largest still counts for all axes.
+/// Returns `contact` with the exact gap and friction of its law in place of the bounds; its spin is
+/// still the largest coefficient of all axes.
 ParkedContact by_law(ParkedContact contact, const PairConstraint& pair, double h);
 
-/// Whether a contact may act in a step of h, as judged from its velocity at the start.
+/// Whether a contact may act in a step of h [s], judged from its velocity at the start.
 bool is_near(const ParkedContact& contact, double parking_gap, double h);
 
-/// Whether the body velocities V (data.h) at the end of the step lead to it, so that it gets rows.
+/// Whether a contact gets rows because the body velocities V (data.h) at the end of the step reach
+/// it.
 bool is_reached(const ParkedContact& contact, const ContactOptions& options, double h,
                 const std::vector<Motion>& V, const Kinematics& data);
 
-/// Whether every contact that a pair may have is parked, at the poses and velocities of data.
+/// Whether every contact that a pair may have is parked, at the poses and velocities of `data`.
 bool is_far(const FarPair& pair, double parking_gap, double h, const Kinematics& data);
 
-/// Whether none of them is_reached.
+/// Whether is_reached is false for all contacts of the pair.
 bool stays_far(const FarPair& pair, const ContactOptions& options, double h,
                const std::vector<Motion>& V, const Kinematics& data);
 

@@ -6,7 +6,7 @@
 
 namespace counterpoint {
 
-/// Share of the limit from which on there is a row.
+/// Fraction of the limit from which on there is a row.
 constexpr double kNear = 0.5;
 
 std::vector<SpeedLimit> list_speed_limits(const Model& model) {

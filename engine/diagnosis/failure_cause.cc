@@ -23,7 +23,7 @@ ConstraintKind joint_row_kind(const JointConstraint& row) {
   }
 }
 
-/// Names constraint c of a problem: pairs come first, then joint rows (assemble.h).
+/// Returns the fault of constraint c of a problem: pairs come first, then joint rows (assemble.h).
 Fault constraint_fault(FaultKind kind, const Model& model, const ConstraintSet& set, int c) {
   Fault fault;
   fault.kind = kind;
@@ -49,7 +49,7 @@ Fault constraint_fault(FaultKind kind, const Model& model, const ConstraintSet& 
   return fault;
 }
 
-/// The coordinate of v that a problem's velocity belongs to.
+/// Returns the coordinate of v that corresponds to a velocity of the problem.
 int coordinate_of(const Model& model, const contact::Problem& problem,
                   const std::vector<int>& block_of_tree, int velocity) {
   for (int t = 0; t < model.num_trees(); ++t) {
@@ -61,7 +61,7 @@ int coordinate_of(const Model& model, const contact::Problem& problem,
   return -1;
 }
 
-/// A number of the problem that is not finite, or a law out of its range.
+/// Finds a number of the problem that is not finite, or an invalid law.
 Fault unposed_fault(const Model& model, const ConstraintSet& constraints,
                     const contact::Problem& problem, const std::vector<int>& block_of_tree) {
   const auto free_velocity = problem.free_velocity();
@@ -82,7 +82,7 @@ Fault unposed_fault(const Model& model, const ConstraintSet& constraints,
   return {};
 }
 
-/// The first joint at which a block of M is not positive definite.
+/// Finds the first joint at which a block of M is not positive definite.
 Fault singular_mass_fault(const Model& model, const contact::Problem& problem,
                           const std::vector<int>& block_of_tree) {
   for (int b = 0; b < problem.num_blocks(); ++b) {
@@ -102,7 +102,7 @@ Fault singular_mass_fault(const Model& model, const contact::Problem& problem,
   return {};
 }
 
-/// inv(diag M) (M (w - w*) - J' f), by how much each velocity misses the equation of motion.
+/// Returns inv(diag M) (M (w - w*) - J' f), the residual of the equation of motion as a velocity.
 VectorX missed_velocity(const contact::Problem& problem, const VectorRef& w,
                         const VectorRef& impulse) {
   VectorX missed = VectorX::Zero(problem.num_velocities());
@@ -142,7 +142,7 @@ Fault unsolved_fault(const Model& model, const ConstraintSet& constraints,
           problem.jacobian(c, side) * missed.segment(problem.block_start(b), problem.block_size(b));
     }
     const double here = y.lpNorm<Eigen::Infinity>();
-    if (here <= largest) continue;  // not a number is the worst there is
+    if (here <= largest) continue;  // NaN counts as the largest residual
     largest = here;
     worst = c;
   }
@@ -151,7 +151,8 @@ Fault unsolved_fault(const Model& model, const ConstraintSet& constraints,
   return fault;
 }
 
-/// Work [J] of servos and springs of a tree in the step that ends at next, as implicit as they are.
+/// Work [J] of the servos and springs of a tree in the step that ends at `next`, with the implicit
+/// forces of the step.
 double work_of_joint_forces(const Model& model, const Tree& tree, double h, const State& state,
                             const Input& input, const State& next) {
   double work = 0.0;

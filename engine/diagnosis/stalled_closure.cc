@@ -7,9 +7,9 @@
 namespace counterpoint {
 namespace {
 
-/// Looks in closing_time.
+/// Number of checks within closing_time.
 constexpr double kLooks = 20.0;
-/// Share of the speed it is asked to close at with which a constraint makes its way.
+/// Fraction of the recovery speed at which a constraint counts as closing.
 constexpr double kProgress = 0.1;
 
 }  // namespace
@@ -48,12 +48,12 @@ Fault StalledClosureDetector::look(const Model& model, const SimulationOptions& 
   if (state.time < next_look_ || (closures_.empty() && mimics_.empty())) return fault;
   const double interval = options.closing_time / kLooks;
   if (std::isnan(next_look_)) {
-    // Whoever sets a state before every step does not pay for looks.
+    // Callers that set a state before every step do not pay for the checks.
     next_look_ = state.time + interval;
     return fault;
   }
   if (!(contact.stabilization > 0.0 && contact.max_recovery_speed > 0.0)) return fault;
-  // The one that is open the most.
+  // Keeps the one that is open farthest.
   const auto judge = [&](ConstraintKind kind, int index, int body, int other_body, double error,
                          Stall& stall) {
     if (!stalls(options, state.time, error, stall) || error < fault.value) return;
@@ -81,7 +81,7 @@ Fault StalledClosureDetector::look(const Model& model, const SimulationOptions& 
       judge(ConstraintKind::kMimic, -1, mimic.joint + 1, mimic.master + 1, error, mimics_[i]);
     }
   }
-  // A step that fails is looked at again if it is tried again.
+  // After a fault the next step is checked too: it may be a retry of a failed step.
   if (!fault.any()) next_look_ = state.time + interval;
   return fault;
 }

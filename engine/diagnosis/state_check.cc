@@ -11,8 +11,8 @@ namespace counterpoint {
 namespace {
 
 bool all_finite(const double* x, Eigen::Index size) {
-  // An exponent of ones, and no other, carries into the sign: no branch, two numbers an
-  // instruction.
+  // Adding kCarry to the exponent sets the sign bit only if all exponent bits are ones (infinity,
+  // NaN). There are no branches, and two numbers take one instruction.
   constexpr std::uint64_t kExponent = 0x7ff0'0000'0000'0000, kCarry = 0x0010'0000'0000'0000;
   std::uint64_t sum = 0;
   for (Eigen::Index i = 0; i < size; ++i)
@@ -25,7 +25,7 @@ bool all_finite(const Vector& x) {
   return all_finite(x.data(), x.size());
 }
 
-/// Index of the first that is not finite; -1 if all are.
+/// Returns the index of the first number that is not finite, or -1.
 int find_not_finite(const double* x, Eigen::Index size) {
   for (Eigen::Index i = 0; i < size; ++i)
     if (!std::isfinite(x[i])) return static_cast<int>(i);
@@ -37,10 +37,10 @@ int find_not_finite(const VectorRef& x) { return find_not_finite(x.data(), x.siz
 double squared_length(const double* r) {
   return r[0] * r[0] + r[1] * r[1] + r[2] * r[2] + r[3] * r[3];
 }
-/// (1 + t)^2 = 1 + 2 t, to the first order in t.
+/// To first order in t, (1 + t)^2 = 1 + 2 t.
 bool is_unit(double square) { return std::abs(square - 1.0) <= 2.0 * kQuaternionTolerance; }
 
-/// Of the first of all coordinates of v that is not finite.
+/// Returns the fault of the first coordinate of v that is not finite.
 Fault first_velocity_fault(FaultKind kind, const Model& model, const VectorRef& v) {
   const int i = find_not_finite(v);
   return velocity_fault(kind, model, i, v[i]);
@@ -69,7 +69,7 @@ void check_size(const char* what, Eigen::Index found, Eigen::Index expected) {
   if (found != expected) refuse_size(what, found, expected);
 }
 
-/// Of servo targets and wrenches.
+/// Checks the sizes of servo targets and the bodies of wrenches.
 void check_known(const Model& model, const Input& input) {
   const auto servos = static_cast<Eigen::Index>(model.servos().size());
   for (const VectorX* targets : {&input.servo_position, &input.servo_velocity})
@@ -108,7 +108,8 @@ Fault of_known(const Model& model, const Input& input) {
 }  // namespace
 
 StateCheck::StateCheck(const Model& model) : reach_(static_cast<size_t>(model.nv()), 1.0) {
-  std::vector<double> outboard(static_cast<size_t>(model.num_bodies()), 0.0);  // from its origin
+  // Distance of the farthest mass from the body's origin [m].
+  std::vector<double> outboard(static_cast<size_t>(model.num_bodies()), 0.0);
   for (int i = model.num_bodies() - 1; i > 0; --i) {
     const Body& body = model.body(i);
     const SpatialInertia& inertia = body.inertia;
@@ -196,7 +197,7 @@ bool StateCheck::accepts(double max_speed, const State& next) const {
   const double* v = next.v.data();
   bool good = all_finite(next.q);
   good &= std::isfinite(next.time);
-  // Not a number is never less; nor is infinity.
+  // The comparison is false for NaN and infinity.
   for (size_t k = 0; k < reach_.size(); ++k) good &= std::abs(v[k]) * reach_[k] < max_speed;
   return good;
 }

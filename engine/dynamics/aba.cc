@@ -17,9 +17,9 @@ Vector6 stack(const Vector3& a, const Vector3& b) {
   return s;
 }
 
-/// What is passed on to the parent if a joint lets the motion IA a - U (...) through: the inertia
-/// and bias force seen through a joint of one coordinate. S is (axis, 0) if revolute, else (0,
-/// axis).
+/// Eliminates a joint of one coordinate: computes U, D_inv and u, and replaces IA and pA by the
+/// articulated inertia and bias force that the parent sees. S is (axis, 0) for revolute, (0, axis)
+/// for prismatic joints. Returns false if D = S' IA S + diagonal is not positive.
 bool reduce_single(bool revolute, const Vector3& axis, double tau, double diagonal, const Motion& c,
                    bool has_parent, ArticulatedInertia& IA, Force& pA, Force& U, double& D_inv,
                    double& u) {  // Parameters: an inner loop, inlined
@@ -42,7 +42,7 @@ bool reduce_single(bool revolute, const Vector3& axis, double tau, double diagon
   return true;
 }
 
-/// The same for joints of three coordinates.
+/// Eliminates a joint of three coordinates in the same way.
 // Parameters: an inner loop, inlined.
 bool reduce_three(const Motion* axis, const double* tau, const double* diagonal, const Motion& c,
                   bool has_parent, ArticulatedInertia& IA, Force& pA, MultiDofFactor& factor) {
@@ -74,8 +74,8 @@ bool reduce_three(const Motion* axis, const double* tau, const double* diagonal,
   return true;
 }
 
-/// The same for a floating joint. Its S is orthogonal, so that no product with it is needed but
-/// those of rates and forces: with x = S a, (IA + S d S') x = S tau - pA - IA A.
+/// Eliminates a floating joint in the same way. Its S is orthogonal, so only rates and forces are
+/// multiplied by it: with x = S a, (IA + S d S') x = S tau - pA - IA A, where d is the diagonal.
 // Parameters: an inner loop, inlined.
 bool reduce_floating(const Motion* axis, const double* tau, const double* diagonal, const Motion& c,
                      bool has_parent, ArticulatedInertia& IA, Force& pA, MultiDofFactor& factor) {

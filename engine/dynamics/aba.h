@@ -13,6 +13,6 @@ namespace counterpoint {
 /// not positive.
 bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
          const Vector3& gravity, BodyRange range, const BodyState& bodies, VectorOut a,
-         int* singular_body = nullptr);  // Parameters: what it depends on, one by one
+         int* singular_body = nullptr);  // Parameters: independent of one another
 
 }  // namespace counterpoint

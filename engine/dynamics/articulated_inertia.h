@@ -1,25 +1,25 @@
-// 6x6 symmetric inertias over (angular, linear): articulated ones as three 3x3 blocks, and those of
-// rigid bodies, which have ten parameters.
+// Symmetric 6x6 inertias over (angular, linear): articulated-body inertias as three 3x3 blocks, and
+// rigid-body inertias as ten parameters.
 #pragma once
 
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 
-/// skew(p) * m, column by column.
+/// Returns skew(p) m, column by column.
 inline Matrix3 cross_columns(const Vector3& p, const Matrix3& m) {
   Matrix3 out;
   for (int j = 0; j < 3; ++j) out.col(j) = p.cross(m.col(j));
   return out;
 }
 
-/// Of one rigid body or of several welded together, about a point, in axes of W.
+/// Inertia of a rigid body, or of several bodies welded together, about a point, in axes of W.
 struct RigidInertia {
   double mass;         ///< [kg]
   Vector3 moment;      ///< mass times the centre of mass seen from the point [kg m]
   Matrix3 rotational;  ///< about the point, symmetric [kg m^2]
 
-  /// `inertia` being about its centre of mass, in axes of W.
+  /// Returns the inertia about the origin; `inertia` is about its centre of mass, in axes of W.
   static RigidInertia about_origin(const SpatialInertia& inertia) {
     RigidInertia I{inertia.mass, Vector3::Zero(), inertia.rotational};
     I.move(inertia.center);
@@ -38,8 +38,8 @@ struct RigidInertia {
     return *this;
   }
 
-  /// To a point from which the one so far is seen at p [m]: with h the moment and g = h + m p / 2,
-  /// 2 (g.p) 1 - g p' - p g' is added.
+  /// Moves the reference point; the old point is at p [m] from the new one. With h the moment and g
+  /// = h + m p / 2 this adds 2 (g.p) 1 - g p' - p g' to `rotational`.
   void move(const Vector3& p) {
     const Vector3 g = moment + (0.5 * mass) * p;
     moment += mass * p;
@@ -83,7 +83,7 @@ struct ArticulatedInertia {
     return *this;
   }
 
-  /// The same inertia about a point from which this one's origin is seen at p, axes unchanged
+  /// Returns the same inertia about a point from which the present origin is at p, axes unchanged
   /// (Featherstone 2008, eq. 2.66 without rotation).
   ArticulatedInertia shifted(const Vector3& p) const {
     ArticulatedInertia out;

@@ -8,7 +8,8 @@ namespace counterpoint {
 
 namespace {
 
-/// Both triangles of M from one, by pointer: an entry is written in a few instructions.
+/// Writes both triangles of a symmetric matrix through a raw pointer, in a few instructions per
+/// entry.
 class SymmetricOut {
  public:
   explicit SymmetricOut(InertiaOut& M) : data_(M.data()), stride_(M.outerStride()) {}
@@ -22,7 +23,7 @@ class SymmetricOut {
   std::ptrdiff_t stride_;
 };
 
-/// Coordinate j of a joint and those before it: one triangle of the joint's own block.
+/// Writes the entries of coordinate j of a joint with coordinates 0 ... j of the same joint.
 void set_own_force(const Body& body, const Motion* axis, const Force& f, int j, int first,
                    SymmetricOut& out) {
   if (body.joint_type == JointType::kRevolute)
@@ -33,7 +34,7 @@ void set_own_force(const Body& body, const Motion* axis, const Force& f, int j, 
             k < linear ? axis[k].linear.dot(f.force) : axis[k].angular.dot(f.torque));
 }
 
-/// Row `row` and the columns of one joint: what its coordinates feel of f.
+/// Writes the entries of row `row` with the coordinates of an ancestor joint: S' f.
 void set_joint_force(const Body& body, const Motion* axis, const Force& f, int row, int column,
                      SymmetricOut& out) {
   if (body.joint_type == JointType::kRevolute) {
@@ -45,9 +46,9 @@ void set_joint_force(const Body& body, const Motion* axis, const Force& f, int r
   for (int j = linear; j < nv; ++j) out.set(row, column + j, axis[j].angular.dot(f.torque));
 }
 
-/// The rows of one body: the force that accelerates its subtree along each coordinate of its joint,
-/// carried to the root. It stays in registers on its way; kept in memory for all coordinates of a
-/// subtree at once (and four at a time) it took no less time.
+/// Writes the rows of one body: the force that accelerates its subtree along each coordinate of its
+/// joint, transported to the root. The force stays in registers; keeping the forces of all
+/// coordinates of a subtree in memory (and processing four at a time) was not faster.
 void fill_rows(const Model& model, const Tree& tree, const BodyState& bodies, int i,
                SymmetricOut& out) {
   const Kinematics& at = bodies.at;

@@ -5,15 +5,15 @@
 
 namespace counterpoint {
 
-/// Row-major view of a matrix that somebody else owns.
+/// Writable view of a row-major matrix.
 using InertiaOut =
     Eigen::Ref<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
 
-/// M(q) of the bodies of one tree, both triangles, without rotor inertia (armature): (v_end -
-/// v_begin) squared [kg m^2, kg m, kg]. Needs compute_poses and compute_inertias.
+/// Mass matrix M(q) of one tree, both triangles, without rotor inertia (armature); square of size
+/// v_end - v_begin [kg m^2, kg m, kg]. Requires compute_poses and compute_inertias.
 void crba_tree(const Model& model, const Tree& tree, const BodyState& bodies, InertiaOut M);
 
-/// The same of the whole model, nv x nv, block diagonal by tree.
+/// Mass matrix of the whole model, nv x nv, block diagonal by tree. Same requirements.
 void crba(const Model& model, const BodyState& bodies, InertiaOut M);
 
 }  // namespace counterpoint

@@ -12,14 +12,14 @@
 
 namespace counterpoint {
 
-/// The joint's share of an articulated-body sweep, for joints of more than one coordinate.
+/// Factors of an articulated-body sweep for a joint of more than one coordinate.
 struct MultiDofFactor {
   Eigen::Matrix<double, 6, 6> U;      ///< IA S, first nv columns; floating: IA
-  Eigen::Matrix<double, 6, 6> D_inv;  ///< of S' IA S + diagonal; floating: Cholesky factor, in W
+  Eigen::Matrix<double, 6, 6> D_inv;  ///< inverse of S' IA S + diagonal; floating: Cholesky factor
   Vector6 u;                          ///< tau - S' pA; floating: S tau - pA
 };
 
-/// Inertia that only the forward step has, seen from the body's origin, in axes of W.
+/// Additional inertia used by the forward step only, relative to the body's origin, in axes of W.
 struct AddedInertia {
   int body = 0;
   SpatialInertia inertia;
@@ -88,18 +88,19 @@ struct DynamicsScratch {
   explicit DynamicsScratch(const Model& model);
 
   // rnea, aba
-  std::vector<Motion> A;  ///< spatial acceleration less gravity
-  std::vector<Force> F;   ///< force through the joint
+  std::vector<Motion> A;  ///< spatial acceleration minus gravity
+  std::vector<Force> F;   ///< force transmitted by the joint
 
   // aba
   std::vector<ArticulatedInertia> IA;
   std::vector<Force> pA;
-  std::vector<Force> U;  ///< joints of one coordinate: IA S
+  std::vector<Force> U;  ///< IA S of joints of one coordinate
   std::vector<double> D_inv, u;
-  std::vector<MultiDofFactor> multi;  ///< by body; used where joint_nv > 1
+  std::vector<MultiDofFactor> multi;  ///< per body; used if joint_nv > 1
 
   // crba
-  std::vector<RigidInertia> composite;  ///< of the subtrees, about their first bodies' origins
+  /// Inertias of the subtrees about the origins of their root bodies.
+  std::vector<RigidInertia> composite;
 };
 
 /// All of them, for callers that own them together.

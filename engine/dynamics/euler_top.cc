@@ -7,14 +7,14 @@
 namespace counterpoint {
 
 JacobiFunctions jacobi_functions(double u, double m1) {
-  // Below the rounding of m = 1 - m1 the functions are those of m = 1.
+  // For m1 = 1 - m below round-off use the functions of m = 1.
   if (m1 < std::numeric_limits<double>::epsilon()) {
     const double sech = 1.0 / std::cosh(u);
     return {std::tanh(u), sech, sech};
   }
-  // c falls quadratically: from any m1 above it is negligible well before the last level.
+  // c converges quadratically: for any such m1 it is negligible well before the last level.
   constexpr int kLevels = 12;
-  constexpr double kLast = 1e-8;  // the next c is about its square
+  constexpr double kLast = 1e-8;  // the next c is about the square of this one
   double a = 1.0, b = std::sqrt(m1);
   double ratio[kLevels];
   int n = 0;
@@ -35,13 +35,13 @@ JacobiFunctions jacobi_functions(double u, double m1) {
 
 Vector3 EulerTop::advance(const Vector3& omega, double h) const {
   const auto& [I, axes] = principal_;
-  // A sphere keeps its angular velocity, to the bit; a rod's spin about itself is nobody's
-  // business.
+  // A sphere keeps its angular velocity exactly. The spin of a rod about its own axis is
+  // irrelevant.
   if (I[0] == I[2] || !(I[0] > 0.0)) return omega;
   const Vector3 L = I.cwiseProduct(axes.transpose() * omega);
-  // L^2 - 2 E I_i. The angular momentum goes round the axis of the largest moment if that of the
-  // middle one is positive, else round that of the smallest: there L is a multiple of dn, along the
-  // middle axis of sn, along the third, a, of cn.
+  // Returns L^2 - 2 E I_i. The angular momentum moves around the axis of the largest moment if the
+  // value of the middle axis is positive, else around that of the smallest moment. L is a multiple
+  // of dn along that axis (a), of sn along the middle axis, and of cn along the third (c).
   const auto excess = [&L, &I = I](int i) {
     double sum = 0.0;
     for (int k = 0; k < 3; ++k) sum += L[k] * L[k] * (1.0 - I[i] / I[k]);
@@ -56,10 +56,10 @@ Vector3 EulerTop::advance(const Vector3& omega, double h) const {
   const double m1 =
       std::min(1.0, (I[2] - I[0]) * std::abs(middle) / (std::abs(I[c] - I[1]) * extreme));
   const auto [sn, cn, dn] = jacobi_functions(rate * h, m1);
-  // 1 - m sn0^2 sn^2 as a sum of what is positive.
+  // 1 - m sn0^2 sn^2, written as a sum of positive terms.
   const double D = L[c] * L[c] * (I[2] - I[0]) / (I[c] * extreme) +
                    L[1] * L[1] * std::abs(I[1] - I[a]) / (I[1] * extreme) * cn * cn;
-  // Euler's equations at the start: what multiplies sn / rate.
+  // Coefficients of sn / rate, from Euler's equations at the start.
   const Vector3 dL = L.cross(L.cwiseQuotient(I)) / rate;
   Vector3 next;
   next[a] = (L[a] * cn + dL[a] * sn * dn) / D;

@@ -1,27 +1,27 @@
-// Torque-free rotation of a rigid body, exactly (Euler's top).
+// Torque-free rotation of a rigid body in closed form (Euler's top).
 #pragma once
 
 #include "counterpoint/model/model.h"
 
 namespace counterpoint {
 
-/// A rigid body that turns about its centre of mass or a fixed point.
+/// A rigid body that rotates about its centre of mass or about a fixed point.
 class EulerTop {
  public:
-  /// `inertia`: symmetric, positive semidefinite [kg m^2], about the centre of mass or about a
-  /// fixed point, in body axes.
+  /// `inertia`: symmetric, positive semidefinite [kg m^2], about the centre of mass or the fixed
+  /// point, in body axes.
   explicit EulerTop(const Matrix3& inertia) : principal_(principal_axes(inertia)) {}
 
-  /// The angular velocity, in body axes [rad/s], h seconds after `omega` (in body axes) if no
-  /// torque acts. Energy and the length of the angular momentum stay as they are to rounding,
-  /// however far the body turns within h. Returned unchanged if two moments vanish (a rod).
+  /// Returns the angular velocity in body axes [rad/s] h seconds after `omega` (in body axes)
+  /// without torque. Energy and the magnitude of the angular momentum are conserved to round-off,
+  /// for any rotation within h. Returns omega unchanged if two moments vanish (a rod).
   ///
   /// Source: Landau & Lifshitz, Mechanics, section 37, with the addition theorems of Jacobi's
-  /// functions (Abramowitz & Stegun 16.17): no phase is needed, and nothing is divided by what
-  /// vanishes for symmetric bodies.
+  /// functions (Abramowitz & Stegun 16.17): this needs no phase and no division by quantities that
+  /// vanish for symmetric bodies.
   Vector3 advance(const Vector3& omega, double h) const;
 
-  /// Change of angular velocity [rad/s] by an angular impulse [N m s], both in body axes.
+  /// Change of angular velocity [rad/s] due to an angular impulse [N m s], both in body axes.
   Vector3 response(const Vector3& impulse) const {
     const auto& [moments, axes] = principal_;
     return axes * (axes.transpose() * impulse).cwiseQuotient(moments);
@@ -31,8 +31,8 @@ class EulerTop {
   PrincipalAxes principal_;
 };
 
-/// Jacobi's elliptic functions at u for the parameter m = 1 - m1, 0 <= m1 <= 1. By the arithmetic-
-/// geometric mean (Abramowitz & Stegun 16.4).
+/// Jacobi's elliptic functions at u for the parameter m = 1 - m1, 0 <= m1 <= 1, by the
+/// arithmetic-geometric mean (Abramowitz & Stegun 16.4).
 struct JacobiFunctions {
   double sn, cn, dn;
 };

@@ -3,7 +3,7 @@
 namespace counterpoint {
 namespace {
 
-/// sum m (c.c 1 - c c') of a mass at c.
+/// Inertia tensor m (c.c 1 - c c') of a point mass m at c.
 Matrix3 of_point(double mass, const Vector3& c) {
   return mass * (c.squaredNorm() * Matrix3::Identity() - c * c.transpose());
 }

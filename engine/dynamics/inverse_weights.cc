@@ -12,7 +12,8 @@
 namespace counterpoint {
 namespace {
 
-/// Response of the trees of a model, at rest in the default pose, to joint forces and wrenches.
+/// Accelerations of the trees of a model, at rest in the default pose, due to joint forces and
+/// wrenches.
 class Response {
  public:
   Response(const Model& model, Data& data)
@@ -21,13 +22,13 @@ class Response {
     compute_velocities(model, tau, data);
     compute_inertias(model, data);
     data.begin();
-    // The world answers to nothing; trees are moved one at a time.
+    // The world does not accelerate; trees are solved one at a time.
     for (Motion& a : data.A) a = Motion();
   }
   ~Response() { data_.has_external = false; }
 
   VectorX tau;           ///< nv, joint forces
-  VectorX acceleration;  ///< nv, of the trees moved last
+  VectorX acceleration;  ///< nv, valid for the trees solved last
 
   void push(int body, const Force& f) { data_.external[body] += f; }
   void release(int body) { data_.external[body] = Force(); }
@@ -53,7 +54,7 @@ class Response {
   Data& data_;
 };
 
-/// Points on the surface of a shape, as far out as any, in the geometry frame.
+/// Returns outermost points on the surface of a shape, in the geometry frame.
 std::vector<Vector3> outer_points(const Shape& shape) {
   std::vector<Vector3> points;
   const Vector3& size = shape.size;
@@ -92,17 +93,17 @@ std::vector<Vector3> outer_points(const Shape& shape) {
   return points;
 }
 
-/// Share of the rotational part that counts: it stands in where the centre of mass cannot move, as
-/// of a wheel on its axle. Free solids of uniform density, compact, slender or flat, stay at 1 / m.
+/// Weight of the rotational part: it matters where the centre of mass cannot move, as for a wheel
+/// on its axle. Free solids of uniform density, compact, slender or flat, keep 1 / m.
 constexpr double kRotationShare = 0.1;
 
-/// Inverse mass [1/kg] of each body at the contacts it may have, rotation and translation apart:
-/// its centre of mass yields with the mean of inv(M) over directions; a point at x from there
-/// yields with tr(W (x'x - x x')) / 3 more, W the rotational response. Of the points of the body's
-/// geometry the one that yields most is taken.
+/// Inverse mass [1/kg] of each body at its possible contacts. The translational part is the mean
+/// over directions of inv(M) at the centre of mass. A point at x from there adds tr(W (x'x - x x'))
+/// / 3, W the rotational response. The result is the larger of the translational part and the
+/// weighted rotational part at the point of the body's geometry where it is largest.
 std::vector<double> contact_weights(const Model& model, Response& response, const Data& data) {
   std::vector<double> translation(model.num_bodies(), 0.0);
-  std::vector<Matrix3> lever(model.num_bodies(), Matrix3::Zero());  // tr(W) - W, in W
+  std::vector<Matrix3> lever(model.num_bodies(), Matrix3::Zero());  // tr(W) 1 - W, in W
   for (int b = 1; b < model.num_bodies(); ++b) {
     const Vector3& center = data.inertia[b].center;
     Matrix3 rotation;
@@ -124,18 +125,18 @@ std::vector<double> contact_weights(const Model& model, Response& response, cons
     if (g.body == 0) continue;
     for (const Vector3& point : outer_points(g.shape)) {
       const Vector3 x = data.X_WB[g.body].rotation * (g.X_BG * point) - data.inertia[g.body].center;
-      // Half the trace: tr(W) |x|^2 / 3, the mean over directions of W too, where W is the same
-      // about all axes.
+      // Half the trace: this is tr(W) |x|^2 / 3, the mean over directions, if W is isotropic.
       weight[g.body] = std::max(weight[g.body], 0.5 * kRotationShare * x.dot(lever[g.body] * x));
     }
   }
   return weight;
 }
 
-/// Relative motion below this share of what the two bodies have by themselves is round-off.
+/// Relative motion below this fraction of the bodies' individual motions is round-off.
 constexpr double kImmovable = 1e-10;
 
-/// Motion of an anchor on `body` for a wrench there, mean over directions and over axes.
+/// Acceleration of the anchors of a closure due to wrenches there, averaged over directions and
+/// axes.
 class ClosurePull {
  public:
   ClosurePull(const Model& model, const Closure& closure, Response& response, const Data& data)
@@ -146,7 +147,8 @@ class ClosurePull {
         arm_{data.X_WB[closure.body_a].rotation * closure.X_AC.translation,
              data.X_WB[closure.body_b].rotation * closure.X_BC.translation} {}
 
-  /// Pulls with -1 ... 1 at the anchors of A and B; motion of B's anchor times b plus A's times a.
+  /// Applies unit wrenches times a and b at the anchors of A and B; returns the motion of A's
+  /// anchor times a plus that of B's times b.
   ClosureWeight mean(double a, double b) {
     const double pull[2] = {a, b};
     ClosureWeight sum;

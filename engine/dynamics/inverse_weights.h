@@ -1,4 +1,5 @@
-// Constant inverse masses of the default pose: they scale regularizer and smoothing of constraints.
+// Constant inverse masses in the default pose, which scale regularizer and smoothing of
+// constraints.
 #pragma once
 
 #include <vector>
@@ -7,24 +8,25 @@
 
 namespace counterpoint {
 
-/// Of the relative motion that a closure holds, at its anchors.
+/// Inverse mass for the relative motion of a closure's anchors.
 struct ClosureWeight {
   double linear = 0.0;   ///< mean over directions [1/kg]
   double angular = 0.0;  ///< mean over axes [1/(kg m^2)]
 };
 
-/// Taken at the default pose once, never from the current mass matrix: the inverse of a step must
-/// not need one (docs/explanation/concepts.md).
+/// Computed once in the default pose, never from the current mass matrix, since the inverse of a
+/// step must not need one (docs/explanation/concepts.md).
 struct InverseWeights {
-  /// Inverse mass that a contact on a body feels [1/kg], 0 for the world: the larger of that of its
-  /// centre of mass, mean over directions, and a share of what rotation adds where the body's
-  /// geometry feels it most.
+  /// Inverse mass at the contacts of each body [1/kg], 0 for the world: the larger of the mean over
+  /// directions at the centre of mass and a fraction of the rotational part where the body's
+  /// geometry makes it largest.
   std::vector<double> contact;
-  std::vector<ClosureWeight> closure;  ///< of Model::closures
+  std::vector<ClosureWeight> closure;  ///< per closure of Model::closures
   VectorX dof;                         ///< diagonal of inv(M) [1/kg or 1/(kg m^2)]
 };
 
-/// O(bodies in a tree squared). @throws InputError naming the joint where inertia is not positive.
+/// Computes the weights, O(bodies in a tree squared). @throws InputError naming the joint whose
+/// inertia is not positive, or the closure whose anchors cannot move.
 InverseWeights compute_inverse_weights(const Model& model, Data& data);
 
 }  // namespace counterpoint

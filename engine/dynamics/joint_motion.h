@@ -1,12 +1,11 @@
-// What each joint type does, by switch: motion subspace and products with it. Conventions of q and
-// v: model/model.h.
+// Motion subspace of each joint type, and products with it. Conventions of q and v: model/model.h.
 #pragma once
 
 #include "counterpoint/model/model.h"
 
 namespace counterpoint {
 
-/// Columns of S in world axes at the body's origin, into axis[0 .. nv).
+/// Writes the columns of S in axes of W at the body's origin to axis[0 ... nv).
 inline void joint_axes(JointType type, const Matrix3& R_WJ, const Matrix3& R_WB, Motion* axis) {
   const Vector3 zero = Vector3::Zero();
   switch (type) {
@@ -31,7 +30,7 @@ inline void joint_axes(JointType type, const Matrix3& R_WJ, const Matrix3& R_WB,
   }
 }
 
-/// S a: the motion across the joint for rates a.
+/// Returns S a: the motion across the joint for rates a.
 inline Motion joint_motion(JointType type, const Motion* axis, const double* a) {
   switch (type) {
     case JointType::kRevolute:
@@ -50,7 +49,7 @@ inline Motion joint_motion(JointType type, const Motion* axis, const double* a) 
   return {};
 }
 
-/// tau += S' f: the force along the joint's coordinates.
+/// Computes tau += S' f, the force along the joint's coordinates.
 [[gnu::always_inline]] inline void add_joint_force(JointType type, const Motion* axis,
                                                    const Force& f, double* tau) {
   switch (type) {
@@ -75,8 +74,8 @@ inline Motion joint_motion(JointType type, const Motion* axis, const double* a) 
   }
 }
 
-/// True where linear velocities are kept in the axes of J while the body turns: then
-/// dS/dt v = (0, -omega_J x linear_J) seen from the body.
+/// Whether linear velocities are expressed in the axes of J while the body rotates; then dS/dt v =
+/// (0, -omega_J x linear_J) in the body frame.
 constexpr bool joint_axes_turn(JointType type) {
   return type == JointType::kPlanar || type == JointType::kFloating;
 }

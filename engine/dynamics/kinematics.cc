@@ -42,7 +42,7 @@ COUNTERPOINT_WIDE void sines_and_cosines(const double* angle, int count, double*
   for (int i = 0; i < count; ++i) sin_cos_reduced(angle[i], sine[i], cosine[i]);
 }
 
-/// Sines and cosines of all revolute joints' angles at once.
+/// Computes sines and cosines of all revolute joint angles in blocks.
 void compute_turns(const Model& model, const VectorRef& q, BodyRange bodies, Kinematics& at) {
   constexpr int kBlock = 64;
   double angle[kBlock];
@@ -72,7 +72,7 @@ void compute_poses(const Model& model, const VectorRef& q, BodyRange bodies, Kin
     const Pose& X_WP = at.X_WB[body.parent];
     Pose& X_WB = at.X_WB[i];
     if (body.joint_type == JointType::kRevolute) {
-      // Turned before it is composed: that does not wait for the parent.
+      // The joint rotation is composed with X_PJ first, which does not wait for the parent's pose.
       const Matrix3& R_PJ = body.X_PJ.rotation;
       const double s = at.sine[i], c = at.cosine[i];
       Matrix3 R_PB;
@@ -97,7 +97,7 @@ void compute_velocities(const Model& model, const VectorRef& v, BodyRange bodies
     const Body& body = model.body(i);
     const Motion V_J =
         joint_motion(body.joint_type, &at.axis[body.v_index], v.data() + body.v_index);
-    // Here, not in data: what was just stored would be waited for.
+    // Kept in local variables: reading back a value just stored would stall.
     Motion V = V_J, c;
     if (body.parent != 0) {
       V += shift(at.V[body.parent], at.arm[i]);

@@ -5,9 +5,9 @@
 
 namespace counterpoint {
 
-/// A motion of the parent, at the origin of the body that is `arm` away.
+/// Transforms a motion at the parent's origin to the origin of the body that is `arm` away.
 inline Motion shift(const Motion& v, const Vector3& arm) { return {v.angular, v.at(arm)}; }
-/// A force at a body's origin, at the origin of the parent which is `arm` behind.
+/// Transforms a force at a body's origin to the parent's origin, `arm` before it.
 inline Force shift(const Force& f, const Vector3& arm) {
   return {f.torque + arm.cross(f.force), f.force};
 }
@@ -25,15 +25,15 @@ inline void compute_velocities(const Model& model, const VectorRef& v, Kinematic
   compute_velocities(model, v, moving_bodies(model), at);
 }
 
-/// V_WB of all bodies, or of a range of whole trees, at another v (nv) into V (num_bodies). Needs
-/// compute_poses.
+/// Computes V_WB of all bodies, or of a range of whole trees, at another velocity v (nv) into V
+/// (num_bodies). Requires compute_poses.
 void compute_body_velocities(const Model& model, const VectorRef& v, BodyRange bodies,
                              const Kinematics& at, std::vector<Motion>& V);
 void compute_body_velocities(const Model& model, const VectorRef& v, const Kinematics& at,
                              std::vector<Motion>& V);
 
-/// Spatial accelerations of all bodies if the joints' velocities were constant, gravity left out,
-/// into A (num_bodies). Needs compute_velocities.
+/// Computes the spatial accelerations of all bodies at constant joint velocities, without gravity,
+/// into A (num_bodies). Requires compute_velocities.
 void compute_velocity_accelerations(const Model& model, const Kinematics& at,
                                     std::vector<Motion>& A);
 /// The same without the velocity products of bodies whose velocity-dependent force `velocity` has in

@@ -11,7 +11,7 @@ void rnea(const Model& model, const VectorRef& a, const Vector3& gravity, const 
   const auto& [at, velocity, external, scratch] = bodies;
   std::vector<Motion>& A = scratch.A;
   std::vector<Force>& F = scratch.F;
-  // Gravity enters as an acceleration of the world upwards.
+  // Gravity enters as an upward acceleration of the world.
   A[0] = {Vector3::Zero(), -gravity};
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);

@@ -5,12 +5,13 @@
 
 namespace counterpoint {
 
-/// I A + V x* (I V): the force that moves a body of this inertia (body frame), in W at its origin,
-/// as are V and A. The rotational inertia stays in body axes, where it is constant.
+/// Returns the force I A + V x* (I V) that gives a body with this inertia (body frame) the
+/// acceleration A, in W at its origin, as are V and A. The rotational inertia stays in body axes,
+/// where it is constant.
 inline Force rigid_body_force(const SpatialInertia& inertia, const Matrix3& R_WB, const Motion& V,
                               const Motion& A) {
   const Vector3 center = R_WB * inertia.center;
-  // Newton: classical acceleration of the centre of mass; Euler about it.
+  // Newton's law for the classical acceleration of the centre of mass; Euler's equations about it.
   const Vector3 acceleration = A.at(center) + V.angular.cross(V.at(center));
   const Vector3 omega_B = R_WB.transpose() * V.angular;
   const Vector3 torque_B = inertia.rotational * (R_WB.transpose() * A.angular) +
@@ -19,7 +20,7 @@ inline Force rigid_body_force(const SpatialInertia& inertia, const Matrix3& R_WB
   return {R_WB * torque_B + center.cross(force), force};
 }
 
-/// The same of a body that does not turn: I A.
+/// Returns the force I A for a body without velocity.
 inline Force rigid_body_force(const SpatialInertia& inertia, const Matrix3& R_WB, const Motion& A) {
   const Vector3 center = R_WB * inertia.center;
   const Vector3 torque_B = inertia.rotational * (R_WB.transpose() * A.angular);

@@ -1,5 +1,5 @@
-// Sine and cosine of one angle together, the same bits on every machine and in wide registers:
-// arithmetic without branches, so that a loop over angles becomes one over vectors of them.
+// Sine and cosine of one angle together, to the same bits on every machine and in vector registers:
+// the arithmetic has no branches, so a loop over angles can be vectorized.
 #pragma once
 
 #include <cmath>
@@ -8,13 +8,12 @@
 
 namespace counterpoint {
 
-/// Up to this size of the angle [rad] the arithmetic below serves; beyond it, and for what is not
-/// finite, std::sin and std::cos.
+/// Largest angle [rad] for this arithmetic; larger and non-finite ones use std::sin and std::cos.
 inline constexpr double kMaxReducedAngle = 524288.0;
 
-/// Of |x| <= kMaxReducedAngle, to 1.1 units in the last place: the angle less a multiple of
-/// pi / 2 in three pieces of 33 bits, whose products with that multiple are exact (Cody, Waite
-/// 1980), then the minimax polynomials of fdlibm (Sun 1993).
+/// Computes sine and cosine of |x| <= kMaxReducedAngle to 1.1 units in the last place. The angle is
+/// reduced by a multiple of pi / 2 in three pieces of 33 bits, whose products with the multiple are
+/// exact (Cody, Waite 1980); then follow the minimax polynomials of fdlibm (Sun 1993).
 __attribute__((always_inline)) inline void sin_cos_reduced(double x, double& sine, double& cosine) {
   constexpr double kTwoOverPi = 6.36619772367581382433e-01;
   constexpr double kHalfPi1 = 1.57079632673412561417e+00, kHalfPi2 = 6.07710050630396597660e-11,
@@ -46,7 +45,7 @@ __attribute__((always_inline)) inline void sin_cos_reduced(double x, double& sin
   cosine = ((quadrant + 1) & 2) != 0 ? -cosine_size : cosine_size;
 }
 
-/// sin and cos of x [rad].
+/// Computes sine and cosine of x [rad].
 inline void sin_cos(double x, double& sine, double& cosine) {
   if (std::abs(x) <= kMaxReducedAngle) {
     sin_cos_reduced(x, sine, cosine);

@@ -2,16 +2,17 @@
 //
 //   f = -(c1 + c2 |v|) v+  at the link's centre of mass,    torque = -(a1 + a2 |omega|) omega+
 //
-// The coefficients are taken with the velocity at the start of the step, the velocity that they
-// multiply is that at its end: stable at any coefficient, never adds energy, and the inverse knows
-// all of it. In the spatial matrix C of a body (c a point mass at the centre, a an isotropic
-// rotational inertia) the equation of motion is
+// The coefficients use the velocity at the start of the step and multiply the velocity at its end.
+// This is stable for any coefficient, never adds energy, and all of it is known to the inverse. Let
+// C be the spatial matrix of a body's drag: a point mass c at the centre of mass and an isotropic
+// rotational inertia a. The equation of motion is
 //
 //   (M + h sum J'CJ) (w+ - w) = h (n + u) - h sum J'C V,       V = J w
 //
-// so h C is added to the inertia that the articulated-body sweep and M are made of, while forces
-// quadratic in velocity and weight come from the true inertia: the sweep multiplies the inertia
-// with A = J a + (J' w - g), so h C (J' w - g), J' the derivative, is taken back as a force.
+// Therefore h C is added to the inertia from which the articulated-body algorithm and M are
+// computed. Weight and forces quadratic in velocity must use the true inertia, but the algorithm
+// multiplies its inertia by A = J a + (J' w - g), here with J' the time derivative: h C (J' w - g)
+// is added as an external force to cancel that part.
 #pragma once
 
 #include "counterpoint/engine/dynamics/data.h"

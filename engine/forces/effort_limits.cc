@@ -6,7 +6,7 @@
 namespace counterpoint {
 
 void limit_applied_forces(const Model& model, EffectSet effects, VectorOut tau) {
-  size_t servo = 0;  // in the order of joints
+  size_t servo = 0;  // next servo: they are in the order of joints
   for (int i = 0; i < model.num_joints(); ++i) {
     const bool has_servo = servo < model.servos().size() && model.servos()[servo].joint == i;
     if (has_servo) ++servo;

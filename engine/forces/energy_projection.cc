@@ -13,10 +13,10 @@
 namespace counterpoint {
 namespace {
 
-/// From this angle a step [rad] to twice of it the pose where energy is kept moves back.
+/// Rotation in a step [rad] from which (to twice of it) the lag moves from 0.5 to far_lag.
 constexpr double kSmallTurn = 0.5 * EnergyProjection::kFarTurn;
 
-/// Of trees without a prediction, and of those that turn far.
+/// Lag of trees without a prediction, and of those that turn far.
 double far_lag(bool floats) { return floats ? 1.0 : 0.0; }
 
 double smooth_step(double x) {
@@ -24,7 +24,8 @@ double smooth_step(double x) {
   return x * x * (3.0 - 2.0 * x);
 }
 
-/// Of the velocities V [rad/s, m/s] of bodies and v of coordinates, in the poses of `data`.
+/// Sums up a tree's motion: V [rad/s, m/s] are velocities of bodies, v of coordinates; poses from
+/// `data`.
 TreeMotion motion_of(const Model& model, const Tree& tree, const VectorX& rotors,
                      const VectorRef& v, const Kinematics& data, const std::vector<Motion>& V) {
   TreeMotion motion;
@@ -119,7 +120,7 @@ double EnergyProjection::apply(const StepContext& at, bool predicted, const Vect
   share_[t] = share;
   const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
   taken_(part) = change_(part);
-  // What the forces at the start change, times M, is these forces.
+  // M times taken_ / h is the mean force: include the rest of the forces at the start of the step.
   if (!predicted) taken_(part) += (1.0 - share) * plain_(part);
   set_force(model, h, rotors, tree, data);
   return share;
@@ -141,7 +142,7 @@ bool EnergyProjection::find_change(const StepContext& at, bool predicted, const 
   reached_.segment(begin, size) = w + plain;
   const TreeMotion end = keep_energy(at, t, predicted, rotors, start.energy, data);
   auto reached = reached_.segment(begin, size);
-  if (start.floats) {  // the joint's axes are those of its frame
+  if (start.floats) {  // coordinates are along the axes of the joint's frame
     const Matrix3& R_WJ = model.body(bodies.begin).X_PJ.rotation;
     reached.head<3>() += R_WJ.transpose() * (start.momentum - end.momentum) / start.mass;
   }
@@ -149,9 +150,9 @@ bool EnergyProjection::find_change(const StepContext& at, bool predicted, const 
   return true;
 }
 
-// Parameters: a state, a tree of it and where to look.
-/// At q (+) (from - lag) h x: where the energy of velocities x [m/s, rad/s] is taken that reach a
-/// pose q (+) from h x. data: of q.
+// Returns the motion at the pose q (+) (from - lag) h x, where the energy of velocities x [m/s,
+// rad/s] is measured if they lead to the pose q (+) from h x. data: poses at q. Parameters: a
+// state, one of its trees, a pose and velocity.
 TreeMotion EnergyProjection::motion_at(const StepContext& at, int t, double from,
                                        const VectorRef& x, bool predicted, const VectorX& rotors,
                                        const Kinematics& data) {
@@ -172,9 +173,10 @@ TreeMotion EnergyProjection::motion_at(const StepContext& at, int t, double from
   return motion_of(model, tree, rotors, x, there, V_);
 }
 
-// Scales reached_ so that the kinetic energy, as kept, is `energy`. Where that is the one at q, it
-// goes with the square of the scale. Else a root in one variable that exists, since the energy goes
-// from 0 to infinity with the scale: by secants from 1, kept in a bracket.
+// Scales reached_ such that the kinetic energy, as measured by motion_at, is `energy`. If it is
+// measured at q, it is proportional to the square of the scale. Otherwise the scale is the root of
+// an equation in one variable; it exists, since the energy goes from 0 to infinity with the scale.
+// Secant method from 1, kept in a bracket.
 TreeMotion EnergyProjection::keep_energy(const StepContext& at, int t, bool predicted,
                                          const VectorX& rotors, double energy,
                                          const Kinematics& data) {
@@ -194,7 +196,7 @@ TreeMotion EnergyProjection::keep_energy(const StepContext& at, int t, bool pred
   double before = 0.0, excess_before = -1.0, scale = 1.0;
   for (int trial = 0; trial < kMaxTrials; ++trial) {
     if (trial > 0) motion = motion_at(at, t, 1.0, reached_, predicted, rotors, data);
-    // Speed over that wanted, less one; it is about the scale over that wanted, less one.
+    // Relative excess of speed; nearly equal to the relative excess of the scale.
     const double excess =
         energy > 0.0 ? std::sqrt(std::max(0.0, motion.energy) / energy) - 1.0 : 0.0;
     if (!(std::abs(excess) > tolerance_)) break;

@@ -36,9 +36,9 @@ Force FreeFlight::mean_force(const Model& model, int index, double h, const Vect
   const Vector3& center = body.inertia.center;
   Vector3 turned;
   if (floating || (center.isZero(0.0) && flyer.carried.isZero(0.0))) {
-    turned = flyer.top.advance(omega, h);  // the same for all multiples of its inertia
+    turned = flyer.top.advance(omega, h);  // independent of a factor on the inertia
   } else {
-    // A taut link has another one (taut_links.h).
+    // TautLinks scales the inertia of taut links (taut_links.h).
     const bool own = body.inertia.rotational == flyer.rotational;
     const EulerTop top = own ? flyer.top : top_on_joint(body);
     const Vector3 weight = body.inertia.mass * gravity;
@@ -49,8 +49,7 @@ Force FreeFlight::mean_force(const Model& model, int index, double h, const Vect
   const Vector3 acceleration = (turned - omega) / h;
   Vector3 of_center = acceleration.cross(center);  // if the origin does not move
   if (floating) {
-    // As a vector in W, v + omega x center is the same before and after; the body turns by
-    // h turned.
+    // v + omega x center, as a vector in W, is conserved; the body turns by h turned.
     const Vector3 after = quaternion_exp(h * turned) * turned.cross(center);
     of_center += (omega.cross(center) - after) / h;
   }

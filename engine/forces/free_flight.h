@@ -1,15 +1,16 @@
-// Single bodies turn as Euler's top does, exactly.
+// Single free bodies follow the exact motion of Euler's top.
 //
-// A tree of one body on a floating joint, or on a spherical joint in the world, has velocity terms
-// that depend on its angular velocity alone. Taken at the start of the step, as those of all other
-// trees are, they add energy to every body that spins, without bound from about a radian a step.
-// So their mean over the step is taken, n_flight = I (w_free - w) / h, where w_free is the
-// velocity at its end if nothing else acted. It depends on w alone: the inverse knows it.
+// A tree of one body on a floating joint, or on a spherical joint to the world, has
+// velocity-dependent forces that depend only on its angular velocity. Taken at the start of the
+// step, as on all other trees, they add energy to every spinning body, without bound from about one
+// radian per step. Therefore their mean over the step is used, n_flight = I (w_free - w) / h, where
+// w_free is the velocity at the end of the step if nothing else acts. It depends on w only, so the
+// inverse knows it.
 //
-// A top on a ball joint is turned by its weight as well. That torque acts in the middle of the
-// step, between two halves of the free motion: with poses half a step from velocities this is the
-// leapfrog scheme, and no energy goes into nutation. n_flight holds the difference to the weight at
-// the start, known from (q, w) as well.
+// A top on a ball joint is also turned by its weight. Its torque acts at mid-step, between two
+// halves of the free motion: with poses half a step from velocities this is the leapfrog scheme,
+// and nutation gains no energy. n_flight includes the difference to the weight at the start of the
+// step, which is known from (q, w) too.
 #pragma once
 
 #include <vector>
@@ -29,8 +30,9 @@ class FreeFlight {
   void apply(const Model& model, double h, const VectorRef& v, const Vector3& gravity,
              BodyRange bodies, const Kinematics& at, VelocityForces& forces) const;
 
-  /// -n_flight of the flying body `index` in its own axes, at its origin [N m, N], as a function of
-  /// angular velocity [rad/s] and gravity [m/s^2] in these axes; gravity matters to tops alone.
+  /// Returns -n_flight of free body `index` in its body frame, at its origin [N m, N], from its
+  /// angular velocity [rad/s] and gravity [m/s^2] in the same frame. Gravity matters only on ball
+  /// joints.
   Force mean_force(const Model& model, int index, double h, const Vector3& omega,
                    const Vector3& gravity) const;
   int num_flyers() const { return static_cast<int>(flyers_.size()); }
@@ -40,10 +42,10 @@ class FreeFlight {
   struct Flyer {
     int body;
     EulerTop top;
-    Vector3 carried;     ///< sum m c of its carried weight that turns it, in its axes [kg m]
-    Matrix3 rotational;  ///< inertia about the centre of mass that `top` is of [kg m^2]
+    Vector3 carried;     ///< first moment sum m c of its gravity compensations, in its frame [kg m]
+    Matrix3 rotational;  ///< inertia about the centre of mass from which `top` was made [kg m^2]
   };
-  std::vector<Flyer> flyers_;  ///< by body
+  std::vector<Flyer> flyers_;  ///< in ascending order of body
 };
 
 }  // namespace counterpoint

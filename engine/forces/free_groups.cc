@@ -15,7 +15,7 @@ const Body& base(const Model& model, int tree) {
 
 BodyRange bodies_of(const Tree& tree) { return {tree.body_begin, tree.body_end}; }
 
-/// Only its own bodies and what the step is given act on the base of a tree.
+/// True if a tree has a floating base on which no armature, damping or dry friction acts.
 bool floats(const Model& model, int t) {
   const Body& root = base(model, t);
   if (root.joint_type != JointType::kFloating) return false;
@@ -24,7 +24,7 @@ bool floats(const Model& model, int t) {
   return true;
 }
 
-/// What generalized forces u (nv) apply to the bases of trees, in W [N].
+/// Returns the sum of the generalized forces u (nv) on the bases of trees, in W [N].
 Vector3 force_on_bases(const Model& model, std::span<const int> trees, const VectorRef& u) {
   Vector3 force = Vector3::Zero();
   for (const int t : trees) {
@@ -62,7 +62,8 @@ FreeGroups::FreeGroups(const Model& model) {
   v_ = tau_ = VectorX::Zero(model.nv());
 }
 
-/// Joins the trees that touch, or may within the step, and marks those that touch the world.
+/// Joins the trees that touch, or may within the step; marks those that touch the world or have
+/// drag.
 void FreeGroups::join_touched(const StepContext& at, const ConstraintSet& constraints) {
   const Model& model = at.model;
   const auto touch = [&](int a, int b) {
@@ -74,7 +75,8 @@ void FreeGroups::join_touched(const StepContext& at, const ConstraintSet& constr
   for (const PairConstraint& pair : constraints.pairs) touch_bodies(pair.body_a, pair.body_b);
   for (const ParkedContact& parked : constraints.parked) touch_bodies(parked.body_a, parked.body_b);
   for (const FarPair& far : constraints.far) touch_bodies(far.body_a, far.body_b);
-  // Runge-Kutta steps list no constraints.
+  // Steps of Runge-Kutta have no constraint set, so closures and mimic joints are read from the
+  // model.
   if (at.effects.has(Effect::kClosures))
     for (const Closure& closure : model.closures()) touch_bodies(closure.body_a, closure.body_b);
   if (at.effects.has(Effect::kMimics))
@@ -83,7 +85,7 @@ void FreeGroups::join_touched(const StepContext& at, const ConstraintSet& constr
     for (const BodyDrag& drag : model.drags()) touch(model.body(drag.body).tree, -1);
 }
 
-/// Lists the trees of groups without a held tree, by group.
+/// Lists the trees of groups without a held tree, in order of group.
 void FreeGroups::list_free_trees(const Model& model) {
   for (int t = 0; t < model.num_trees(); ++t)
     if (held_[static_cast<size_t>(t)]) held_[static_cast<size_t>(sets_.root(t))] = 1;
@@ -129,7 +131,7 @@ void FreeGroups::find(const StepContext& at, const ConstraintSet& constraints, I
   }
 }
 
-/// At the poses in `data`, with velocities v.
+/// Returns the motion of the group's centre of mass at the poses in `data` and velocities v.
 CenterMotion FreeGroups::motion_of(const Model& model, const Group& group, const VectorRef& v,
                                    const Kinematics& data) {
   CenterMotion sum;
@@ -151,7 +153,7 @@ CenterMotion FreeGroups::motion_of(const Model& model, const Group& group, const
   return {sum.position / group.mass, sum.bases / group.mass, sum.turning / group.mass};
 }
 
-/// At the poses q, with velocities v.
+/// Returns the motion of the group's centre of mass at (q, v).
 CenterMotion FreeGroups::motion_at(const Model& model, const Group& group, const VectorRef& q,
                                    const VectorRef& v) {
   for (const int t : group.trees)
@@ -159,7 +161,7 @@ CenterMotion FreeGroups::motion_at(const Model& model, const Group& group, const
   return motion_of(model, group, v, *scratch_);
 }
 
-/// [N]
+/// Returns the sum of the group's weight and external wrenches, in W [N].
 Vector3 FreeGroups::weight_and_wrenches(const StepContext& at, const Group& group,
                                         const Input& input) const {
   Vector3 force = Vector3::Zero();

@@ -5,7 +5,8 @@
 
 namespace counterpoint {
 
-// Every term of rnea at zero acceleration is quadratic in w; here are their bilinear forms.
+// Every term of the RNEA at zero acceleration is quadratic in w; the terms below are their bilinear
+// forms.
 void MidVelocity::add_force(const Model& model, const VectorRef& w, const VectorRef& other,
                             const Tree& tree, Data& data) {
   for (int i = tree.body_begin; i < tree.body_end; ++i) {

@@ -1,5 +1,4 @@
-// The links that heavy loads may pull, by the model alone: readers of trajectories ask for them
-// too.
+// The links that heavy loads may pull, from the model only: readers of trajectories need them too.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
@@ -9,20 +8,21 @@
 namespace counterpoint {
 namespace {
 
-/// Links carry up to so many times their own mass without this: chains under 100 times the mass of
-/// a link have h times their rate at 1.5 at 5 ms, and robots, which turn fast, stay as they are.
+/// Links loaded by up to this multiple of their mass stay as they are: at steps of 5 ms, h times
+/// the rate is 1.5 in chains loaded by 100 times a link's mass, and robots, which turn fast, are
+/// not changed.
 constexpr double kHeavier = 100.0;
 
-/// Links whose loads turn them more slowly than this, if they weigh kPull times as much, are left
-/// out [1/s]: steps of 5 ms follow that.
+/// Links are left out if a pull of kPull times the load's weight turns them at a rate below
+/// kSlowest [1/s], which steps of 5 ms resolve.
 constexpr double kSlowest = 200.0, kPull = 30.0;
-constexpr double kGravity = 9.81;    // [m/s^2], also where there is none
-constexpr double kLeastMass = 1e-9;  // [kg]; links without are frames
+constexpr double kGravity = 9.81;    // [m/s^2]; used for models without gravity too
+constexpr double kLeastMass = 1e-9;  // [kg]; lighter links are frames
 
-/// Where a link can be pulled, as the model says.
+/// Where, and by how much mass, a link may be pulled.
 struct Pulled {
-  double arm = 0.0;   ///< of the farthest place from the centre of mass [m]
-  double load = 0.0;  ///< what may hang on it [kg]
+  double arm = 0.0;   ///< distance of the farthest attachment from the centre of mass [m]
+  double load = 0.0;  ///< largest mass that may pull at it [kg]
 
   void add(const Vector3& place, const Vector3& center) {
     arm = std::max(arm, (place - center).norm());
@@ -41,7 +41,7 @@ double tree_mass(const Model& model, const Tree& tree) {
   return mass;
 }
 
-/// Bodies between a closure's anchors, along their trees, may carry all that is joined there.
+/// Sets the loads of the bodies between a closure's anchors: the mass of all trees joined there.
 void load_by_closures(const Model& model, std::vector<Pulled>& pulled) {
   contact::DisjointSets joined;
   joined.reset(model.num_trees());
@@ -57,7 +57,7 @@ void load_by_closures(const Model& model, std::vector<Pulled>& pulled) {
     for (const auto& [body, X] : {std::pair{a, closure.X_AC}, std::pair{b, closure.X_BC}})
       if (body != 0)
         pulled[static_cast<size_t>(body)].add(X.translation, model.body(body).inertia.center);
-    while (a != b) {  // up to where their chains join
+    while (a != b) {  // up to their common ancestor
       int& lower = a > b ? a : b;
       double& load = pulled[static_cast<size_t>(lower)].load;
       load = std::max(load, mass[static_cast<size_t>(joined.root(model.body(lower).tree))]);
@@ -66,7 +66,8 @@ void load_by_closures(const Model& model, std::vector<Pulled>& pulled) {
   }
 }
 
-/// Links of trees carry what is outside of them, or what rests on that.
+/// Sets the loads of links in trees: the mass of their descendants, or of a heavy tree that rests
+/// on them.
 void load_by_joints(const Model& model, std::vector<Pulled>& pulled) {
   double heaviest = 0.0;
   for (const Tree& tree : model.trees()) heaviest = std::max(heaviest, tree_mass(model, tree));

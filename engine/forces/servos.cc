@@ -5,7 +5,7 @@
 namespace counterpoint {
 namespace {
 
-/// A servo at one moment.
+/// Gains, targets and coordinates of one servo in a step.
 struct Demand {
   int q_index, v_index;
   double kp, kd;
@@ -22,7 +22,7 @@ struct Demand {
     w_target = input.servo_velocity.size() > 0 ? input.servo_velocity[i] : servo.velocity;
   }
 
-  /// s at w_next = w [N, N m].
+  /// Returns s for w_next = w [N, N m].
   double force(double h, const VectorRef& q, const VectorRef& w) const {
     return kp * (q_target - q[q_index] - h * w[v_index]) + kd * (w_target - w[v_index]);
   }

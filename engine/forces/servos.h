@@ -3,19 +3,20 @@
 //   s(w+) = kp (q_t - q - h w+) + kd (w_t - w+)          servo
 //   f = s + u, with an effort limit f = clamp(s + u, -E, E)
 //
-// q_t, w_t: target, u: applied force of that joint. The limit binds the motor's total, so u is
-// inside the clamp. Without a limit the servo is a spring and a damper: h kd + h^2 kp on the
-// diagonal of M, stable at any gains. With one it is a row on the joint's coordinate,
+// q_t, w_t: targets; u: applied force of the joint. The limit applies to the motor's total force,
+// so u is inside the clamp. Without a limit the servo is a spring and a damper: it adds h kd + h^2
+// kp to the diagonal of M and is stable for any gains. With a limit it is a constraint row on the
+// joint's coordinate,
 //
 //   h f = clamp(-(w+ + b) / R, -h E, h E),   R = 1 / (h kd + h^2 kp),
 //   b = (kp (q - q_t) - kd w_t - u) / (kd + h kp)
 //
-// which is the law of dry friction with its velocity shifted, without smoothing. The row stands in
-// the forward step only: b holds u.
+// This is the law of dry friction with shifted velocity, without smoothing. Only the forward step
+// has the row, since b contains u.
 //
-// Inverse: the equation of motion gives f, w+ gives s, and u = f - s. Where the motor is at its
-// limit the motion says no more than that s + u >= E (or <= -E); the u recovered is the one that
-// lies on the limit, and gives the same motion.
+// Inverse: the equation of motion gives f, w+ gives s, and u = f - s. If the motor is at its limit,
+// the motion implies only s + u >= E (or <= -E); the recovered u lies on the limit and gives the
+// same motion.
 #pragma once
 
 #include "counterpoint/engine/constraints/constraints.h"
@@ -24,20 +25,20 @@
 
 namespace counterpoint {
 
-/// Is the servo a row, with an effort limit that is on?
+/// True if the servo has an effort limit that is enabled, and therefore is a row.
 bool is_limited(const Model& model, EffectSet effects, const JointServo& servo);
 
-/// Servos without limit: what they add to M, onto `diagonal`, and to the force at the start of the
-/// step, onto `tau` (nv both). Targets from `input`, else the model's.
+/// Adds the servos without limit: their terms of M to `diagonal`, and their force at the start of
+/// the step to `tau` (both nv). Targets from `input`, else from the model.
 void add_servos(const StepContext& at, double h, const Input& input, VectorOut diagonal,
                 VectorOut tau);
 
-/// Servos with limit: a row each. Takes the applied forces of their joints out of `tau` (nv), which
-/// holds nothing else yet: they are in the rows. Of bodies that are idle there is none.
+/// Appends a row for each servo with a limit, except on idle bodies. Moves the applied forces of
+/// these joints from `tau` (nv), which holds no other forces yet, into the rows.
 void add_servo_rows(const StepContext& at, double h, const Input& input, Idle idle, VectorOut tau,
                     std::vector<JointConstraint>& rows);
 
-/// s(w_next) of every servo, into `force` (as many as servos) [N, N m].
+/// Computes s(w_next) of every servo into `force` (one per servo) [N, N m].
 void compute_servo_forces(const Model& model, double h, const VectorRef& q, const VectorRef& w_next,
                           const Input& input, VectorOut force);
 

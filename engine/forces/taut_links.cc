@@ -15,15 +15,15 @@
 namespace counterpoint {
 namespace {
 
-/// h times the rate of a taut link: what steps follow to a few percent in energy.
+/// Target of h times the rate of a taut link: a step resolves it to a few percent in energy.
 constexpr double kTurn = 1.0;
-/// A step is made again with more where its own forces ask for so many times what it took: then h
-/// times the rate is 1.4, the limit is 2.
+/// A step is repeated if its own forces ask for more than this times its factors. At this ratio h
+/// times the rate is 1.4; the stability limit is 2.
 constexpr double kTooFast = 2.0;
 constexpr double kMostFactor = 1e9;
 
-/// Square of the fastest rate at which forces turn a link back [1/s^2]; moments: sum r F', inertia
-/// about the centre of mass, both in W.
+/// Returns the square of the fastest rate at which forces turn a link back [1/s^2]. moments: sum r
+/// F' [N m]; inertia: about the centre of mass; both in the same frame.
 double fastest_rate(const Matrix3& moments, const Matrix3& inertia) {
   Matrix3 stiffness = -0.5 * (moments + moments.transpose());
   stiffness.diagonal().array() += moments.trace();

@@ -1,4 +1,4 @@
-// Numbers as bytes, lowest first, as the binary formats of tables have them.
+// Numbers as little-endian bytes, as in the binary formats of tables.
 #pragma once
 
 #include <bit>
@@ -19,7 +19,7 @@ void append_number(std::string& out, Number x) {
   out.append(bytes, sizeof x);
 }
 
-/// The caller checked that there are as many bytes.
+/// Returns the number at a position; the caller must check that enough bytes follow it.
 template <class Number>
 Number number_at(std::string_view bytes, std::size_t position) {
   Number x;

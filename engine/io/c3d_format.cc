@@ -1,5 +1,6 @@
-// Motion capture as C3D (c3d.org): a header, parameters, then the frames one after the other, each
-// with its points and the samples of its analog channels. Rotations (group ROTATION) are not read.
+// Motion capture in C3D format (c3d.org): a header, parameters, then one frame after the other,
+// each with its points and the samples of its analog channels. Rotations (group ROTATION) are not
+// read.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,19 +17,19 @@
 namespace counterpoint {
 namespace {
 
-constexpr std::size_t kC3dBlock = 512;  // bytes; the header is one, other parts begin at one
+// Block size [bytes]: the header has one block, other parts start at a block.
+constexpr std::size_t kC3dBlock = 512;
 constexpr double kEmpty = std::numeric_limits<double>::quiet_NaN();
-/// Parameters that name points which are no positions but results of a model, in units of their
-/// own.
+/// Parameters that list points which are outputs of a model in their own units, not positions.
 constexpr const char* kModelOutputs[] = {"POINT:ANGLES", "POINT:FORCES",  "POINT:MOMENTS",
                                          "POINT:POWERS", "POINT:SCALARS", "POINT:REACTIONS"};
 
-/// Numbered from `first` on; a count of frames may be of no file.
+/// Number of the first frame, and number of frames; a count in a header may exceed the file.
 struct C3dFrames {
   double first = 0.0, count = 0.0;
 };
 
-/// The true value of an analog sample x is (x - offset) scale.
+/// Calibration: the value of an analog sample x is (x - offset) scale.
 struct AnalogChannel {
   double offset = 0.0, scale = 1.0;
 };
@@ -108,10 +109,10 @@ class C3dSource final : public TableSource {
     return c3d_word(processor_, from, position);
   }
 
-  /// How many points and samples a frame has, as what.
+  /// Reads the number of points and samples in a frame, and their types.
   void read_layout(const std::string& header, const C3dParameters& parameters) {
     units_.resize(word(header, 2));
-    const std::size_t samples = word(header, 4);  // of all channels in a frame
+    const std::size_t samples = word(header, 4);  // samples of all channels in a frame
     scale_ = c3d_real(processor_, header, 12);
     if (const auto scale = parameters.number("POINT:SCALE")) scale_ = *scale;
     if (!std::isfinite(scale_) || scale_ == 0.0)
@@ -135,7 +136,7 @@ class C3dSource final : public TableSource {
     samples_ = samples / channels_.size();
   }
 
-  /// Integers of 16 bits that have no sign.
+  /// Returns a parameter that is an unsigned 16-bit integer.
   static std::optional<double> unsigned_number(const C3dParameters& parameters, const char* name) {
     const std::optional<double> x = parameters.number(name);
     return x && *x < 0.0 ? *x + 65536.0 : x;
@@ -157,8 +158,8 @@ class C3dSource final : public TableSource {
       fail(20, fmt::format("{} frames a second (POINT:RATE); expected a positive rate", rate_));
   }
 
-  /// The header counts to 65535 only; several parameters go on. The most frames that any of them
-  /// says and the file holds.
+  /// Finds the frames of the file. The header counts only to 65535, and several parameters may
+  /// extend it: returns the largest count that one of them gives and the file can hold.
   C3dFrames find_frames(const std::string& header, const C3dParameters& parameters) const {
     const auto held = static_cast<double>((size_ - data_) / frame_bytes_);
     const double first = word(header, 6), last = word(header, 8);
@@ -179,16 +180,17 @@ class C3dSource final : public TableSource {
                             first, last, frame_bytes_, size_, held));
   }
 
-  /// Replaces the count of a header at its limit by that of the others, or of the whole file.
+  /// Replaces the count of a header at its limit by that of the parameters, or else of the whole
+  /// file.
   void extend(std::vector<C3dFrames>& said, double held) const {
     const double count = said[0].count;
     if (std::any_of(said.begin(), said.end(), [&](const auto& s) { return s.count > count; }))
       said[0].count = 0.0;
-    else if ((held - count) * static_cast<double>(frame_bytes_) >= kC3dBlock)  // no mere padding
+    else if ((held - count) * static_cast<double>(frame_bytes_) >= kC3dBlock)  // more than padding
       said[0].count = held;
   }
 
-  /// Two words, the lower first.
+  /// Returns a frame number stored as two 16-bit words, the lower one first.
   static std::optional<double> trial_field(const C3dParameters& parameters, const char* name) {
     const std::vector<double> words = parameters.numbers(name);
     if (words.size() < 2) return std::nullopt;
@@ -211,7 +213,8 @@ class C3dSource final : public TableSource {
     }
   }
 
-  /// One unit is that of all points.
+  /// Returns the units per metre of a point. A single unit applies to all points, as does the first
+  /// one to points without their own.
   double per_metre(const std::vector<std::string>& units, std::size_t point) const {
     const std::string unit = units.empty() ? "" : point < units.size() ? units[point] : units[0];
     if (const std::optional<double> number = units_per_metre(unit)) return *number;
@@ -242,14 +245,15 @@ class C3dSource final : public TableSource {
     }
   }
 
-  /// The value at an index among those of a frame.
+  /// Returns the value at an index among the values of a frame.
   double value(std::string_view frame, std::size_t index) const {
     const std::size_t position = index * value_bytes_;
     if (value_bytes_ == 4) return c3d_real(processor_, frame, position);
     return static_cast<std::int16_t>(word(frame, position));
   }
 
-  /// Empty where it was not seen: its fourth value is negative, or it lies at zero to the last bit.
+  /// Appends a point; empty if it was not seen: its fourth value is negative, or all coordinates
+  /// are exactly zero.
   void append_point(std::string_view frame, std::size_t point, TableBlock& block) const {
     const bool is_position = units_[point] > 0.0;
     const double scale = value_bytes_ == 4 ? 1.0 : scale_;
@@ -264,7 +268,7 @@ class C3dSource final : public TableSource {
     for (const double coordinate : x) block.numbers.push_back(seen && !zero ? coordinate : kEmpty);
   }
 
-  /// The mean over the frame's samples.
+  /// Appends the mean of a channel over the frame's samples.
   void append_channel(std::string_view frame, std::size_t channel, TableBlock& block) const {
     double sum = 0.0;
     for (std::size_t i = 0; i < samples_; ++i) {
@@ -279,15 +283,16 @@ class C3dSource final : public TableSource {
 
   std::string file_;
   std::ifstream stream_;
-  std::uint64_t size_ = 0, data_ = 0;  ///< of the file; where the frames begin [bytes]
+  std::uint64_t size_ = 0, data_ = 0;  ///< size of the file; start of the frames [bytes]
   C3dProcessor processor_ = C3dProcessor::kIntel;
-  double scale_ = 0.0, rate_ = 0.0;  ///< of points; frames a second
-  std::size_t value_bytes_ = 0, frame_bytes_ = 0,
-              samples_ = 0;  ///< samples of a channel in a frame
-  bool unsigned_ = false;    ///< samples that are integers
+  double scale_ = 0.0, rate_ = 0.0;  ///< scale of points; frames per second [Hz]
+  /// samples_: samples of a channel per frame.
+  std::size_t value_bytes_ = 0, frame_bytes_ = 0, samples_ = 0;
+  bool unsigned_ = false;  ///< integer samples are unsigned
   C3dFrames frames_;
-  double read_ = 0.0;          ///< frames
-  std::vector<double> units_;  ///< of each point in a metre; 0: it is no position
+  double read_ = 0.0;  ///< frames read so far
+  /// Units per metre of each point; 0 if it is not a position.
+  std::vector<double> units_;
   std::vector<AnalogChannel> channels_;
 };
 

@@ -18,7 +18,8 @@ namespace {
 
 constexpr std::size_t kMaxC3dParameters = 20'000;  // a file has about 100
 
-/// VAX F: an exponent of 128 more, a fraction from 1/2 to 1 whose first bit is not stored.
+/// Decodes a VAX F float: exponent biased by 128, fraction in [1/2, 1) whose first bit is not
+/// stored.
 double vax_real(std::uint32_t bits) {
   const bool negative = bits >> 31 != 0;
   const int exponent = static_cast<int>(bits >> 23 & 0xff);
@@ -35,7 +36,7 @@ std::string capitals(std::string_view text) {
   return all;
 }
 
-/// The names under which a list goes on.
+/// Returns the name of part 1, 2, 3 ... of a list that goes on: NAME, NAME2, NAME3 ...
 std::string continued(const std::string& name, int part) {
   return part == 1 ? name : name + std::to_string(part);
 }
@@ -69,7 +70,8 @@ void C3dParameters::read(std::size_t position) {
   std::map<int, std::string> groups;
   std::vector<std::pair<int, std::pair<std::string, Record>>> members;
   while (position + 2 <= bytes_.size() && bytes_[position] != 0) {
-    const int length = std::abs(static_cast<signed char>(bytes_[position]));  // negative: locked
+    const int length = std::abs(
+        static_cast<signed char>(bytes_[position]));  // a negative length marks a locked parameter
     const int group = static_cast<signed char>(bytes_[position + 1]);
     const std::size_t end = position + 2 + static_cast<std::size_t>(length);
     if (end + 2 > bytes_.size())
@@ -88,7 +90,7 @@ void C3dParameters::read(std::size_t position) {
     if (step == 0) break;
     position = end + step;
   }
-  for (auto& [group, member] : members)  // a group may be named after its members
+  for (auto& [group, member] : members)  // the record that names a group may follow its members
     records_.emplace(groups[group] + ":" + member.first, member.second);
 }
 

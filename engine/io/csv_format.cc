@@ -1,4 +1,4 @@
-// Tables as CSV (RFC 4180): a header naming every column, then rows of numbers.
+// Tables as CSV (RFC 4180): a header with all column names, then rows of numbers.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -37,18 +37,18 @@ void append_text(std::string& out, std::string_view value) {
   out += '"';
 }
 
-/// Hashes are the integers of our tables; in CSV the name alone tells.
+/// Returns the type of a column by its name: in our tables only hashes are integers.
 CellType type_of(const std::string& name) {
   return name.ends_with("_hash") ? CellType::kInteger : CellType::kNumber;
 }
 
-/// Is a quoted name still open at the end of this text?
+/// Returns true if a quoted name or cell is still open at the end of this text.
 bool quotes_open(std::string_view text) {
   return std::count(text.begin(), text.end(), '"') % 2 != 0;
 }
 
-/// The cell that begins there, quoted or not, without its quotes; then goes to the next cell.
-/// `buffer` holds it where it is quoted. False: its quotes are not closed.
+/// Reads the cell that starts at `begin`, without its quotes, and moves `begin` to the next cell. A
+/// quoted cell is stored in `buffer`. Returns false if its quotes are not closed.
 bool next_cell(std::string_view line, std::size_t& begin, std::string& buffer,
                std::string_view& cell) {
   const std::size_t first = std::min(line.find_first_not_of(kBlank, begin), line.size());
@@ -112,7 +112,7 @@ class CsvSource final : public TableSource {
   }
 
  private:
-  /// The first line, and as many more as its quoted names have.
+  /// Returns the first line, with the lines over which its quoted names extend.
   std::string header() {
     std::string text;
     std::string_view line;
@@ -129,7 +129,7 @@ class CsvSource final : public TableSource {
     return text;
   }
 
-  /// The next line, and as many more as its quoted cells have.
+  /// Reads the next line, with the lines over which its quoted cells extend.
   bool next_row(std::string_view& line) {
     if (!lines_.next(line)) return false;
     line_ = lines_.number();
@@ -156,7 +156,7 @@ class CsvSource final : public TableSource {
     throw InputError(fmt::format("{}:{}: {}", file_, line_, what));
   }
 
-  /// False: a row that is not among those chosen.
+  /// Reads a row; false if it is not among the chosen ones.
   bool read_row(std::string_view line, TableBlock& block) {
     std::size_t begin = 0;
     std::string_view cell;
@@ -194,7 +194,7 @@ class CsvSource final : public TableSource {
     return error == std::errc() && stop == cell.data() + cell.size() && std::isfinite(value);
   }
 
-  /// NaN for a cell that is none, where any cells are accepted.
+  /// Parses a cell; returns NaN if it is not a finite number and any cells are accepted.
   double number(std::size_t i, std::string_view cell, TableBlock& block) const {
     double value = 0.0;
     if (parse(cell, value)) return value;
@@ -208,7 +208,7 @@ class CsvSource final : public TableSource {
     return std::numeric_limits<double>::quiet_NaN();
   }
 
-  /// Also as a program writes it that keeps doubles.
+  /// Parses an unsigned integer, also in the notation of programs that store doubles (1e3).
   std::uint64_t integer(const Column& column, std::string_view cell) const {
     if (cell.empty())
       fail(fmt::format("column '{}' is empty; expected a whole number", column.name));
@@ -227,10 +227,10 @@ class CsvSource final : public TableSource {
   std::string file_;
   LineReader lines_;
   TableOptions options_;
-  std::map<std::size_t, std::string> chosen_;  ///< column: the text of rows that are read
-  std::string buffer_, row_;                   ///< of quoted cells; of a row of several lines
-  int line_ = 0;                               ///< where the present row begins
-  std::map<std::string, std::map<std::string, double>> labels_;  ///< their numbers, by column
+  std::map<std::size_t, std::string> chosen_;  ///< column -> text of the rows to read
+  std::string buffer_, row_;                   ///< text of a quoted cell; a row of several lines
+  int line_ = 0;                               ///< first line of the current row
+  std::map<std::string, std::map<std::string, double>> labels_;  ///< column -> label -> index
 };
 
 class CsvSink final : public TableSink {

@@ -1,4 +1,4 @@
-// In place of hdf5_format.cc where the library was not found.
+// Replaces hdf5_format.cc in builds without the HDF5 library.
 #include <fmt/format.h>
 
 #include "counterpoint/engine/io/table_format.h"

@@ -1,7 +1,7 @@
-// Tables as HDF5: datasets numbers (rows x columns), named by columns; integers, named by
-// integer_columns; labels (pairs of a column's name and a label). Written so that others may read
-// meanwhile (single writer, multiple readers), which also keeps the file readable where the writer
-// dies.
+// Tables as HDF5: datasets `numbers` (rows x columns) with names in `columns`, `integers` with
+// names in `integer_columns`, and `labels` (pairs of a column's name and a label). Written in SWMR
+// mode (single writer, multiple readers): others can read meanwhile, and the file stays readable if
+// the writer dies.
 #include <fmt/format.h>
 #include <hdf5.h>
 
@@ -17,16 +17,17 @@
 namespace counterpoint {
 namespace {
 
-constexpr hsize_t kMaxChunk = 256'000'000;  // bytes; the library holds one in memory
-/// While another process writes, metadata may be half there; the library waits twice as long each
-/// time, from 1 ns on.
+constexpr hsize_t kMaxChunk = 256'000'000;  // bytes; the library keeps one chunk in memory
+/// Attempts to read metadata that another process may be writing; the library waits from 1 ns on,
+/// twice as long each time.
 constexpr unsigned kReadAttempts = 20;
 
-/// The library is not made for threads. Its own messages are not wanted: ours say the file.
+/// Serializes access to the library, which is not thread-safe, and silences its messages: ours name
+/// the file.
 class Library {
  public:
   Library() : lock_(mutex()) {
-    H5PLset_loading_state(0);  // a file does not load code
+    H5PLset_loading_state(0);  // files must not load code (plugins)
     H5Eget_auto2(H5E_DEFAULT, &print_, &data_);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   }
@@ -44,7 +45,7 @@ class Library {
   void* data_ = nullptr;
 };
 
-/// An object of the library, closed at the end.
+/// An object of the library, closed by the destructor.
 class Handle {
  public:
   using Close = herr_t (*)(hid_t);
@@ -87,7 +88,7 @@ class Hdf5Sink final : public TableSink {
     const Library library;
     const Handle access = property_list(H5P_FILE_ACCESS), root = property_list(H5P_FILE_CREATE);
     H5Pset_libver_bounds(access.id(), H5F_LIBVER_V110, H5F_LIBVER_V110);
-    H5Pset_obj_track_times(root.id(), false);  // the same content, the same bytes
+    H5Pset_obj_track_times(root.id(), false);  // equal content gives equal bytes
     file_ = {H5Fcreate(name_.c_str(), H5F_ACC_TRUNC, root.id(), access.id()), H5Fclose};
     if (!file_.valid())
       throw InputError(fmt::format(
@@ -188,7 +189,7 @@ class Hdf5Source final : public TableSource {
   explicit Hdf5Source(const std::filesystem::path& file) : name_(file.string()) {
     const Library library;
     file_ = {H5Fopen(name_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose};
-    if (!file_.valid()) {  // still being written, or by a process that died
+    if (!file_.valid()) {  // still being written, or its writer died
       const Handle access = property_list(H5P_FILE_ACCESS);
       H5Pset_metadata_read_attempts(access.id(), kReadAttempts);
       file_ = {H5Fopen(name_.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, access.id()), H5Fclose};
@@ -203,7 +204,7 @@ class Hdf5Source final : public TableSource {
     if (width_[1] > 0) {
       const hsize_t rows = rows_;
       integers_ = open("integers", H5T_INTEGER, width_[1]);
-      rows_ = std::min(rows, rows_);  // the last rows of a process that died may lack them
+      rows_ = std::min(rows, rows_);  // the last rows of a writer that died may lack integers
     }
   }
   ~Hdf5Source() override {
@@ -235,7 +236,7 @@ class Hdf5Source final : public TableSource {
         name_, what));
   }
 
-  /// A dataset that lies in this file itself. Not valid: there is none.
+  /// Opens a dataset stored in this file itself, not through links; invalid handle: there is none.
   Handle dataset(const char* name) const {
     H5L_info_t link;
     if (H5Lexists(file_.id(), name, H5P_DEFAULT) <= 0 ||
@@ -323,7 +324,7 @@ class Hdf5Source final : public TableSource {
     return texts;
   }
 
-  /// As h5py writes lists of strings.
+  /// Reads variable-length strings, which h5py writes.
   std::vector<std::string> variable_strings(const Handle& set, const Handle& type, hsize_t count,
                                             const char* name) const {
     std::vector<char*> pointers(count, nullptr);

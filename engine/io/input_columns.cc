@@ -15,7 +15,7 @@ std::string target_velocity_name(const Model& model, const JointServo& servo) {
   return model.joint(servo.joint).name + ".target_velocity";
 }
 
-/// What the names of the wrench on a link begin with.
+/// Returns the first part of the names of a link's wrench columns.
 std::string wrench_stem(const Model& model, int frame) {
   const Frame& link = model.frames()[frame];
   const bool takes_names = joint_nv(model.body(link.body).joint_type) > 1 &&
@@ -28,7 +28,7 @@ bool has_wrench_column(const Table& table, const std::string& stem) {
                      [&](const char* c) { return table.find_column(stem + c) >= 0; });
 }
 
-/// Links that can be pushed.
+/// Returns the links that move with a body.
 std::vector<int> moving_links(const Model& model) {
   std::vector<int> links;
   for (int i = 0; i < static_cast<int>(model.frames().size()); ++i)
@@ -36,7 +36,7 @@ std::vector<int> moving_links(const Model& model) {
   return links;
 }
 
-/// Values where a file says nothing.
+/// Returns the values of columns that a file does not have.
 VectorX defaults(const InputColumns& columns, const Model& model) {
   return columns.values(model, Input());
 }

@@ -1,4 +1,4 @@
-// Lines of a text file of any length, one after the other.
+// Reads the lines of a text file of any length.
 #pragma once
 
 #include <fmt/format.h>
@@ -18,15 +18,15 @@ namespace counterpoint {
 
 class LineReader {
  public:
-  /// `kind` is for messages: "CSV". @throws InputError where the file cannot be opened.
+  /// `kind`: format name for messages, "CSV". @throws InputError if the file cannot be opened.
   LineReader(const std::filesystem::path& file, std::string kind)
       : name_(file.string()), kind_(std::move(kind)), stream_(file, std::ios::binary) {
     if (!stream_ || std::filesystem::is_directory(file))
       throw InputError(fmt::format("{}: {}", name_, why_unreadable(file)));
   }
 
-  /// The next line without its end (LF); false: there is none. Valid until the next call.
-  /// @throws InputError for a line beyond limits::kMaxTableLine.
+  /// Reads the next line, without its end (LF); false: there is none. The line is valid until the
+  /// next call. @throws InputError for a line longer than limits::kMaxTableLine.
   bool next(std::string_view& line) {
     for (std::size_t searched = begin_;;) {
       const std::size_t end = buffer_.find('\n', searched);
@@ -63,7 +63,7 @@ class LineReader {
   std::ifstream stream_;
   std::string buffer_;
   std::size_t begin_ = 0;
-  int number_ = 0;  ///< of the line last read
+  int number_ = 0;  ///< number of the last line read
   bool ended_ = false;
 };
 

@@ -1,4 +1,4 @@
-// Helpers for the formats of motion capture: units of length, names that occur once.
+// Helpers for motion capture formats: units of length, unique names.
 #pragma once
 
 #include <fmt/format.h>
@@ -13,7 +13,7 @@
 
 namespace counterpoint {
 
-/// How many of this unit of length a metre has; nothing where the unit is not known.
+/// Returns the number of these units of length in a metre; nothing for an unknown unit.
 inline std::optional<double> units_per_metre(std::string_view unit) {
   std::string lower(unit);
   std::transform(lower.begin(), lower.end(), lower.begin(),
@@ -24,10 +24,10 @@ inline std::optional<double> units_per_metre(std::string_view unit) {
   return std::nullopt;
 }
 
-/// Names of columns that shall occur once.
+/// Makes column names unique.
 class UniqueNames {
  public:
-  /// Takes the name, with _2, _3 ... after it where it is taken.
+  /// Returns the name, with _2, _3 ... appended if it is taken, and registers it.
   std::string take(const std::string& name) {
     std::string unique = name;
     for (int& last = last_.try_emplace(name, 1).first->second; !taken_.insert(unique).second;)
@@ -39,7 +39,7 @@ class UniqueNames {
 
  private:
   std::set<std::string> taken_;
-  std::map<std::string, int> last_;  ///< the last number after a name
+  std::map<std::string, int> last_;  ///< last number appended to a name
 };
 
 }  // namespace counterpoint

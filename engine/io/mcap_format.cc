@@ -1,6 +1,6 @@
 // Tables as MCAP (mcap.dev/spec): one channel, one message per row (CDR; schema ros2msg, one field
 // per column), no chunks, compression or index; the channel's metadata holds the exact column
-// names. ros_rows.h reads files without such a channel, as recordings of ROS.
+// names. Files without such a channel, such as ROS recordings, are read with ros_rows.h.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ namespace {
 constexpr std::string_view kMcapMagic = "\x89MCAP0\r\n";
 constexpr std::string_view kCdrLittleEndian{"\0\1\0\0", 4};
 constexpr std::size_t kMessageHead = 2 + 4 + 8 + 8;  // channel, sequence, two times
-constexpr std::size_t kRecordHead = 1 + 8;           // what it is, its length
+constexpr std::size_t kRecordHead = 1 + 8;           // kind, length
 constexpr std::uint64_t kMaxRecord = 256'000'000;    // bytes
 
 enum Record : unsigned char {
@@ -59,7 +59,7 @@ void append_record(std::string& out, Record kind, std::string_view content) {
   out += content;
 }
 
-/// A name that ros2msg accepts: letters, digits, single underscores; each once.
+/// Returns a unique name that ros2msg accepts: letters, digits, single underscores.
 std::string field_name(const std::string& column, std::set<std::string>& used) {
   std::string name;
   for (const char c : column) {
@@ -159,7 +159,7 @@ class McapSink final : public TableSink {
     append_record(buffer_, kChannel, content);
   }
 
-  /// Messages carry whole nanoseconds from 0 on; the exact time is in the row.
+  /// Returns a message's time stamp, in whole nanoseconds >= 0; the row has the exact time.
   std::uint64_t nanoseconds(const double* numbers) const {
     const double time = time_slot_ ? numbers[*time_slot_] : static_cast<double>(sequence_);
     return time > 0.0 && time < 1e10 ? static_cast<std::uint64_t>(std::llround(time * 1e9)) : 0;
@@ -181,7 +181,7 @@ class McapSink final : public TableSink {
   std::uint32_t sequence_ = 0;
 };
 
-/// The fields of a record, one after the other.
+/// Reads the fields of a record one after the other.
 class Fields {
  public:
   Fields(std::string_view bytes, const std::string& file) : bytes_(bytes), file_(file) {}
@@ -233,7 +233,7 @@ class McapSource final : public TableSource {
   }
 
  private:
-  /// The next record of the file; false: its end, that of the data, or where a run stopped writing.
+  /// Handles the next record; false at the end of the file or data, or where a run stopped writing.
   bool read_record() {
     if (ended_) return false;
     std::string head(kRecordHead, '\0');
@@ -243,7 +243,7 @@ class McapSource final : public TableSource {
     if (kind == kDataEnd || kind == kFooter) return !(ended_ = true);
     if (size > kMaxRecord)
       throw InputError(fmt::format("{}: damaged: a record of {} bytes", file_, size));
-    // A damaged file may say more than it holds: memory only as bytes come.
+    // The size may be wrong in a damaged file: allocates memory only as bytes arrive.
     for (record_.clear(); record_.size() < size;) {
       const std::size_t old = record_.size();
       record_.resize(std::min<std::uint64_t>(size, old + (1 << 22)));
@@ -353,7 +353,7 @@ class McapSource final : public TableSource {
       throw InputError(
           fmt::format("{}: damaged: message {} does not hold the {} columns of its channel", file_,
                       messages_ + 1, columns_.size()));
-    if (!block_) {  // a chunk that holds the channel and the first rows
+    if (!block_) {  // the chunk holds both the channel and the first rows
       waiting_.emplace_back(content);
       return;
     }
@@ -382,7 +382,7 @@ class McapSource final : public TableSource {
   TableBlock* block_ = nullptr;
   std::uint16_t channel_ = 0;
   long messages_ = 0;
-  bool ended_ = false, own_ = false;  ///< own_: the table is ours, not of ROS
+  bool ended_ = false, own_ = false;  ///< own_: written by us, not by ROS
 };
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace counterpoint {
 namespace {
 
 constexpr std::string_view kNpyMagic = "\x93NUMPY";
-constexpr std::size_t kHeaderSize = 128;     // what is written; a multiple of 64
+constexpr std::size_t kHeaderSize = 128;     // size of written headers, a multiple of 64
 constexpr std::size_t kMaxHeader = 1 << 20;  // bytes
 constexpr std::uint64_t kMaxSide = 1ull << 48;
 
@@ -35,7 +35,7 @@ std::string take(ZipEntry& entry, std::size_t count) {
   return bytes;
 }
 
-/// What stands behind 'key': in the header, a Python dictionary.
+/// Returns the text after 'key': in the header, a Python dictionary.
 std::string_view value_of(std::string_view text, const std::string& key) {
   const std::size_t at = text.find("'" + key + "'");
   const std::size_t colon = at == std::string_view::npos ? at : text.find(':', at);
@@ -66,7 +66,7 @@ void append_utf8(std::string& out, std::uint32_t code) {
   }
 }
 
-/// Characters of UTF-8; bytes that are none count as such.
+/// Decodes UTF-8 to code points; an invalid byte counts as a character.
 std::vector<std::uint32_t> characters(const std::string& text) {
   std::vector<std::uint32_t> out;
   for (std::size_t i = 0; i < text.size();) {

@@ -8,9 +8,10 @@
 
 namespace counterpoint {
 
-/// The header of a rows x columns array, always of the same length. `type`: "<f8", "<u8".
+/// Returns the header of a rows x columns array; it always has the same length. `type`: "<f8",
+/// "<u8".
 std::string npy_header(const std::string& type, std::size_t rows, std::size_t columns);
-/// Names as an array of characters, `width` a row (1: a plain list).
+/// Returns names as an array of strings, `width` per row (1: one-dimensional).
 std::string npy_strings(const std::vector<std::string>& names, std::size_t width);
 
 struct NpyHeader {
@@ -18,9 +19,10 @@ struct NpyHeader {
   bool fortran_order = false;
   std::vector<std::size_t> shape;
 };
-/// @throws InputError saying what is wrong, without the file's name.
+/// Reads the header of an array. @throws InputError describing the error, without the file's name.
 NpyHeader read_npy_header(ZipEntry& entry);
-/// Of types '<U' and '|S'. @throws InputError as above.
+/// Reads an array of strings of type '<U' or '|S', `width` per row. @throws InputError as
+/// read_npy_header.
 std::vector<std::string> read_npy_strings(ZipEntry& entry, std::size_t width);
 
 }  // namespace counterpoint

@@ -1,7 +1,7 @@
-// Tables as NumPy's .npz: a zip archive of arrays. numbers (rows x columns), named by columns;
-// integers, named by integer_columns; labels (pairs of a column's name and a label). numbers is
-// written as it comes and its size at the end; where a run died before that, the archive has no
-// directory, and numbers goes to the end of the file.
+// Tables as NumPy's .npz, a zip archive of arrays: `numbers` (rows x columns) with names in
+// `columns`, `integers` with names in `integer_columns`, and `labels` (pairs of a column's name and
+// a label). `numbers` is written as rows arrive and its size at the end; if the run died before
+// that, the archive has no directory and `numbers` extends to the end of the file.
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -61,7 +61,7 @@ class NpzSink final : public TableSink {
 
   ZipWriter zip_;
   std::vector<std::string> integer_names_;
-  std::vector<std::uint64_t> integers_;  // 8 bytes a row, written at the end
+  std::vector<std::uint64_t> integers_;  // kept in memory, written at the end
   std::size_t num_numbers_ = 0, rows_ = 0;
 };
 
@@ -75,7 +75,7 @@ class NpzSource final : public TableSource {
     numbers_ = zip_.open("numbers.npy");
     if (!numbers_) fail("no array 'numbers'");
     rows_ = array("numbers", *numbers_, "<f8", names.size());
-    if (zip_.cut_short()) rows_ = ~std::size_t{0};  // to the end of the file
+    if (zip_.cut_short()) rows_ = ~std::size_t{0};  // read to the end of the file
     if (!integer_names.empty()) open_integers(integer_names.size());
     num_numbers_ = names.size();
   }
@@ -117,7 +117,7 @@ class NpzSource final : public TableSource {
     }
   }
 
-  /// Rows of an array of this many columns.
+  /// Returns the number of rows of an array that must have this many columns.
   std::size_t array(const std::string& name, ZipEntry& entry, const std::string& type,
                     std::size_t columns) {
     NpyHeader header;
@@ -137,7 +137,7 @@ class NpzSource final : public TableSource {
 
   void open_integers(std::size_t columns) {
     integers_ = zip_.open("integers.npy");
-    if (!integers_ && zip_.cut_short()) {  // were to be written at the end
+    if (!integers_ && zip_.cut_short()) {  // the run died before it wrote them
       while (columns_.back().type == CellType::kInteger) columns_.pop_back();
       return;
     }

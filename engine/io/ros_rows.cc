@@ -17,8 +17,9 @@ namespace counterpoint {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr int kMaxDepth = 32;                // of messages in messages
-constexpr std::size_t kMaxValues = 100'000;  // of a message: more is a point cloud or a picture
+constexpr int kMaxDepth = 32;  // nesting depth of messages
+// Largest number of values in a message: more means a point cloud or an image.
+constexpr std::size_t kMaxValues = 100'000;
 
 enum class Primitive {
   kInt8,
@@ -49,21 +50,21 @@ const Primitive* find_primitive(std::string_view type) {
   return nullptr;
 }
 
-/// Seconds and nanoseconds, which become one number.
+/// Returns true for types of seconds and nanoseconds, which become one number [ns].
 bool is_time(std::string_view type) {
   return type == "builtin_interfaces/Time" || type == "builtin_interfaces/Duration" ||
          type == "time" || type == "duration";
 }
 
-/// pkg/msg/Type -> pkg/Type.
+/// Shortens pkg/msg/Type to pkg/Type.
 std::string short_name(std::string name) {
   const std::size_t at = name.find("/msg/");
   if (at != std::string::npos) name.erase(at, 4);
   return name;
 }
 
-/// "float64[3] position" of a message of package `package`; none where the line holds a constant or
-/// nothing.
+/// Parses a field such as "float64[3] position" of a message of package `package`; false if the
+/// line holds a constant or nothing.
 bool parse_field(std::string line, const std::string& package, RosField& out) {
   line = line.substr(0, line.find('#'));
   std::istringstream words(line);
@@ -81,14 +82,14 @@ bool parse_field(std::string line, const std::string& package, RosField& out) {
     if (fixed) out.fixed_size = std::stoi(size);
     type.erase(open);
   }
-  type = short_name(type.substr(0, type.find("<=")));  // of bounded strings
+  type = short_name(type.substr(0, type.find("<=")));  // removes the bound of a bounded string
   if (type == "Header") type = "std_msgs/Header";
   const bool known = find_primitive(type) || is_time(type) || type == "wstring";
   out.type = known || type.find('/') != std::string::npos ? type : package + "/" + type;
   return true;
 }
 
-/// The values of one message, one after the other.
+/// Reads the values of one message in order.
 class MessageReader {
  public:
   MessageReader(const RosType& type, std::string_view bytes, std::string where,

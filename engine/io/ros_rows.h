@@ -1,7 +1,7 @@
-// Messages of ROS in MCAP files, as rosbag2 writes them, as rows of a table: schemas ros2msg and
-// ros1msg, messages CDR and ros1. A column has the name that `rostopic echo -p` gives it:
-// field.header.stamp [ns], field.position0, field.transforms0.transform.rotation.w; %time is when
-// the message was recorded [ns].
+// ROS messages in MCAP files, as rosbag2 writes them, as rows of a table: schemas ros2msg and
+// ros1msg, encodings CDR and ros1. Columns are named as by `rostopic echo -p`: field.header.stamp
+// [ns], field.position0, field.transforms0.transform.rotation.w; %time is the time of recording
+// [ns].
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace counterpoint {
 struct RosValue {
   std::string column;
   double number = 0.0;
-  std::string text;  ///< of strings, whose number is NaN
+  std::string text;  ///< for strings, whose number is NaN
   bool is_text = false;
   bool in_array = false;
 };
@@ -27,10 +27,10 @@ struct RosValue {
 struct RosField {
   std::string type, name;
   bool is_array = false;
-  int fixed_size = -1;  ///< of an array; -1: its length is in the message
+  int fixed_size = -1;  ///< length of a fixed-size array; -1: the message has it
 };
 
-/// What a topic's messages consist of.
+/// The message type of a topic, with the fields of all nested types.
 struct RosType {
   std::string name;  ///< pkg/Type
   std::map<std::string, std::vector<RosField>> types;
@@ -47,16 +47,16 @@ class RosRows {
                   std::string_view definition);
   void add_channel(std::uint16_t id, std::uint16_t schema, std::string_view topic,
                    std::string_view encoding);
-  /// Reads a message; false: it is no row of this table. @throws InputError for messages of a
-  /// second topic where none is chosen, of a shape that the first did not have, and damaged ones.
+  /// Reads a message; false if it is not a row of this table. @throws InputError for a message of a
+  /// second topic where none is chosen, of a different shape than the first, or damaged.
   bool read(std::uint16_t channel, std::uint64_t log_time, std::string_view message);
-  /// Of the first row.
+  /// The columns, which follow from the first row.
   const std::vector<Column>& columns() const { return columns_; }
-  /// The message read last.
+  /// Appends the message read last.
   void append_to(TableBlock& block);
-  /// Messages are read once more, from the first.
+  /// Prepares for reading the messages again from the first one.
   void start_over() { met_ = 0; }
-  /// The topics met so far: "/tf, /joint_states".
+  /// Returns the topics found so far: "/tf, /joint_states".
   std::string topics() const;
 
  private:
@@ -71,10 +71,10 @@ class RosRows {
   TableOptions options_;
   std::map<std::uint16_t, RosType> types_;
   std::map<std::uint16_t, Channel> channels_;
-  std::string topic_;  ///< that is read
+  std::string topic_;  ///< the topic that is read
   std::vector<Column> columns_;
   std::vector<RosValue> first_, row_;
-  long met_ = 0, rows_ = 0;  ///< read so far, appended so far
+  long met_ = 0, rows_ = 0;  ///< rows read so far, rows appended so far
 };
 
 }  // namespace counterpoint

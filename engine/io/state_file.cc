@@ -105,7 +105,8 @@ void add_drags_and_closures(const Model& model, Hash& hash) {
   }
 }
 
-/// Tables hold doubles: of a hash the upper 53 bits.
+/// Checks a hash column in the last row. A Table holds doubles, so hashes are compared after
+/// rounding to 53 bits.
 void check_hash(const Table& table, const char* column, std::uint64_t hash, const char* what) {
   const int index = table.find_column(column);
   const auto advice =
@@ -130,7 +131,7 @@ std::string memory_column(size_t index, const char* field) {
   return fmt::format("{}{}.{}", kMemoryPrefix, index, field);
 }
 
-/// Who is meant by the first three fields must be there in the model.
+/// Checks that the constraint of a remembered force exists in the model.
 void check_memory(const Model& model, const RememberedForce& r, const std::string& where) {
   const auto inside = [](int i, size_t size) { return i >= 0 && static_cast<size_t>(i) < size; };
   bool valid = false;
@@ -157,7 +158,7 @@ void check_memory(const Model& model, const RememberedForce& r, const std::strin
                     where, kMemoryPrefix));
 }
 
-/// The memory in the last row.
+/// Reads the memory in the last row.
 std::vector<RememberedForce> read_memory(const Table& table, const Model& model) {
   std::vector<RememberedForce> memory;
   const int row = table.num_rows() - 1;
@@ -215,9 +216,10 @@ std::uint64_t options_hash(const SimulationOptions& options) {
     if (effect == Effect::kTautLinks) continue;
     hash.add(effect != Effect::kSleeping && options.effects.has(effect) ? 1 : 0);
   }
-  // As before there was this effect, where it is on.
+  // Options added later change the hash only if they differ from the earlier behaviour, so that the
+  // hashes in older files stay valid.
   if (!options.effects.has(Effect::kTautLinks)) hash.add(2);
-  if (!options.mean_velocity_forces) hash.add(0);  // as before there was a choice, where it is on
+  if (!options.mean_velocity_forces) hash.add(0);
   if (options.push_deep) hash.add(1);
   return hash.value();
 }

@@ -27,7 +27,7 @@ const std::vector<TableFormat>& formats() {
   return all;
 }
 
-/// By the ending, CSV if that is of none.
+/// Returns the format of a file by its ending; CSV for unknown endings.
 const TableFormat& format_of(const std::filesystem::path& file) {
   std::string ending = file.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
@@ -37,12 +37,11 @@ const TableFormat& format_of(const std::filesystem::path& file) {
   return formats().front();
 }
 
-/// Of regular files; a pipe cannot be looked at twice.
+/// Checks the first bytes of a regular file against its format; a pipe cannot be read twice.
 void check_content(const std::filesystem::path& file, const TableFormat& format) {
   std::error_code error;
   const bool regular = std::filesystem::is_regular_file(file, error);
-  if (!regular && format.names_line > 0)
-    return;  // a reader of lines says what is wrong, or reads the pipe
+  if (!regular && format.names_line > 0) return;  // line readers report errors, or read the pipe
   if (!regular && !std::filesystem::is_directory(file, error) &&
       std::filesystem::exists(file, error))
     throw InputError(fmt::format("{}: no file that can be read twice; expected a {} file",
@@ -200,7 +199,7 @@ std::string TableReader::where() const {
 
 Table::Table(const std::filesystem::path& file, const RowsRead& on_rows, TableOptions options)
     : file_(file.string()) {
-  constexpr int kRows = 1024;  // between calls of on_rows
+  constexpr int kRows = 1024;  // rows between calls of on_rows
   options.any_cells = true;
   TableReader reader(file, {}, options);
   if (reader.num_columns() == 0) throw InputError(fmt::format("{}: no columns", file_));
@@ -280,7 +279,7 @@ TableWriter::TableWriter(const std::filesystem::path& file, std::vector<Column> 
 TableWriter::~TableWriter() {
   try {
     finish();
-  } catch (const std::exception&) {  // whoever wants to know calls finish
+  } catch (const std::exception&) {  // call finish() to get errors
   }
 }
 
@@ -320,7 +319,8 @@ void TableWriter::write_block() {
 void TableWriter::finish() {
   if (!sink_) return;
   const std::unique_ptr<TableSink> sink = std::move(sink_);
-  if (block_->rows > 0) {  // of a row that was begun and not ended nothing is written
+  // Cells of an unfinished row are dropped.
+  if (block_->rows > 0) {
     const auto integers = names_of(columns_, true).size();
     block_->integers.resize(static_cast<std::size_t>(block_->rows) * integers);
     block_->numbers.resize(static_cast<std::size_t>(block_->rows) * (columns_.size() - integers));

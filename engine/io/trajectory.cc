@@ -12,10 +12,11 @@
 namespace counterpoint {
 namespace {
 
-/// Times may be sums of steps, or rounded to a few digits; a missing row is off by a whole step.
-constexpr double kTimeTolerance = 1e-3;  // of a step
-/// Short steps late in a run: both times are rounded.
-constexpr double kTimeRounding = 4.0 * std::numeric_limits<double>::epsilon();  // of the time
+/// Tolerance of times as a fraction of the step: times may be sums of steps, or rounded to a few
+/// digits; a missing row differs by a whole step.
+constexpr double kTimeTolerance = 1e-3;
+/// Tolerance relative to the time, for short steps late in a run: both times are rounded.
+constexpr double kTimeRounding = 4.0 * std::numeric_limits<double>::epsilon();
 
 constexpr int kSofteningColumns = 2;
 
@@ -26,7 +27,7 @@ constexpr std::array kScalarForce{"u"};
 constexpr std::array kPlanarQ{"x", "y", "angle"};
 constexpr std::array kPlanarV{"vx", "vy", "w"};
 constexpr std::array kPlanarForce{"fx", "fy", "tz"};
-// A spherical joint has the last four, three, three of these.
+// Spherical joints use the last four, three and three of these.
 constexpr std::array kFloatingQ{"x", "y", "z", "qw", "qx", "qy", "qz"};
 constexpr std::array kFloatingV{"vx", "vy", "vz", "wx", "wy", "wz"};
 constexpr std::array kFloatingForce{"fx", "fy", "fz", "tx", "ty", "tz"};
@@ -51,7 +52,7 @@ JointSuffixes joint_suffixes(JointType type) {
   return {};
 }
 
-/// Where the named columns are in the table; throws if one is missing.
+/// Returns the indices of the named columns. @throws InputError if one is missing.
 std::vector<int> find_columns(const Table& table, const std::vector<std::string>& names) {
   std::vector<int> indices;
   for (const std::string& name : names) {
@@ -111,7 +112,8 @@ void check_quaternions(const Table& table, const Model& model, const MatrixX& q)
   }
 }
 
-/// Tables hold doubles: of a hash the upper 53 bits.
+/// Counts the rows whose state hash differs. A Table holds doubles, so hashes are compared after
+/// rounding to 53 bits.
 int count_altered_rows(const Table& table, const Trajectory& trajectory) {
   const int column = table.find_column(kStateHashColumn);
   int altered = 0;
@@ -128,7 +130,7 @@ CoordinateNames coordinate_names(const Model& model) {
   CoordinateNames names;
   for (int i = 0; i < model.num_joints(); ++i) {
     const JointType type = model.body(i + 1).joint_type;
-    // A single coordinate belongs to a joint, a pose to a link: that is how people speak of them.
+    // Single coordinates are named after the joint, poses after the link, as is customary.
     const std::string& owner = joint_nq(type) == 1 ? model.joint(i).name : model.joint(i).link;
     const JointSuffixes suffixes = joint_suffixes(type);
     for (const char* suffix : suffixes.q) names.q.push_back(owner + "." + suffix);
@@ -205,7 +207,7 @@ void TrajectoryWriter::write_end(const State& state) {
 
 namespace {
 
-/// The softening of each step, where the table says it.
+/// Reads the softening of each step, if the table has it.
 std::vector<Softening> read_softening(const Table& table, const Model& model, int steps) {
   std::vector<Softening> out;
   const int factor = table.find_column(kSofteningColumn);
@@ -228,7 +230,7 @@ std::vector<Softening> read_softening(const Table& table, const Model& model, in
   return out;
 }
 
-/// The taut links of each step, where the table says them.
+/// Reads the taut links of each step, if the table has them.
 std::vector<std::vector<TautLink>> read_taut_links(const Table& table, const Model& model,
                                                    int steps) {
   std::vector<std::vector<TautLink>> out;

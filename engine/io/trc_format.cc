@@ -1,5 +1,6 @@
-// Markers of motion capture as TRC (Motion Analysis, OpenSim): tab-separated text with five lines
-// of header, then a frame a line. NumFrames is not looked at: files that were cut keep the old one.
+// Motion capture markers in TRC format (Motion Analysis, OpenSim): tab-separated text with five
+// lines of header, then one frame per line. NumFrames is ignored: files that were cut keep the old
+// number.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -65,8 +66,8 @@ class TrcSource final : public TableSource {
           fmt::format("{}:{}: the file ends; expected {}", file_, lines_.number() + 1, what));
   }
 
-  /// The cells of line 3 by those of line 2; where both have as many that are not empty, in the
-  /// order of these: some programs write two tabs between values.
+  /// Maps the cells of line 2 (names) to those of line 3 (values). If both have the same number of
+  /// nonempty cells, empty ones are skipped: some programs write two tabs between values.
   std::map<std::string, std::string> values_of(std::vector<std::string> keys) const {
     std::vector<std::string> values(cells_.begin(), cells_.end()), full = values, full_keys = keys;
     std::erase(full, "");
@@ -129,7 +130,7 @@ class TrcSource final : public TableSource {
     ++block.rows;
   }
 
-  /// NaN where the cell is empty.
+  /// Parses a cell; NaN if it is empty.
   double number(std::size_t column) const {
     if (column >= cells_.size() || cells_[column].empty())
       return std::numeric_limits<double>::quiet_NaN();
@@ -140,7 +141,7 @@ class TrcSource final : public TableSource {
     return column < 2 ? *x : *x / per_metre_;
   }
 
-  /// Makes a marker empty that was not seen, which some programs write as three zeros.
+  /// Clears a marker that was not seen, which some programs write as three zeros.
   void check_marker(std::size_t column, double* position) const {
     const auto empty = std::count_if(position, position + 3, [](double x) { return x != x; });
     if (empty == 1 || empty == 2)
@@ -152,8 +153,8 @@ class TrcSource final : public TableSource {
 
   std::string file_;
   LineReader lines_;
-  std::vector<std::string_view> cells_;  ///< of the present line, valid until the next
-  double per_metre_ = 1.0;               ///< of the file's unit of length
+  std::vector<std::string_view> cells_;  ///< cells of the current line, valid until the next
+  double per_metre_ = 1.0;               ///< units of the file per metre
 };
 
 }  // namespace

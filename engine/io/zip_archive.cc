@@ -17,10 +17,10 @@ constexpr std::uint32_t kEnd64 = 0x06064b50, kLocator64 = 0x07064b50;
 constexpr std::size_t kLocalSize = 30, kCentralSize = 46, kEndSize = 22, kEnd64Size = 56,
                       kLocatorSize = 20;
 constexpr std::size_t kCrcInLocal = 14;
-constexpr std::uint16_t kVersion = 45;            // sizes of 64 bits
-constexpr std::uint16_t kDate = 0x21;             // 1980-01-01: the same content, the same bytes
-constexpr std::uint32_t kIn64 = 0xffffffff;       // the size stands in the extra field
-constexpr std::uint64_t kMaxDirectory = 1 << 20;  // bytes: a handful of arrays
+constexpr std::uint16_t kVersion = 45;            // supports 64-bit sizes
+constexpr std::uint16_t kDate = 0x21;             // 1980-01-01: equal content gives equal bytes
+constexpr std::uint32_t kIn64 = 0xffffffff;       // marks a size in the extra field
+constexpr std::uint64_t kMaxDirectory = 1 << 20;  // bytes; enough for a few arrays
 
 std::uint32_t crc(std::uint32_t so_far, std::string_view bytes) {
   while (!bytes.empty()) {
@@ -32,7 +32,7 @@ std::uint32_t crc(std::uint32_t so_far, std::string_view bytes) {
   return so_far;
 }
 
-/// From the version on, what local headers and those of the directory share.
+/// Returns the fields from the version on that local headers and directory entries share.
 std::string header(std::uint32_t crc_of, std::uint64_t name_size, std::uint16_t extra_size) {
   std::string out;
   append_number(out, kVersion);
@@ -55,7 +55,7 @@ std::string sizes(std::uint64_t size) {
   return out;
 }
 
-/// The bytes of an entry as they lie there, or inflated.
+/// Reads the bytes of an entry, stored or deflated.
 class FileEntry final : public ZipEntry {
  public:
   FileEntry(std::ifstream stream, std::string where, std::uint64_t packed, bool deflated)
@@ -258,7 +258,7 @@ bool ZipReader::read_directory() {
     place.packed = number_at<std::uint32_t>(directory, p + 20);
     place.size = number_at<std::uint32_t>(directory, p + 24);
     place.offset = number_at<std::uint32_t>(directory, p + 42);
-    // The extra field has those of the three that do not fit, in this order.
+    // The extra field holds those of the three values that do not fit, in this order.
     for (std::size_t x = p + kCentralSize + name, last = x + extra; x + 4 <= last;) {
       const auto length = number_at<std::uint16_t>(directory, x + 2);
       if (x + 4 + length > last) break;
@@ -282,7 +282,7 @@ bool ZipReader::read_directory() {
   return true;
 }
 
-/// What a ZipWriter wrote that did not get to its end.
+/// Finds the entries of an archive whose ZipWriter did not finish.
 void ZipReader::scan() {
   cut_short_ = true;
   for (std::uint64_t at = 0; at + kLocalSize <= size_;) {

@@ -1,4 +1,4 @@
-// Zip archives (APPNOTE.TXT of PKWARE) as far as .npz files need them: entries stored or deflated,
+// Zip archives (APPNOTE.TXT of PKWARE) as far as .npz files need them: stored or deflated entries,
 // also beyond 4 GB.
 #pragma once
 
@@ -13,17 +13,19 @@
 
 namespace counterpoint {
 
-/// Writes entries without compression, one after the other, of lengths that need not be known at
-/// the beginning.
+/// Writes entries one after the other without compression; their lengths need not be known in
+/// advance.
 class ZipWriter {
  public:
   /// @throws InputError when the file cannot be created.
   explicit ZipWriter(const std::filesystem::path& file);
-  /// `head`: the first bytes; end_entry may replace them by others, as many.
+  /// Begins an entry with the bytes `head`; end_entry may replace them by others of the same
+  /// length.
   void begin_entry(const std::string& name, const std::string& head);
   void append(std::string_view bytes);
   void end_entry(const std::string& head);
-  /// Writes the directory. All @throw std::runtime_error when the disk is full.
+  /// Writes the directory. This and the functions above throw std::runtime_error when the disk is
+  /// full.
   void finish();
 
  private:
@@ -38,7 +40,7 @@ class ZipWriter {
   std::ofstream stream_;
   std::uint64_t position_ = 0;
   std::vector<Entry> entries_;
-  std::uint32_t body_crc_ = 0;  ///< of the entry that is written, without its head
+  std::uint32_t body_crc_ = 0;  ///< checksum of the current entry, without its head
   std::uint64_t body_size_ = 0;
 };
 
@@ -46,22 +48,23 @@ class ZipWriter {
 class ZipEntry {
  public:
   virtual ~ZipEntry() = default;
-  /// Up to `count` bytes; fewer at the end. @throws InputError where they are damaged.
+  /// Reads up to `count` bytes and returns their number, less at the end. @throws InputError where
+  /// the data are damaged.
   virtual std::size_t read(char* bytes, std::size_t count) = 0;
 };
 
 class ZipReader {
  public:
-  /// @throws InputError when it is no archive, or damaged.
+  /// @throws InputError when the file is not an archive, or is damaged.
   explicit ZipReader(const std::filesystem::path& file);
-  /// Null: there is no such entry.
+  /// Returns an entry; null if there is none of this name.
   std::unique_ptr<ZipEntry> open(const std::string& name) const;
-  /// Was writing it stopped before the end? The last entry then ends with the file.
+  /// Returns true if writing was interrupted: the last entry then extends to the end of the file.
   bool cut_short() const { return cut_short_; }
 
  private:
   struct Place {
-    std::uint64_t offset = 0;  ///< of its local header
+    std::uint64_t offset = 0;  ///< offset of the local header
     std::uint64_t packed = 0, size = 0;
     std::uint32_t crc = 0;
     bool deflated = false, checked = true;

@@ -1,4 +1,4 @@
-// What the parts of the ModelBuilder share: names and messages. Private to the model folder.
+// Names and messages shared by the source files of ModelBuilder. Private to the model folder.
 #pragma once
 
 #include <fmt/format.h>
@@ -10,18 +10,18 @@
 
 namespace counterpoint {
 
-/// Of one robot, while it is added.
+/// Data of the robot that is being added.
 struct ModelBuilder::Placement {
   int instance = 0;
   std::string prefix;
-  int assembly = -1;  ///< of the link being added: Geometry::assembly
+  int assembly = -1;  ///< assembly of the link being added (Geometry::assembly)
 };
 
 inline std::string located_at(const std::string& where, const std::string& what) {
   return where.empty() ? what : where + ": " + what;
 }
 
-/// "a, b, c, ... (12 in all)" for messages.
+/// Returns "'a', 'b', 'c', ... (12 in all)" for messages.
 template <typename Map>
 std::string listed(const Map& names) {
   constexpr size_t kShown = 12;
@@ -34,6 +34,7 @@ std::string listed(const Map& names) {
   return list.empty() ? "none" : list;
 }
 
+/// Registers a name with its index. @throws InputError if it is taken.
 inline void take_name(std::map<std::string, int>& names, const std::string& name, int index,
                       const std::string& where, const char* kind) {
   if (names.emplace(name, index).second) return;

@@ -1,4 +1,4 @@
-// Closures: the part of the ModelBuilder that ties bodies of finished trees together.
+// Closures: the part of ModelBuilder that adds constraints between bodies of finished trees.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -9,7 +9,7 @@
 namespace counterpoint {
 namespace {
 
-/// A closure that starts more open than this [m, rad] is noted; a rod is longer.
+/// Initial error [m, rad] above which a closure is noted, and smallest length of a rod.
 constexpr double kClosed = 1e-6;
 
 [[noreturn]] void fail(const ClosureSpec& spec, const std::string& what) {
@@ -68,7 +68,9 @@ void ModelBuilder::add_closure(const ClosureSpec& given) {
   model_.closures_.push_back(closure);
   closure_specs_.push_back({spec, a, b});
   if (spec.collide) return;
-  // As neighbours at a joint; the world's own geometry (the ground) stays in touch with everything.
+  // Excludes the collisions of both bodies, like those of neighbours at a joint. On the world side
+  // only the shapes of the named link are excluded; the other environment geometry (the ground)
+  // still collides.
   const auto belongs = [&](const Geometry& g, const Anchor& side) {
     return side.body == 0 ? side.frame >= 0 && g.frame == side.frame : g.body == side.body;
   };
@@ -81,7 +83,8 @@ void ModelBuilder::add_closure(const ClosureSpec& given) {
   }
 }
 
-/// Takes from the start what the closures leave open: it needs the whole model and its default_q.
+/// Computes the values that the closure specs leave open from the default configuration; it needs
+/// the whole model.
 void ModelBuilder::place_closures() {
   const std::vector<Pose> X_WB = body_poses(model_, model_.default_q_);
   for (size_t i = 0; i < closure_specs_.size(); ++i) {

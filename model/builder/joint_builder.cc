@@ -1,5 +1,4 @@
-// Joints: the part of the ModelBuilder that makes bodies of them, with what acts in them and where
-// they start.
+// Joints: the part of ModelBuilder that adds their bodies, forces and initial positions.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +8,8 @@
 namespace counterpoint {
 namespace {
 
-/// The default of a joint: zero, or the limit nearest to it; quaternions are the identity.
+/// Returns the default coordinates of a joint: zero, or the limit nearest to it; identity for
+/// quaternions.
 std::vector<double> default_coordinates(const JointInfo& joint, JointType type) {
   std::vector<double> q(joint_nq(type), 0.0);
   if (type == JointType::kSpherical) q[0] = 1.0;
@@ -20,7 +20,7 @@ std::vector<double> default_coordinates(const JointInfo& joint, JointType type) 
 
 }  // namespace
 
-/// The joint by which a base hangs on the world; X_WL is where it starts.
+/// Adds the joint that connects a base to the world; X_WL is its initial pose.
 int ModelBuilder::add_base(const RobotSpec& robot, const LinkSpec& root, Base base,
                            const Placement& placement, const Pose& X_WL) {
   JointSpec joint;
@@ -29,7 +29,7 @@ int ModelBuilder::add_base(const RobotSpec& robot, const LinkSpec& root, Base ba
   joint.child = root.name;
   joint.where = root.where;
   for (const JointSpec& other : robot.joints) {
-    // A file may name a joint like its root link; names of moving joints must differ.
+    // A file may give a fixed joint the name of its root link; names of moving joints must differ.
     if (other.name == joint.name) joint.name = root.name + "_base";
   }
   const bool floating = base == Base::kFloating;
@@ -92,7 +92,7 @@ int ModelBuilder::add_body(const JointSpec& joint, const Placement& placement, i
   return index;
 }
 
-/// Spring and servo; dampers and dry friction are vectors over all coordinates.
+/// Adds spring and servo; damping and dry friction are stored as vectors over all coordinates.
 void ModelBuilder::add_joint_forces(const JointSpec& joint, int index) {
   if (joint.stiffness > 0.0) model_.springs_.push_back({index, joint.stiffness, joint.reference});
   const ServoSpec& servo = joint.servo;
@@ -113,7 +113,7 @@ void ModelBuilder::set_default_position(const std::string& joint, const VectorX&
     throw InputError(fmt::format("joint '{}' is {} and takes {} numbers, not {}", joint,
                                  joint_type_name(body.joint_type), nq, q.size()));
   }
-  if (!(q.array().abs() <= limits::kMaxLength).all()) {  // not a number is not less, either
+  if (!(q.array().abs() <= limits::kMaxLength).all()) {  // rejects NaN too
     throw InputError(fmt::format("joint '{}': its position must be finite numbers of at most {:g}",
                                  joint, limits::kMaxLength));
   }
@@ -138,7 +138,7 @@ void ModelBuilder::apply_mimics() {
          fmt::format("zero lies outside its limits [{}, {}]; it starts at {}", joint.lower,
                      joint.upper, default_q_[model_.bodies_[i + 1].q_index])});
   }
-  // As many passes as the longest chain of mimics has links; check_robot excluded loops.
+  // At most as many passes as the longest chain of mimics has joints; check_robot excluded loops.
   bool changed = true;
   for (size_t pass = 0; changed && pass < model_.mimics_.size(); ++pass) {
     changed = false;
@@ -168,7 +168,7 @@ void ModelBuilder::apply_mimics() {
   }
 }
 
-/// A servo without a target holds its joint where it starts.
+/// Sets the targets; a servo without a target holds the initial position of its joint.
 void ModelBuilder::set_servo_targets() {
   for (size_t i = 0; i < model_.servos_.size(); ++i) {
     JointServo& servo = model_.servos_[i];

@@ -1,4 +1,5 @@
-// Pairs of geometries of a ModelBuilder: what never touches, what does, and with what surface.
+// Pairs of geometries of a ModelBuilder: excluded pairs, included pairs, and pairs with their own
+// surface values.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,7 +27,7 @@ std::vector<int> ModelBuilder::geometries_named(const std::string& name) const {
   if (geometry != geometry_names_.end()) found.push_back(geometry->second);
   const auto frame = frame_names_.find(name);
   if (frame != frame_names_.end()) {
-    // Those of a link were added together.
+    // The geometries of a link are contiguous.
     const auto& all = model_.geometries_;
     for (int i = frame_geometries_[frame->second];
          i < static_cast<int>(all.size()) && all[i].frame == frame->second; ++i) {
@@ -88,8 +89,8 @@ void ModelBuilder::set_pair_surface(const std::string& geometry_or_link_a,
   }
 }
 
-/// Ascending, each pair once: with the reason that was given first, with the surface given last.
-/// What is to touch is not excluded.
+/// Sorts the pairs and keeps each once: exclusions with the reason given first, surfaces with the
+/// values given last. A pair that is included is not excluded.
 void ModelBuilder::sort_pairs() {
   std::vector<std::pair<int, int>>& included = model_.included_pairs_;
   std::sort(included.begin(), included.end());

@@ -88,7 +88,7 @@ void check_limits(const JointSpec& joint, const std::string& at) {
   }
 }
 
-/// Springs and servos need the one coordinate they pull at.
+/// Checks spring and servo; both need a joint of one coordinate.
 void check_joint_forces(const JointSpec& joint, const std::string& at) {
   check_nonnegative(joint.stiffness, "stiffness", at);
   check_nonnegative(joint.servo.stiffness, "stiffness of the servo", at);
@@ -150,12 +150,12 @@ void check_mimic(const RobotSpec& robot, const NameIndex& joint_of, const JointS
   if (!std::isfinite(joint.mimic_multiplier) || !std::isfinite(joint.mimic_offset)) {
     throw InputError(at + ": mimic multiplier and offset must be finite");
   }
-  // A chain of mimics that comes back to its start would leave the joints without a master.
+  // A closed chain of mimics would leave the joints without a master.
   const JointSpec* next = &joint;
   for (size_t n = 0; n <= robot.joints.size(); ++n) {
     if (next->mimic_master.empty()) return;
     const auto it = joint_of.find(next->mimic_master);
-    if (it == joint_of.end()) return;  // reported for that joint
+    if (it == joint_of.end()) return;  // the check of that joint reports it
     next = &robot.joints[it->second];
     if (next == &joint) throw InputError(at + ": mimics itself, directly or through other joints");
   }
@@ -200,7 +200,8 @@ RobotTree connect(const RobotSpec& robot, const NameIndex& link_of) {
   return tree;
 }
 
-/// With one root and at most one parent each, a link out of reach sits in a closed loop.
+/// Checks that the root reaches every link: with one root and at most one parent each, a link that
+/// it does not reach is in a closed loop.
 void check_reachable(const RobotSpec& robot, const RobotTree& tree) {
   std::vector<char> reached(robot.links.size(), 0);
   std::vector<int> open{tree.root};
@@ -268,7 +269,7 @@ void check_shape(const Shape& shape, const std::string& where) {
       break;
     case ShapeType::kCapsule:
       positive(shape.size[0], "the radius");
-      if (shape.size[1] != 0.0) positive(shape.size[1], "the length");  // zero: a sphere
+      if (shape.size[1] != 0.0) positive(shape.size[1], "the length");  // zero length: a sphere
       break;
     case ShapeType::kCylinder:
       positive(shape.size[0], "the radius");

@@ -1,5 +1,5 @@
-// Which side of a terrain is outside: closed meshes that are inside out are turned, open ones that
-// look away from all that moves are noted.
+// Orientation of terrains: closed meshes that are inside out are flipped; open ones that face away
+// from all moving bodies are noted.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,18 +12,18 @@
 namespace counterpoint {
 namespace {
 
-constexpr double kInside = 0.5;  // of a winding number that is 0 or 1 up to round-off
-/// A share of the sphere that a surface covers as seen from a point: less is round-off, or nothing
-/// that a body meets.
+constexpr double kInside = 0.5;  // threshold of a winding number, which is 0 or 1 up to round-off
+/// Fraction of the unit sphere below which the solid angle of a surface is round-off or irrelevant.
 constexpr double kSeen = 1e-9;
-/// Triangles times points that are looked at; of more points every second, third ... one is.
+/// Largest number of triangles times points to evaluate; with more, only every second, third ...
+/// point is used.
 constexpr std::size_t kMostWork = 20'000'000;
 
-/// Triangles that are connected by edges.
+/// A set of triangles connected by edges.
 struct Part {
   std::vector<int> triangles;
   bool closed = true;
-  double volume = 0.0;  ///< [m^3], of a closed one; negative: inside out
+  double volume = 0.0;  ///< volume if closed [m^3]; negative: inside out
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
 };
 
@@ -62,8 +62,9 @@ std::vector<Part> parts_of(const Terrain& terrain) {
   return parts;
 }
 
-/// The share of the sphere about p that triangles cover, those that show their backs positive: 1
-/// within a closed mesh, 0 outside (Van Oosterom and Strackee, 1983).
+/// Returns the winding number of triangles around p: their solid angle over 4 pi, positive for
+/// triangles that show p their back side. It is 1 inside a closed mesh and 0 outside (Van Oosterom
+/// and Strackee, 1983).
 double winding(const Terrain& terrain, const std::vector<int>& triangles, const Vector3& p) {
   double angle = 0.0;
   for (const int t : triangles) {
@@ -75,6 +76,7 @@ double winding(const Terrain& terrain, const std::vector<int>& triangles, const 
   return angle / (4.0 * std::numbers::pi);
 }
 
+/// Returns true if the closed part `outer` encloses `inner`.
 bool contains(const Terrain& terrain, const Part& outer, const Part& inner) {
   if (&outer == &inner || (outer.low.array() > inner.low.array()).any() ||
       (outer.high.array() < inner.high.array()).any())
@@ -83,8 +85,9 @@ bool contains(const Terrain& terrain, const Part& outer, const Part& inner) {
   return std::abs(winding(terrain, outer.triangles, p)) > kInside;
 }
 
-/// Closed parts that are inside out, with what lies within them. One is not that bounds a hollow of
-/// another, nor is a room: walls without outsides, between which all that moves is.
+/// Returns the closed parts that are inside out, with the parts inside them. Excluded are a part
+/// inside another closed part (it bounds a cavity) and a room: an inside-out part that encloses all
+/// moving points while no other closed part does.
 std::vector<const Part*> inside_out(const Terrain& terrain, const std::vector<Part>& parts,
                                     const std::vector<Vector3>& moving) {
   std::vector<const Part*> closed, turned;
@@ -123,8 +126,8 @@ std::shared_ptr<const Terrain> turned(const Terrain& terrain,
   return std::make_shared<const Terrain>(std::move(out));
 }
 
-/// Do the open parts show their backs to all points (some to one of them, and their fronts to
-/// none)?
+/// Returns true if the open parts show their back side to at least one moving point and their front
+/// side to none.
 bool looks_away(const Terrain& terrain, const std::vector<Part>& parts,
                 const std::vector<Vector3>& moving) {
   std::vector<int> open;
@@ -143,7 +146,7 @@ bool looks_away(const Terrain& terrain, const std::vector<Part>& parts,
 }  // namespace
 
 void ModelBuilder::orient_terrains() {
-  std::vector<Vector3> moving;  // middles of all shapes that move, in W
+  std::vector<Vector3> moving;  // centres of all moving shapes, in W
   const std::vector<Pose> X_WB = body_poses(model_, model_.default_q_);
   for (const Geometry& g : model_.geometries_)
     if (g.body != 0)

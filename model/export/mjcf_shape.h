@@ -1,4 +1,4 @@
-// Shapes in the words of MJCF.
+// Shapes in MJCF.
 #pragma once
 
 #include <string>
@@ -9,7 +9,8 @@
 
 namespace counterpoint {
 
-/// type and size. Empty: MJCF has no such shape.
+/// Returns the attributes type and size; empty if MJCF has no such shape. @throws InputError for a
+/// plane that is not fixed to the world.
 inline std::pair<std::string, std::string> mjcf_shape(const Geometry& g) {
   const Vector3& s = g.shape.size;
   switch (g.shape.type) {

@@ -133,7 +133,8 @@ class MjcfWriter {
     if (mass != 0.0) set("gravcomp", mass / model_.body(body).inertia.mass);
   }
 
-  /// In principal axes where it is not diagonal: MuJoCo's own search for them stops at 1e-9.
+  /// Writes the inertia in principal axes if it is not diagonal: MuJoCo's own diagonalization has a
+  /// tolerance of 1e-9.
   void write_inertia(const SpatialInertia& inertia) {
     if (inertia.mass == 0.0) return;
     Pose axes{Matrix3::Identity(), inertia.center};
@@ -150,7 +151,7 @@ class MjcfWriter {
     xml_.CloseElement();
   }
 
-  /// Shapes, frames of merged links, anchors of rods.
+  /// Writes shapes, frames of merged links and anchors of rods.
   void write_contents(int body) {
     for (const Geometry& g : model_.geometries())
       if (g.body == body) write_geometry(g);
@@ -232,7 +233,7 @@ class MjcfWriter {
       set_unless_zero("springref", spring.reference);
     }
     if (std::isfinite(info.lower) || std::isfinite(info.upper)) {
-      constexpr double kBeyond = 1e9;  // a side without limit: MJCF has both or none
+      constexpr double kBeyond = 1e9;  // stands for no limit: MJCF has both limits or none
       set("limited", "true");
       set("range", export_numbers({std::max(info.lower, -kBeyond), std::min(info.upper, kBeyond)}));
     }
@@ -244,7 +245,7 @@ class MjcfWriter {
     velocity_limits_ += part == 0 && std::isfinite(info.velocity_limit);
   }
 
-  /// Bodies of which no geometries meet; MuJoCo leaves out parent and child itself.
+  /// Writes pairs of bodies without any collision; MuJoCo excludes parent and child itself.
   void write_exclusions() {
     std::map<std::pair<int, int>, int> of_bodies;
     for (const auto& [a, b] : apart_) {
@@ -282,7 +283,7 @@ class MjcfWriter {
   void write_equalities() {
     xml_.OpenElement("equality");
     for (const Closure& c : model_.closures()) {
-      const bool swapped = c.body_a == 0;  // MuJoCo has the world as the second body only
+      const bool swapped = c.body_a == 0;  // MuJoCo accepts the world as the second body only
       if (c.type == ClosureType::kDistance) {
         xml_.OpenElement("tendon");
         set("name", c.name);
@@ -313,7 +314,7 @@ class MjcfWriter {
     xml_.CloseElement();
   }
 
-  /// Tendons whose length is held.
+  /// Writes distance closures as tendons; write_equalities fixes their length.
   void write_rods() {
     xml_.OpenElement("tendon");
     for (const Closure& c : model_.closures()) {
@@ -330,7 +331,7 @@ class MjcfWriter {
     xml_.CloseElement();
   }
 
-  /// Servos: kp (control - q) - kd w.
+  /// Writes servos as actuators with force kp (control - q) - kd w.
   void write_actuators() {
     xml_.OpenElement("actuator");
     for (const JointServo& servo : model_.servos()) {
@@ -347,7 +348,7 @@ class MjcfWriter {
     xml_.CloseElement();
   }
 
-  /// Free bodies in axes of the world, as MuJoCo has them.
+  /// Writes the initial state; free bodies in world axes, as in MuJoCo.
   void write_start() {
     std::string q, v, control;
     const auto append = [](std::string& to, double value) { to += export_number(value) + " "; };
@@ -385,7 +386,7 @@ class MjcfWriter {
   std::set<std::pair<int, int>> apart_;
   std::map<const ConvexMesh*, std::string> meshes_;
   int velocity_limits_ = 0;
-  bool differs_ = false;  ///< in friction, some surfaces
+  bool differs_ = false;  ///< true if some surfaces differ in friction
   tinyxml2::XMLPrinter xml_;
   Exported out_;
 };

@@ -1,4 +1,4 @@
-// Numbers of exported files: 17 digits, which are enough to read the same bits.
+// Numbers in exported files, with 17 digits: reading them gives the same bits.
 #pragma once
 
 #include <fmt/format.h>
@@ -25,7 +25,7 @@ inline std::string export_numbers(const Vector3& v) {
   return export_numbers({v.x(), v.y(), v.z()});
 }
 
-/// w x y z.
+/// Returns the quaternion w x y z of a rotation matrix.
 inline std::string export_quaternion(const Matrix3& R) {
   const Quaternion q(R);
   return export_numbers({q.w(), q.x(), q.y(), q.z()});

@@ -10,8 +10,9 @@
 namespace counterpoint {
 namespace {
 
-/// Roll, pitch, yaw (about fixed x, y, z) of a rotation; what yaw leaves is taken apart exactly,
-/// also where the pitch is a right angle and yaw is anyone's choice.
+/// Returns roll, pitch, yaw [rad] (about fixed x, y, z) of a rotation. Roll and pitch follow
+/// exactly from the rotation that remains after yaw, even at a pitch of 90 degrees, where yaw is
+/// arbitrary.
 Vector3 rpy(const Matrix3& R) {
   const double yaw = std::atan2(R(1, 0), R(0, 0)), s = std::sin(yaw), c = std::cos(yaw);
   const Vector3 x = c * R.row(0) + s * R.row(1), y = c * R.row(1) - s * R.row(0);
@@ -132,7 +133,7 @@ class UrdfWriter {
       lose("geometry '" + g.name + "'", "restitution, torsional or rolling friction");
   }
 
-  /// OBJ with 17 digits; the same mesh is written once.
+  /// Returns the name of a mesh's OBJ file (17 digits); every mesh is written once.
   std::string mesh_file(const ConvexMesh& mesh) {
     std::string& name = meshes_[&mesh];
     if (!name.empty()) return name;
@@ -194,7 +195,7 @@ class UrdfWriter {
     return "floating";
   }
 
-  /// A side without a limit: farther than any joint goes; effort and velocity have to be there.
+  /// Writes the limits of a joint; 1e9 stands for none, since URDF requires effort and velocity.
   void write_limit(const JointInfo& info) {
     constexpr double kBeyond = 1e9;
     xml_.OpenElement("limit");
@@ -207,7 +208,7 @@ class UrdfWriter {
     xml_.CloseElement();
   }
 
-  /// Links that fixed joints held, without inertia: it is merged.
+  /// Writes merged links as frames on fixed joints, without inertia: their body has it.
   void write_frames() {
     for (const Frame& frame : model_.frames()) {
       if (frame.name == body_name(frame.body) || (frame.body == 0 && floats_)) continue;
@@ -224,7 +225,7 @@ class UrdfWriter {
     }
   }
 
-  /// Rotor inertia, as Drake's URDFs have it: behind a gear of ratio 1.
+  /// Writes the rotor inertia as in Drake's URDFs: behind a gear of ratio 1.
   void write_transmissions() {
     for (int i = 1; i < model_.num_bodies(); ++i) {
       const Body& body = model_.body(i);

@@ -19,12 +19,12 @@ struct CloseFile {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 
-/// Line, from 1, of a place in a text.
+/// Line number, from 1, of a position in a text.
 auto line_of(const std::string& text, size_t position) {
   return 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(position), '\n');
 }
 
-/// The element that tinyxml2 names in its message, as "<NAME>: ", or "".
+/// The element that the message of tinyxml2 names, as "<NAME>: ", or "".
 std::string faulty_element(const tinyxml2::XMLDocument& document) {
   constexpr std::string_view kNamed = "XMLElement name=";
   const std::string_view message = document.ErrorStr() == nullptr ? "" : document.ErrorStr();
@@ -33,7 +33,7 @@ std::string faulty_element(const tinyxml2::XMLDocument& document) {
                                       : fmt::format("<{}>: ", message.substr(at + kNamed.size()));
 }
 
-/// Plain words for an error of tinyxml2.
+/// Explanation of an error of tinyxml2.
 const char* xml_fault(const tinyxml2::XMLDocument& document) {
   switch (document.ErrorID()) {
     case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
@@ -121,7 +121,7 @@ std::string read_text_file(const std::filesystem::path& file, std::uintmax_t max
 std::string read_xml_file(const std::filesystem::path& file, const char* missing) {
   std::string text = read_text_file(file, limits::kMaxXmlBytes, missing);
   const size_t zero = text.find('\0');
-  if (zero != std::string::npos) {  // the XML library would take it for the end
+  if (zero != std::string::npos) {  // tinyxml2 would take it for the end of the text
     throw InputError(fmt::format("{}:{}: a zero byte, which no XML has (UTF-8 is expected)",
                                  file.string(), line_of(text, zero)));
   }
@@ -132,7 +132,7 @@ std::string read_xml_file(const std::filesystem::path& file, const char* missing
       throw InputError(fmt::format("{}:{}: more than {} elements and attributes; reduce the file",
                                    file.string(), line_of(text, i), limits::kMaxXmlMarks));
     }
-    // Within a comment it does no harm, but nobody writes it there.
+    // Refused in comments as well, where it is harmless but never written.
     for (const char* name : {"<!DOCTYPE", "<!ENTITY"}) {
       if (text.compare(i, std::char_traits<char>::length(name), name) != 0) continue;
       throw InputError(

@@ -13,7 +13,7 @@
 namespace counterpoint {
 namespace {
 
-/// Hears what the parser finds and keeps the line of the last document.
+/// Records the line of the document that the parser found last.
 class DocumentLine : public YAML::EventHandler {
  public:
   void OnDocumentStart(const YAML::Mark& mark) override { line_ = mark.line + 1; }
@@ -34,8 +34,9 @@ class DocumentLine : public YAML::EventHandler {
   int line_ = 1;
 };
 
-/// What follows the first document would be dropped in silence. (YAML::LoadAll is no help: where
-/// text stands to the left of the first document, yaml-cpp 0.7 finds empty documents without end.)
+/// Refuses further documents, which would be dropped without a message. (YAML::LoadAll does not
+/// help: where text stands to the left of the first document, yaml-cpp 0.7 finds empty documents
+/// without end.)
 void expect_one_document(const std::string& text, const std::string& file) {
   std::istringstream stream(text);
   YAML::Parser parser(stream);
@@ -47,8 +48,8 @@ void expect_one_document(const std::string& text, const std::string& file) {
                   file, documents.line()));
 }
 
-/// Counts what a reader would walk through. @throws InputError where that is too much or too deep:
-/// an alias may stand within itself, and aliases of aliases multiply.
+/// Counts the nodes that a reader visits. @throws InputError if there are too many or they are
+/// nested too deeply: an alias may contain itself, and aliases of aliases multiply.
 void check_extent(const YAML::Node& node, const std::string& file, int depth, size_t& count) {
   const auto refuse = [&](const std::string& why) {
     throw InputError(fmt::format("{}:{}: {}", file, node.Mark().line + 1, why));

@@ -28,7 +28,7 @@ class Nodes {
       const bool scene = ColladaReader::is_one_of(*e, {"visual_scene"});
       if (scene || ColladaReader::is_one_of(*e, {"node"})) {
         if (!ColladaReader::is_one_of(above, {"node"})) roots_.push_back(e);
-        // A node without an id or a name is the one that url="#" means; a scene's name is then
+        // In assimp url="#" names nodes without an id or a name, and a scene without a name is
         // "Scene".
         keep_as(*e, "id", "");
         keep_as(*e, "name", scene ? "Scene" : "");
@@ -42,15 +42,15 @@ class Nodes {
     nodes_[text == nullptr ? otherwise : text].insert(&node);
   }
 
-  /// Number of nodes that come of this one. Nodes that instance nodes that instance nodes multiply,
-  /// or never end.
+  /// Number of nodes that this one expands to. Instances of nodes with instances multiply; cyclic
+  /// ones never end.
   size_t extent(const XMLElement& node, int depth) {
     if (depth > limits::kMaxMeshDepth) {
       reader_.fail(node, fmt::format("stands deeper than {} nodes, or within itself",
                                      limits::kMaxMeshDepth));
     }
     const auto known = extents_.find(&node);
-    // Counted before, at another depth: near the limit the walk is made again.
+    // Counted before at another depth: near the depth limit the count is repeated.
     if (known != extents_.end() && depth + known->second.depth <= limits::kMaxMeshDepth) {
       deepest_ = std::max(deepest_, depth + known->second.depth);
       return known->second.nodes;
@@ -75,7 +75,7 @@ class Nodes {
     if (named == nodes_.end()) {
       reader_.fail(instance, fmt::format("names node '#{}', which is not in this file", name));
     }
-    size_t nodes = 0;  // which of several of one name is meant assimp knows; here the sum is safe
+    size_t nodes = 0;  // assimp chooses one node if several share the name; the sum is safe
     for (const XMLElement* node : named->second) nodes += extent(*node, depth);
     return nodes;
   }
@@ -85,10 +85,10 @@ class Nodes {
     int depth;
   };
   const ColladaReader& reader_;
-  std::vector<const XMLElement*> roots_;                      // nodes that stand in no node
-  std::map<std::string, std::set<const XMLElement*>> nodes_;  // by id and by name
+  std::vector<const XMLElement*> roots_;                      // nodes within no other node
+  std::map<std::string, std::set<const XMLElement*>> nodes_;  // keys: ids and names
   std::map<const XMLElement*, Extent> extents_;
-  int deepest_ = 0;  // reached since the node that is being counted
+  int deepest_ = 0;  // largest depth reached since the current node was entered
 };
 
 }  // namespace

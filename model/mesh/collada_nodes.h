@@ -5,9 +5,9 @@
 
 namespace counterpoint {
 
-/// Counts the nodes below <COLLADA>, those of instances wherever they stand. @throws InputError
-/// with file and line for nodes that stand within themselves, or come to more than model/limits.h
-/// takes, and for instances of nodes that are not there.
+/// Counts the nodes below <COLLADA> with all instances expanded. @throws InputError with file and
+/// line for nodes within themselves, for more nodes than model/limits.h allows, and for instances
+/// of missing nodes.
 void check_collada_nodes(const tinyxml2::XMLElement& collada, const ColladaReader& reader);
 
 }  // namespace counterpoint

@@ -13,7 +13,7 @@ using tinyxml2::XMLElement;
 
 constexpr const char* kXmlBlank = " \t\r\n";
 
-/// The text as numbers of these characters. fail(message) throws.
+/// Parses text as numbers that consist of the characters in `digits`. fail(message) must throw.
 template <typename Number, typename Parse, typename Fail>
 std::vector<Number> numbers(const std::string& text, const char* digits, const Parse& parse,
                             const Fail& fail) {

@@ -1,4 +1,4 @@
-// The elements of a Collada file, as they are checked.
+// Checked access to the elements of a Collada file.
 #pragma once
 
 #include <tinyxml2.h>
@@ -12,7 +12,7 @@
 
 namespace counterpoint {
 
-/// The members below fail() throw as it does, where an element is not what they say.
+/// The members after fail() throw like it if an element is not as they describe.
 class ColladaReader {
  public:
   using XMLElement = tinyxml2::XMLElement;
@@ -25,7 +25,7 @@ class ColladaReader {
                        [&](const char* name) { return std::strcmp(element.Name(), name) == 0; });
   }
 
-  /// Calls f with each element below `above` of one of the names (of any name, if none is given).
+  /// Calls f for each child element with one of the names (for every child if none is given).
   template <typename F>
   static void each(const XMLElement& above, std::initializer_list<const char*> names, F&& f) {
     for (const auto* e = above.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
@@ -33,27 +33,27 @@ class ColladaReader {
     }
   }
 
-  /// Refuses a file at an element of it. @throws InputError: always, with file and line.
+  /// Rejects the file because of an element. @throws InputError always, with file and line.
   [[noreturn]] void fail(const XMLElement& at, const std::string& what) const;
 
-  /// There is nothing below but the names, <extra> and <technique>; those are for programs that
-  /// know them.
+  /// Checks that there are only child elements with these names, <extra> and <technique>; the
+  /// latter two are for programs that know them.
   void expect_only(const XMLElement& above, std::initializer_list<const char*> names) const;
 
-  /// The one element of a name; null if there is none.
+  /// The only child element with a name; null if there is none.
   const XMLElement* only(const XMLElement& above, const char* name) const;
-  /// The one element of a name.
+  /// The only child element with a name, which must exist.
   const XMLElement& the(const XMLElement& above, const char* name) const;
 
-  /// The text in an element that holds no others.
+  /// The text of an element without child elements.
   std::string text(const XMLElement& in) const;
-  /// Its text as decimal numbers.
+  /// The text of an element as decimal numbers.
   std::vector<double> reals(const XMLElement& in) const;
   std::vector<long> integers(const XMLElement& in) const;
 
-  /// An attribute that counts, at most 1e9; `otherwise` if it is not there.
+  /// An attribute with a count, 0 to 1e9; `otherwise` if it is missing.
   long count(const XMLElement& in, const char* name, long otherwise) const;
-  /// What an attribute names in this file: its text behind the '#'.
+  /// The id that an attribute refers to in this file: its text after the '#'.
   std::string reference(const XMLElement& in, const char* name) const;
 
  private:

@@ -1,4 +1,4 @@
-// make_convex_hull: qhull (reentrant) behind one function.
+// make_convex_hull: calls qhull (reentrant version).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,15 +17,15 @@ extern "C" {
 namespace counterpoint {
 namespace {
 
-// Facets whose planes agree to this share of the size become one polygon: above the noise of single
-// precision (6e-8), far below any feature that matters.
+// Facets whose planes agree within this share of the size are merged to one polygon: above the
+// noise of single precision (6e-8), far below any relevant feature.
 constexpr double kCoplanarTolerance = 3e-7;
-// Flatter than this, relative to the cube of its size, is no solid.
+// A hull with less volume, relative to the cube of its size, is flat and refused.
 constexpr double kLeastVolume = 1e-12;
 
 struct Facets {
-  std::vector<std::vector<int>> polygons;  // indices into the points
-  std::string error;                       // qhull's words, if it failed
+  std::vector<std::vector<int>> polygons;  // indices of points
+  std::string error;                       // message of qhull if it failed
 };
 
 Facets run_qhull(std::vector<double>& coordinates, const std::string& options) {
@@ -61,7 +61,8 @@ Facets run_qhull(std::vector<double>& coordinates, const std::string& options) {
   return result;
 }
 
-/// Twice the area times the unit normal (Newell): sound for polygons that are not quite planar.
+/// Area vector, twice the area times the unit normal, as a sum over a fan of triangles (Newell):
+/// valid for polygons that are not quite planar.
 Vector3 polygon_normal(const std::vector<Vector3>& points, const std::vector<int>& polygon) {
   Vector3 normal = Vector3::Zero();
   const Vector3& origin = points[polygon[0]];
@@ -71,6 +72,7 @@ Vector3 polygon_normal(const std::vector<Vector3>& points, const std::vector<int
   return normal;
 }
 
+/// Coordinates relative to `origin`, an array per axis; the last point pads to a multiple of 8.
 std::array<std::vector<double>, 3> columns(const std::vector<Vector3>& points,
                                            const Vector3& origin) {
   constexpr size_t kTogether = 8;
@@ -83,8 +85,8 @@ std::array<std::vector<double>, 3> columns(const std::vector<Vector3>& points,
   return out;
 }
 
-/// Normals, offsets and the volume, from vertices and faces. False if a face is not flat or looks
-/// inwards.
+/// Computes normals, offsets, the volume, and the faces at each vertex. False if a face is not
+/// planar or faces inwards.
 bool add_planes(ConvexMesh& hull, double size) {
   hull.vertex_faces.resize(hull.vertices.size());
   for (const auto& face : hull.faces) {
@@ -110,7 +112,7 @@ bool add_planes(ConvexMesh& hull, double size) {
   return true;
 }
 
-/// The hull from qhull's facets, or nothing if they do not make a closed convex polyhedron.
+/// The hull from qhull's facets; nothing if they do not form a closed convex polyhedron.
 std::optional<ConvexMesh> assemble(const std::vector<Vector3>& points, const Facets& facets,
                                    double size) {
   ConvexMesh hull;
@@ -144,7 +146,7 @@ std::optional<ConvexMesh> assemble(const std::vector<Vector3>& points, const Fac
     hull.faces.push_back(std::move(face));
   }
   std::sort(hull.faces.begin(), hull.faces.end());
-  // Closed: every directed edge once, and so its reverse.
+  // In a closed surface every directed edge occurs once, and so does its reverse.
   std::sort(edges.begin(), edges.end());
   if (std::adjacent_find(edges.begin(), edges.end()) != edges.end()) return std::nullopt;
   VertexNeighbors& neighbors = hull.vertex_neighbors;
@@ -180,7 +182,7 @@ std::shared_ptr<const ConvexMesh> make_convex_hull(const std::vector<Vector3>& p
   }
   const double size = (high - low).norm();
   if (!(size >= limits::kMinLength)) refuse("all its points are the same, or nearly so");
-  // Centred and of unit size, so that qhull's tolerances mean the same for every mesh.
+  // Centred and scaled to unit size, so that qhull's tolerances mean the same for every mesh.
   const Vector3 middle = 0.5 * (low + high);
   std::vector<double> coordinates;
   coordinates.reserve(3 * points.size());
@@ -188,7 +190,7 @@ std::shared_ptr<const ConvexMesh> make_convex_hull(const std::vector<Vector3>& p
     for (int i = 0; i < 3; ++i) coordinates.push_back((p[i] - middle[i]) / size);
   }
   std::string error;
-  // Merged polygons first; should merging leave no clean polyhedron, plain triangles.
+  // First with merged polygons; if these do not form a valid polyhedron, with triangles.
   for (const std::string& options :
        {fmt::format("qhull Pp C-0 C{}", kCoplanarTolerance), std::string("qhull Pp Qt")}) {
     const Facets facets = run_qhull(coordinates, options);

@@ -8,7 +8,8 @@ namespace {
 
 using Point = std::array<double, 2>;
 
-/// The axes of the plane that the first corner with an angle is least foreshortened in.
+/// Axes of the coordinate plane to project to: across the axis that is nearest to the normal of the
+/// first bent corner.
 std::array<int, 2> projection_axes(const std::vector<Vector3>& vertices,
                                    const std::vector<int>& polygon) {
   const size_t n = polygon.size();

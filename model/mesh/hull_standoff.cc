@@ -1,5 +1,5 @@
-// The one-sided Hausdorff distance of hull and mesh by branch and bound: pieces of the hull's
-// faces, the one that may be farthest off first, are measured at their centre and halved.
+// One-sided Hausdorff distance of hull and mesh by branch and bound: pieces of the hull's faces,
+// those with the largest upper bound first, are measured at their centroid and halved.
 #include "counterpoint/model/mesh/hull_standoff.h"
 
 #include <limits>
@@ -14,7 +14,7 @@ namespace {
 constexpr double kTolerance = 0.02;  // relative to the hull's diameter
 constexpr int kMostMeasured = 3'000;
 
-/// The nearest triangle of a mesh, by a tree of boxes.
+/// Finds the nearest triangle of a mesh with a tree of bounding boxes.
 class NearestTriangle {
  public:
   explicit NearestTriangle(const TriangleMesh& mesh)
@@ -24,7 +24,7 @@ class NearestTriangle {
     double distance = std::numeric_limits<double>::infinity();
     int triangle = -1;
   };
-  /// `guess`: a triangle that may be near, or -1.
+  /// `guess`: index of a triangle that may be near, or -1.
   Answer find(const Vector3& p, int guess) const {
     Answer best;
     if (guess >= 0) best = {distance(p, guess), guess};
@@ -68,20 +68,21 @@ class NearestTriangle {
 /// A triangle of the hull's surface.
 struct Piece {
   std::array<Vector3, 3> corners;
-  double bound;  // no point of it is farther off [m]
+  double bound;  // upper bound on the distance of its points from the mesh [m]
   bool measured = false;
-  int nearest = -1;  // triangle of the mesh to its centre, or to that of what it is a part of
+  int nearest = -1;  // mesh triangle nearest to its centroid, or to that of its parent piece
 
   bool operator<(const Piece& other) const { return bound < other.bound; }
   Vector3 center() const { return (corners[0] + corners[1] + corners[2]) / 3.0; }
-  int longest_edge() const {  // from that corner to the next
+  int longest_edge() const {  // index of its first corner
     double length2[3];
     for (int k = 0; k < 3; ++k) length2[k] = (corners[(k + 1) % 3] - corners[k]).squaredNorm();
     return static_cast<int>(std::max_element(length2, length2 + 3) - length2);
   }
 };
 
-/// The distance from one triangle, which is convex, is convex: largest at a corner.
+/// Upper bound on a piece's distance from its nearest triangle: the distance from a convex set is a
+/// convex function, and so largest at a corner.
 double bound_by(const NearestTriangle& mesh, const Piece& piece) {
   double most = 0.0;
   for (const Vector3& corner : piece.corners) {
@@ -90,13 +91,13 @@ double bound_by(const NearestTriangle& mesh, const Piece& piece) {
   return most;
 }
 
-/// Measures the piece at its centre; returns the distance there.
+/// Measures the distance at the centroid, tightens the bound, and returns the distance [m].
 double measure(const NearestTriangle& mesh, Piece& piece) {
   const Vector3 center = piece.center();
   const NearestTriangle::Answer answer = mesh.find(center, piece.nearest);
   piece.nearest = answer.triangle;
   piece.measured = true;
-  // The distance changes no faster than the place.
+  // The distance is Lipschitz continuous with constant 1.
   double reach = 0.0;
   for (const Vector3& corner : piece.corners) reach = std::max(reach, (corner - center).norm());
   piece.bound = std::min({piece.bound, answer.distance + reach, bound_by(mesh, piece)});
@@ -113,7 +114,8 @@ double hull_standoff(const ConvexMesh& hull, const TriangleMesh& mesh) {
     for (size_t i = 2; i < face.size(); ++i) {
       Piece piece{{hull.vertices[face[0]], hull.vertices[face[i - 1]], hull.vertices[face[i]]},
                   0.0};
-      // Corners of the hull are corners of the mesh.
+      // Corners of the hull are vertices of the mesh, and no point of a triangle is farther from
+      // its nearest corner than the longest edge.
       const int k = piece.longest_edge();
       piece.bound = (piece.corners[(k + 1) % 3] - piece.corners[k]).norm();
       queue.push(piece);

@@ -19,7 +19,7 @@
 namespace counterpoint {
 namespace {
 
-/// Lets assimp see one file and no other: a mesh may name materials and images anywhere.
+/// Gives assimp access to one file only: a mesh may name materials and images anywhere.
 class OneFile : public Assimp::DefaultIOSystem {
  public:
   explicit OneFile(std::string file) : file_(std::move(file)) {}
@@ -57,7 +57,7 @@ void check_file(const std::filesystem::path& file) {
 }
 
 const aiScene* read_file(Assimp::Importer& importer, const std::filesystem::path& file) {
-  importer.SetIOHandler(new OneFile(file.string()));  // the importer's from here
+  importer.SetIOHandler(new OneFile(file.string()));  // the importer takes ownership
   return importer.ReadFile(file.string(), 0);
 }
 
@@ -93,7 +93,7 @@ void check_extent(const aiScene& scene, const std::string& file) {
   }
 }
 
-/// Appends the submeshes of a node and of the nodes below it, transformed.
+/// Appends the submeshes of a node and of its descendants, transformed.
 void append_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& above,
                  const std::string& file, TriangleMesh& out) {
   const aiMatrix4x4 transform = above * node.mTransformation;
@@ -114,7 +114,7 @@ void append_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& ab
     std::vector<int> polygon;
     for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
       const aiFace& face = mesh.mFaces[i];
-      if (face.mNumIndices < 3) continue;  // points and lines have no part in a solid
+      if (face.mNumIndices < 3) continue;  // points and lines bound no solid
       polygon.assign(face.mIndices, face.mIndices + face.mNumIndices);
       for (int& vertex : polygon) vertex += first;
       const size_t from = out.triangles.size();
@@ -133,7 +133,7 @@ void append_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& ab
   }
 }
 
-/// Vertices at the same place become one, unused ones go, triangles without area by index go.
+/// Merges vertices at the same place; removes unused vertices and triangles with repeated ones.
 void weld(TriangleMesh& mesh) {
   const auto key = [&](int i) {
     const Vector3& p = mesh.vertices[i];
@@ -149,7 +149,7 @@ void weld(TriangleMesh& mesh) {
     return ka != kb ? ka < kb : a < b;
   });
   order.erase(std::unique(order.begin(), order.end()), order.end());
-  // The first of each group of equals stands for it; the order of the file is kept.
+  // The first vertex of each group of equal ones represents it; the order of the file is kept.
   std::vector<int> representative(mesh.vertices.size(), -1);
   for (size_t i = 0; i < order.size(); ++i) {
     const bool same = i > 0 && key(order[i]) == key(order[i - 1]);
@@ -193,7 +193,7 @@ TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale,
     throw InputError(
         fmt::format("{}: the mesh cannot be read: {}", file.string(), importer.GetErrorString()));
   }
-  // Assimp turns Collada files so that y is up; here z is.
+  // Assimp rotates Collada files to y up; here z is up.
   aiMatrix4x4 axes;
   if (collada) {
     axes = aiMatrix4x4(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1);
@@ -202,7 +202,7 @@ TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale,
   append_node(*scene, *scene->mRootNode, axes, file.string(), mesh);
   for (Vector3& p : mesh.vertices) {
     p = p.cwiseProduct(scale);
-    if (!(p.array().abs() <= limits::kMaxLength).all()) {  // not a number is not less, either
+    if (!(p.array().abs() <= limits::kMaxLength).all()) {  // false for NaN, too
       throw InputError(
           fmt::format("{}: a vertex is not a finite number, or farther out than {:g} m",
                       file.string(), limits::kMaxLength));
@@ -232,7 +232,7 @@ bool is_closed(const TriangleMesh& mesh) {
 
 double enclosed_volume(const TriangleMesh& mesh) {
   if (mesh.vertices.empty()) return 0.0;
-  const Vector3& origin = mesh.vertices[0];  // near the mesh: less cancellation
+  const Vector3& origin = mesh.vertices[0];  // a point of the mesh: less cancellation
   double volume = 0.0;
   for (const auto& t : mesh.triangles) {
     const Vector3 a = mesh.vertices[t[0]] - origin;
@@ -248,7 +248,7 @@ std::shared_ptr<const ConvexMesh> load_convex_mesh(const std::filesystem::path& 
   const TriangleMesh mesh = load_mesh(file, scale);
   ConvexMesh hull = *make_convex_hull(mesh.vertices, file.string());
   hull.standoff = hull_standoff(hull, mesh);
-  // Some files have all triangles inside out.
+  // In some files all triangles face inwards.
   if (is_closed(mesh)) hull.source_volume = std::abs(enclosed_volume(mesh));
   return std::make_shared<const ConvexMesh>(std::move(hull));
 }

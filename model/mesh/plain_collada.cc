@@ -22,10 +22,10 @@ namespace {
 
 using tinyxml2::XMLElement;
 
-/// Indices of positions, polygon by polygon, as <vcount> and <p> have them.
+/// Polygons as indices of positions, in the format of <vcount> and <p>.
 struct Polygons {
   void add(const long* first, long size) {
-    if (size < 3) return;  // a point, an edge
+    if (size < 3) return;  // a point or an edge
     ++count;
     fmt::format_to(std::back_inserter(sizes), "{} ", size);
     for (long i = 0; i < size; ++i) {
@@ -54,13 +54,13 @@ class PlainCollada : private ColladaReader {
   }
 
  private:
-  // Each of these checks an element, and writes what is kept of it.
+  // Each function below checks an element and writes the parts that are kept.
 
   void open(const char* name) { out_.OpenElement(name, true); }
   void copy(const XMLElement& from, const char* attribute) {
     const char* text = from.Attribute(attribute);
     if (text == nullptr) return;
-    // A line break would come back as a blank, and so one name as another.
+    // A line break would be read back as a blank, which could turn one name into another.
     for (const char* c = text; *c != '\0'; ++c) {
       if (static_cast<unsigned char>(*c) < ' ') {
         fail(from, fmt::format("has a control character in its {}", attribute));
@@ -140,7 +140,7 @@ class PlainCollada : private ColladaReader {
     out_.CloseElement();
   }
 
-  /// The positions of a mesh: their number.
+  /// Writes the positions of a mesh and returns their number.
   long positions(const XMLElement& mesh, const XMLElement& vertices) {
     expect_only(vertices, {"input"});
     const XMLElement* input = nullptr;
@@ -224,7 +224,7 @@ class PlainCollada : private ColladaReader {
     out_.CloseElement();
   }
 
-  /// Polygons of any kind, as a <polylist> of positions.
+  /// Writes polygons of any kind as a <polylist> of positions.
   void polygons(const XMLElement& primitives, const char* vertices, long points) {
     const std::string kind = primitives.Name();
     expect_only(primitives, {"input", "p", kind == "polylist" ? "vcount" : "p"});
@@ -240,7 +240,7 @@ class PlainCollada : private ColladaReader {
         out.add(run.data(), size);
       } else {
         const bool fan = kind == "trifans";
-        for (long i = 2; i < size; ++i) {  // every other triangle of a strip runs the other way
+        for (long i = 2; i < size; ++i) {  // every other triangle of a strip is reversed
           const long triangle[] = {run[fan ? 0 : i - 2 + i % 2], run[fan ? i - 1 : i - 1 - i % 2],
                                    run[i]};
           out.add(triangle, 3);
@@ -250,7 +250,7 @@ class PlainCollada : private ColladaReader {
     if (out.count > 0) write_polygons(out, vertices);
   }
 
-  /// Positions of the corners, one list for each <p>.
+  /// Indices of the positions of the corners, one list for each <p>.
   std::vector<std::vector<long>> corners(const XMLElement& primitives, const char* vertices,
                                          long points) const {
     long stride = 1, offset = -1;
@@ -282,7 +282,7 @@ class PlainCollada : private ColladaReader {
     return runs;
   }
 
-  /// Cuts a list of corners into polygons of the sizes.
+  /// Cuts a list of corners into polygons of the given sizes.
   void cut(const XMLElement& primitives, const std::vector<long>& run,
            const std::vector<long>& sizes, Polygons& out) const {
     const long end = static_cast<long>(run.size());
@@ -315,7 +315,7 @@ class PlainCollada : private ColladaReader {
     out_.CloseElement();
   }
 
-  /// A <node> or a <visual_scene>.
+  /// Writes a <node> or a <visual_scene>.
   void node(const XMLElement& node) {
     static const std::map<std::string, size_t> kTransforms = {
         {"matrix", 16}, {"translate", 3}, {"rotate", 4}, {"scale", 3}, {"lookat", 9}};
@@ -332,7 +332,7 @@ class PlainCollada : private ColladaReader {
         out_.PushText(text(e).c_str());
         out_.CloseElement();
       } else if (is_one_of(e, {"skew"})) {
-        fail(e, "is not read; give a <matrix>");  // assimp stops the program at it
+        fail(e, "is not read; give a <matrix>");  // assimp aborts the program at it
       } else if (is_one_of(e, {"instance_controller"})) {
         fail(e, "places a skin, which is not read");
       } else if (is_one_of(e, {"instance_geometry", "instance_node"})) {

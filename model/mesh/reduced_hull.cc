@@ -1,4 +1,4 @@
-// reduce_hull: the vertices of a hull that matter most.
+// reduce_hull: chooses vertices of a hull greedily, each time the one farthest outside.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 namespace counterpoint {
 namespace {
 
-/// How far the point lies beyond the face it is farthest beyond: its distance or less; negative
-/// inside.
+/// Largest signed distance of p from the planes of the faces [m]: a lower bound on its distance
+/// from the hull; negative inside.
 double excess(const ConvexMesh& hull, const Vector3& p) {
   double most = -std::numeric_limits<double>::infinity();
   for (size_t f = 0; f < hull.faces.size(); ++f) {
@@ -33,7 +33,7 @@ double distance_outside(const ConvexMesh& hull, const Vector3& p) {
   return least;
 }
 
-/// The index of the largest value.
+/// Index of the point with the largest value.
 template <typename Value>
 int most(const std::vector<Vector3>& points, const Value& value) {
   int best = 0;
@@ -43,7 +43,7 @@ int most(const std::vector<Vector3>& points, const Value& value) {
   return best;
 }
 
-/// Four vertices that span as much as is easily found.
+/// Four vertices that span a large tetrahedron, chosen greedily.
 std::vector<Vector3> first_tetrahedron(const std::vector<Vector3>& points) {
   const Vector3 a = points[most(points, [](const Vector3& p) { return p.x(); })];
   const Vector3 b = points[most(points, [&](const Vector3& p) { return (p - a).squaredNorm(); })];

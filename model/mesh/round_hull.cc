@@ -55,12 +55,12 @@ Ball halved(const Ball& coarse) {
 RoundHull ellipsoid_hull(const Vector3& half_axes) {
   Ball ball = icosahedron();
   for (int i = 0; i < 3; ++i) ball = halved(ball);
-  double inside = 1.0;  // how near to the centre of the unit ball a face comes
+  double inside = 1.0;  // distance of the nearest face from the centre of the unit ball
   for (const auto& [a, b, c] : ball.triangles) {
     const auto& p = ball.points;
     inside = std::min(inside, std::abs((p[b] - p[a]).cross(p[c] - p[a]).normalized().dot(p[a])));
   }
-  // As far outside at the corners as inside at the faces.
+  // Scaled so that the corners are as far outside as the faces are inside.
   const double scale = 2.0 / (1.0 + inside);
   for (Vector3& p : ball.points) p = scale * p.cwiseProduct(half_axes);
   return {make_convex_hull(ball.points), (scale - 1.0) * half_axes.maxCoeff()};

@@ -1,4 +1,4 @@
-// Ellipsoids as polyhedra.
+// Polyhedra that approximate ellipsoids.
 #pragma once
 
 #include <memory>
@@ -7,16 +7,16 @@
 
 namespace counterpoint {
 
-/// An ellipsoid as a polyhedron of 642 corners.
+/// A polyhedron of 642 corners that approximates an ellipsoid.
 struct RoundHull {
   std::shared_ptr<const ConvexMesh> hull;
-  double error = 0.0;  ///< its surface lies within this of the ellipsoid's, either way [m]
+  double error = 0.0;  ///< bound on the distance between the surfaces [m]
 };
 
-/// `half_axes` [m], positive.
+/// `half_axes`: semi-axes [m], positive.
 RoundHull ellipsoid_hull(const Vector3& half_axes);
 
-/// What a reader must know about it: how near it is.
+/// A note for the user on the number of corners and the error.
 std::string round_hull_note(const RoundHull& round);
 
 }  // namespace counterpoint

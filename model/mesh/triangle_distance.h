@@ -1,4 +1,4 @@
-// Distance of a point from a segment and a triangle.
+// Distance of a point from a segment and from a triangle [m].
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ inline double distance_to_segment(const Vector3& p, const Vector3& a, const Vect
   return (p - a - t * edge).norm();
 }
 
-/// Of a triangle without area the distance from its edges.
+/// A triangle without area counts as its edges.
 inline double distance_to_triangle(const Vector3& p, const Vector3& a, const Vector3& b,
                                    const Vector3& c) {
   const Vector3 normal = (b - a).cross(c - a);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kLeafSize = 4;
 
-/// Splits at the middle of the widest axis, depth first.
+/// Builds the tree depth first; splits at the median centroid along the axis of widest spread.
 class TreeBuilder {
  public:
   TreeBuilder(const std::vector<Vector3>& vertices,

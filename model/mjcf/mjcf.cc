@@ -24,7 +24,7 @@ MjcfModel load_mjcf(const std::filesystem::path& file, const MjcfOptions& option
   const mjcf::Switches switches = mjcf::read_options(document, model);
   mjcf::Assets assets(document, defaults);
   const mjcf::Bodies bodies = mjcf::read_bodies(document, defaults, model);
-  // Others refer to what the bodies name.
+  // Later sections refer to the names of bodies, some of which may now be missing.
   if (document.faults.broken()) document.faults.throw_if_any();
   mjcf::read_inertias(document, assets, bodies, model);
   mjcf::read_air(document, bodies, model);

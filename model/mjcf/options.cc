@@ -12,7 +12,7 @@ namespace counterpoint::mjcf {
 namespace {
 
 void read_flags(Document& document, const Element& e, MjcfModel& model, Switches& switches) {
-  // What changes how MuJoCo computes, but not what.
+  // Flags for MuJoCo's algorithms, without effect on the model.
   static const std::set<std::string> kHarmless = {
       "eulerdamp",   "warmstart", "refsafe",   "sensor", "midphase",
       "nativeccd",   "multiccd",  "island",    "energy", "fwdinv",
@@ -137,7 +137,7 @@ void switch_off(const Switches& switches, MjcfModel& model) {
   for (MjcfModel::Actuator& a : model.actuators)
     if (off("clampctrl")) a.least = a.most = std::nullopt;
   if (!off("spring") || !off("damper")) return;
-  // Then all passive forces are off (MuJoCo, XML Reference, "flag/spring").
+  // With springs and dampers off MuJoCo has no passive forces (XML Reference, "flag/spring").
   for (LinkSpec& link : model.robot.links) {
     link.gravity_compensation = 0.0;
     link.drag = {};
@@ -146,7 +146,7 @@ void switch_off(const Switches& switches, MjcfModel& model) {
 
 namespace {
 
-/// Numbers of a keyframe at their places among those of all models.
+/// Places the numbers of one model's keyframe among those of all models.
 struct KeyReader {
   Document& document;
   const Element& element;
@@ -156,7 +156,8 @@ struct KeyReader {
     return document.is_within(document.model_of(other), model);
   }
 
-  /// Does it have as many numbers as its model? Of a model that was attached in part it has more.
+  /// Whether the keyframe has as many numbers as its model. A model that is attached in part has
+  /// fewer coordinates than its keyframe has numbers.
   bool fits(const char* name, const std::vector<std::pair<std::size_t, bool>>& sizes) const {
     const std::size_t given = Values(document, element).numbers(name, 0, 1'000'000).size();
     std::size_t count = 0;
@@ -169,8 +170,8 @@ struct KeyReader {
     return false;
   }
 
-  /// `sizes`: how many numbers each part takes, and whether it is of this model; `otherwise`: all
-  /// of them.
+  /// `sizes`: for each part its count of numbers, and whether it belongs to this model;
+  /// `otherwise`: values for all parts, used for the other models' ones.
   std::vector<double> read(const char* name, const std::vector<std::pair<std::size_t, bool>>& sizes,
                            std::vector<double> otherwise) const {
     const std::vector<double> given = Values(document, element).numbers(name, 0, 1'000'000);

@@ -7,11 +7,11 @@
 namespace counterpoint::mjcf {
 
 Switches read_options(Document& document, MjcfModel& model);
-/// Takes limits, friction, springs and dampers of joints, and bounds of controls, from a model that
-/// was read to its end.
+/// Applies the switches to a fully read model: removes joint limits, friction, springs and dampers,
+/// and control bounds.
 void switch_off(const Switches& switches, MjcfModel& model);
 void read_keyframes(Document& document, const Bodies& bodies, MjcfModel& model);
-/// Sections that this engine has no use for are noted; unknown ones refused.
+/// Notes the sections that have no effect on the motion; refuses unknown ones.
 void check_sections(Document& document);
 
 }  // namespace counterpoint::mjcf

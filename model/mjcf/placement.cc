@@ -26,10 +26,10 @@ double control_of(const MjcfModel& model, const MjcfModel::Keyframe* key, std::s
   return u;
 }
 
-/// Servos hold what the controls of the start ask for; other forces of controls are inputs, and
-/// noted.
+/// Sets the servo targets from the controls at the start. Actuator forces without a servo are
+/// inputs: they are noted, not applied.
 void set_controls(const MjcfModel& model, const MjcfModel::Keyframe* key, RobotSpec& robot) {
-  std::map<std::string, double> pull;  // gain u + bias, by joint
+  std::map<std::string, double> pull;  // sum of gain u + bias; key: joint
   for (std::size_t i = 0; i < model.actuators.size(); ++i) {
     const MjcfModel::Actuator& a = model.actuators[i];
     const double u = control_of(model, key, i);

@@ -11,17 +11,18 @@
 namespace counterpoint {
 namespace {
 
-/// Raised with every change of what is written.
+/// Mark with the version of the format; increase it with every change of the content.
 constexpr std::string_view kMark = "counterpoint scene 2\n";
 
 template <class T>
 concept Plain = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 
-/// Objects that several parts share, by the order in which they were first met.
+/// Objects shared by several parts, in the order of their first occurrence.
 template <class T>
 using Shared = std::vector<std::shared_ptr<const T>>;
 
-/// One of the two directions: visit() below says once for both what there is.
+/// Writer and Reader are the two directions of an archive; the visit() functions below list the
+/// content once for both.
 class Writer {
  public:
   static constexpr bool kReads = false;
@@ -52,7 +53,8 @@ class Reader {
     std::memcpy(&x, bytes.data(), sizeof x);
     bytes.remove_prefix(sizeof x);
   }
-  /// Of a list whose elements take a byte or more: so no damaged size takes all memory.
+  /// Reads the size of a list. Every element takes at least one byte, so a damaged size cannot
+  /// exhaust memory.
   void size(std::uint64_t& n) {
     plain(n);
     if (n > bytes.size())
@@ -119,8 +121,8 @@ void visit(A& a, EffectSet& effects) {
   }
 }
 
-// Structures by all of their members: a binding of another number does not compile, so that none is
-// forgotten.
+// Structures are visited through structured bindings of all their members: after adding a member
+// the code does not compile until it is listed here.
 template <class A>
 void visit(A& a, Pose& x) {
   auto& [rotation, translation] = x;
@@ -272,7 +274,8 @@ void Reader::operator()(T&... parts) {
   (visit(*this, parts), ...);
 }
 
-/// Index into what is known, the next one with the object behind it; -1: none.
+/// Writes the index of a shared object in `known`, followed by the object at its first occurrence;
+/// -1 for null.
 template <class T>
 void Writer::shared(std::shared_ptr<const T>& pointer, Shared<T>& known) {
   int index = -1;
@@ -282,7 +285,7 @@ void Writer::shared(std::shared_ptr<const T>& pointer, Shared<T>& known) {
   plain(index);
   if (index < static_cast<int>(known.size())) return;
   known.push_back(pointer);
-  visit(*this, const_cast<T&>(*pointer));  // written only
+  visit(*this, const_cast<T&>(*pointer));  // Writer only reads the object
 }
 template <class T>
 void Reader::shared(std::shared_ptr<const T>& pointer, Shared<T>& known) {
@@ -299,7 +302,7 @@ void Reader::shared(std::shared_ptr<const T>& pointer, Shared<T>& known) {
   pointer = known[static_cast<size_t>(index)];
 }
 
-/// 64-bit FNV-1a: tells damage, not malice.
+/// 64-bit FNV-1a; detects damage, not manipulation.
 std::uint64_t checksum(std::string_view bytes) {
   std::uint64_t hash = 14695981039346656037u;
   for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
@@ -308,7 +311,7 @@ std::uint64_t checksum(std::string_view bytes) {
 
 }  // namespace
 
-/// What ModelEditor lets an archive see.
+/// Accesses the members of a model through ModelEditor.
 class ModelArchive {
  public:
   template <class A>

@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* kAll = "all";
 
-/// The part named by a key of `in`; an error that lists those there are.
+/// Returns the part with the given name; an error, located at `value`, lists the known names.
 template <typename Part>
 Part& named(const std::string& name, const YamlValue& value, std::vector<Part>& parts,
             const char* kind) {
@@ -34,7 +34,7 @@ bool takes_servo(const JointSpec& joint) {
 
 double not_negative(const YamlValue& value) { return value.number(0.0, kInfinity); }
 
-/// A number, or `none` for a limit that the robot's file gives and this scene lifts.
+/// Reads a number, or `none` to remove a limit that the robot's file gives.
 double limit(const YamlValue& value, bool zero_allowed) {
   if (value.is_text("none")) return kInfinity;
   return zero_allowed ? not_negative(value) : value.positive();
@@ -49,7 +49,8 @@ void read_servo(const YamlValue& in, JointSpec& joint) {
   if (in.has("velocity")) servo.velocity = in.at("velocity").number();
 }
 
-/// A key of `dynamics`, which joints it applies to, and what it does to one.
+/// A key of `dynamics`: the joints it applies to, a description of these for messages, and its
+/// reader.
 struct Key {
   const char* name;
   bool (*applies)(const JointSpec&);
@@ -87,7 +88,7 @@ void read_all(const YamlValue& in, RobotSpec& robot) {
     if (!in.has(key.name)) continue;
     bool used = false;
     for (JointSpec& joint : robot.joints) {
-      // A floating joint is no bearing; it may still be named.
+      // A floating joint has no bearing, so `all` does not include it; it may be named explicitly.
       if (!key.applies(joint) || joint.type == JointType::kFloating) continue;
       key.read(in.at(key.name), joint);
       used = true;

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A free object made of one shape of uniform density.
+/// Reads a free object made of one shape of uniform density.
 RobotSpec make_object(const YamlValue& in, const fs::path& folder, HullCache& hulls,
                       const Material& material) {
   const Shape shape = read_shape(in, folder, hulls);
@@ -35,7 +35,7 @@ RobotSpec make_object(const YamlValue& in, const fs::path& folder, HullCache& hu
 }
 
 Base read_base(const YamlValue& in) {
-  // What is made of one shape is there to move.
+  // Objects of one shape are movable by default.
   if (!in.has("base")) return in.has("urdf") ? Base::kFixed : Base::kFloating;
   const YamlValue value = in.at("base");
   if (value.is_text("fixed")) return Base::kFixed;
@@ -44,7 +44,8 @@ Base read_base(const YamlValue& in) {
   value.fail("fixed, floating or spherical is expected");
 }
 
-/// A robot's file: a path, or package://NAME/... in a folder that is listed.
+/// Returns the path of a robot's file, given as a path or as package://NAME/... of a listed
+/// package.
 fs::path robot_file(const YamlValue& value, const fs::path& folder, const UrdfOptions& options) {
   const std::string text = value.text(), scheme = "package://";
   if (text.rfind(scheme, 0) != 0) return resolved(folder, text);
@@ -93,7 +94,7 @@ Srdf ModelReader::read_srdf(const YamlValue& in) {
   return srdf;
 }
 
-/// Files of MuJoCo and Gazebo say themselves what is free and of what it is made.
+/// Refuses keys that an MJCF or SDF file defines itself: bases, materials, joint properties.
 void ModelReader::expect_no_robot_keys(const YamlValue& in, const char* format) {
   for (const char* key : {"urdf", "srdf", "base", "velocity", "joint_types", "dynamics", "drag",
                           "gravity_compensation", "friction", "restitution", "torsional_friction",
@@ -113,7 +114,8 @@ LeavingOptions ModelReader::leaving_options(const YamlValue& in) const {
   return options;
 }
 
-/// A model in MuJoCo's format says how it starts; joints and speeds given here go before.
+/// Adds a model in MuJoCo's format with its initial state; joint positions and velocities of the
+/// scene file override it.
 void ModelReader::read_mjcf(const YamlValue& in, bool only_one) {
   expect_no_robot_keys(in, "mjcf");
   const MjcfOptions options = leaving_options(in);
@@ -130,7 +132,8 @@ void ModelReader::read_mjcf(const YamlValue& in, bool only_one) {
   });
 }
 
-/// A model or world in Gazebo's format; its gravity and time step are the scene's.
+/// Adds a model or world in Gazebo's format; the scene's gravity and time step replace those of the
+/// file.
 void ModelReader::read_sdf(const YamlValue& in, bool only_one) {
   expect_no_robot_keys(in, "sdf");
   const YamlValue file = in.at("sdf");
@@ -193,7 +196,7 @@ void ModelReader::read(const YamlValue& in, bool only_one) {
         });
 }
 
-/// Every copy of an entry, at its place and with its prefix.
+/// Calls `add` for every copy of an entry, with its pose and prefix.
 void ModelReader::place(const YamlValue& in, bool only_one, const std::string& robot_name,
                         const Pose& X_WL,
                         const std::function<void(const Pose&, const std::string&)>& add) {
@@ -259,7 +262,7 @@ VectorX ModelReader::start_velocities(const Model& model) const {
     }
     std::copy_n(velocity.numbers.begin(), nv, v.data() + body.v_index);
   }
-  // As many passes as the longest chain of mimics has links.
+  // At most as many passes as the longest chain of mimics has joints.
   bool changed = true;
   for (size_t pass = 0; changed && pass < model.mimics().size(); ++pass) {
     changed = false;

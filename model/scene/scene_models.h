@@ -1,4 +1,5 @@
-// Entries of `models` in a scene file: robots and objects, where they start. Private to scene_yaml.
+// Entries of `models` in a scene file: robots, objects and their initial state. Private to
+// scene_yaml.
 #pragma once
 
 #include <filesystem>
@@ -12,17 +13,18 @@
 
 namespace counterpoint {
 
-/// Puts models into a builder, one after the other.
+/// Adds the entries of `models` to a builder, one after the other.
 class ModelReader {
  public:
-  /// `folder`: what relative paths start from. Builder and options must outlive the reader.
+  /// `folder` is the base of relative paths. Builder and options must outlive the reader.
   ModelReader(std::filesystem::path folder, const UrdfOptions& urdf_options, ModelBuilder& builder)
       : folder_(std::move(folder)), urdf_options_(urdf_options), builder_(builder) {}
 
-  /// One entry with all its copies. `only_one`: without a name it then needs no prefix.
+  /// Adds one entry with all its copies. `only_one`: it is the only entry, and needs no prefix if
+  /// it has no name.
   void read(const YamlValue& in, bool only_one);
 
-  /// nv velocities at the start, of the model built from these entries.
+  /// Returns the initial velocities (nv) of the model built from these entries.
   VectorX start_velocities(const Model& model) const;
 
  private:
@@ -40,7 +42,7 @@ class ModelReader {
              const std::function<void(const Pose&, const std::string&)>& add);
   RobotSpec read_robot(const YamlValue& in) const;
   Srdf read_srdf(const YamlValue& in);
-  /// Joint positions and velocities of one copy.
+  /// Reads the joint positions and velocities of one copy.
   void read_start(const YamlValue& in, Base base, int first_joint, const std::string& prefix);
   void read_base_velocity(const YamlValue& in, Base base, const std::string& joint);
 

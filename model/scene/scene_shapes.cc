@@ -15,7 +15,8 @@ namespace fs = std::filesystem;
 constexpr const char* kShapeKeys[] = {"plane",    "sphere", "box",           "capsule",
                                       "cylinder", "mesh",   "triangle_mesh", "height_field"};
 
-/// `height_field: {file, size, height}`: an image needs the height of white, a table none.
+/// Reads `height_field: {file, size, height}`; `height` is the height of white [m], for images
+/// only.
 TriangleMesh read_height_field(const YamlValue& in, const fs::path& folder) {
   in.expect_map({"file", "size", "height"});
   const YamlValue name = in.at("file");
@@ -38,7 +39,7 @@ TriangleMesh read_height_field(const YamlValue& in, const fs::path& folder) {
   return located(name, [&] { return mesh(load_height_table(file), 1.0); });
 }
 
-/// `triangle_mesh: FILE` with `scale`, or `height_field`.
+/// Reads `triangle_mesh: FILE` with `scale`, or `height_field`.
 Shape read_terrain(const YamlValue& in, const std::string& kind, const fs::path& folder) {
   const YamlValue value = in.at(kind.c_str());
   Shape shape{ShapeType::kTerrain, {}, nullptr};
@@ -120,7 +121,7 @@ Shape read_shape(const YamlValue& in, const fs::path& folder, HullCache& hulls) 
   if (kind == "sphere") {
     return {ShapeType::kSphere, {sizes(1, "a radius [m]")[0], 0, 0}, nullptr};
   }
-  if (kind == "plane") return {ShapeType::kPlane, {}, nullptr};  // its normal: read_plane
+  if (kind == "plane") return {ShapeType::kPlane, {}, nullptr};  // scene_yaml.cc reads its normal
   if (kind == "box") {
     const auto s = sizes(3, "three half lengths [m]");
     return {ShapeType::kBox, {s[0], s[1], s[2]}, nullptr};

@@ -1,5 +1,4 @@
-// The parts of a scene file that say what things look like: poses, surfaces, shapes. Private to
-// scene_yaml.
+// Poses, surface materials and shapes in scene files. Private to scene_yaml.
 #pragma once
 
 #include <filesystem>
@@ -10,10 +9,10 @@
 
 namespace counterpoint {
 
-/// `name` as a path, relative to `folder` unless absolute.
+/// Returns `name` as a path, relative to `folder` unless it is absolute.
 std::filesystem::path resolved(const std::filesystem::path& folder, const std::string& name);
 
-/// Runs `action`; an error without a place in the scene file gets that of `value`.
+/// Runs `action`; an InputError is rethrown with the place of `value` in the scene file.
 template <typename Action>
 auto located(const YamlValue& value, Action action) {
   try {
@@ -23,13 +22,14 @@ auto located(const YamlValue& value, Action action) {
   }
 }
 
-/// `position` [m] with `rpy` [rad] or `quaternion` (w x y z).
+/// Reads `position` [m] with `rpy` [rad] or `quaternion` (w x y z).
 Pose read_pose(const YamlValue& in);
 
-/// `material` with what the map gives.
+/// Returns `material` with the values that the map gives.
 Material read_material(const YamlValue& in, Material material);
 
-/// The one shape key of a map: sphere, box, capsule, cylinder, mesh, triangle_mesh or height_field.
+/// Reads the only shape key of a map: plane, sphere, box, capsule, cylinder, mesh, triangle_mesh or
+/// height_field. @throws InputError if there is none, or more than one.
 Shape read_shape(const YamlValue& in, const std::filesystem::path& folder, HullCache& hulls);
 
 }  // namespace counterpoint

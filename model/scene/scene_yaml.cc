@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Reads one scene file from top to bottom: docs/reference/scene-format.md.
+/// Reads one scene file (docs/reference/scene-format.md) from top to bottom.
 class SceneReader {
  public:
   SceneReader(const YamlValue& root, const fs::path& file, const SceneOverrides& overrides)
@@ -54,7 +54,7 @@ class SceneReader {
               [&](const YamlValue& in, std::size_t count) { models_.read(in, count == 1); });
     take("ground", [&](const YamlValue& in) { read_ground(in); });
     take_each("environment", [&](const YamlValue& in, std::size_t) { read_environment(in); });
-    // What follows names what came before.
+    // The sections below refer to names defined above.
     faults_.throw_if_any();
     take("groups", [&](const YamlValue& in) { read_groups(in); });
     faults_.throw_if_any();
@@ -69,12 +69,12 @@ class SceneReader {
   }
 
  private:
-  /// Reads what stands under a key of the scene, if it is there; a fault is kept.
+  /// Reads the value of a key of the scene, if present; an error is collected.
   template <class Read>
   void take(const char* key, Read&& read) {
     if (root_.has(key)) faults_.collect([&] { read(root_.at(key)); });
   }
-  /// Every item of a list, with the number of items.
+  /// Reads every item of a list; `read` gets the item and the number of items.
   template <class Read>
   void take_each(const char* key, Read&& read) {
     take(key, [&](const YamlValue& in) {
@@ -160,7 +160,7 @@ class SceneReader {
     return in.is_text("none") ? kInfinity : in.positive();
   }
 
-  /// `effects: {NAME: on or off}`
+  /// Reads `effects: {NAME: on or off}`.
   static void read_effects(const YamlValue& in, EffectSet& effects) {
     for (const auto& [name, value] : in.entries()) {
       const auto effect = effect_from_name(name);
@@ -175,7 +175,7 @@ class SceneReader {
     apply_contact_preset(*preset, contact);
   }
 
-  /// `contact: fast`, or `contact: {preset: fast, ...}`; what else is given goes before the preset.
+  /// Reads `contact: fast`, or `contact: {preset: fast, ...}`; other keys override the preset.
   static void read_contact(const YamlValue& in, ContactOptions& contact) {
     if (!in.is_map()) return read_preset(in, contact);
     in.expect_map({"preset", "friction_model", "compliance", "smoothing", "stabilization",
@@ -250,14 +250,14 @@ class SceneReader {
     }
   }
 
-  /// `groups: {NAME: [links or geometries]}`, for exclusions.
+  /// Reads `groups: {NAME: [links or geometries]}`, for exclusions and pairs.
   void read_groups(const YamlValue& in) {
     for (const auto& [name, value] : in.entries()) {
       std::vector<std::string>& members = groups_[name];
       for (const YamlValue& member : value.list()) members.push_back(member.text());
       if (members.empty()) value.fail("a group needs at least one link or geometry");
       for (const std::string& member : members) {
-        // Names are checked here, whether or not the group is used.
+        // Names are checked here, even if the group is not used.
         located(value, [&] { builder_.geometries_named(member); });
       }
     }
@@ -283,7 +283,7 @@ class SceneReader {
     }
   }
 
-  /// `{between: [a, b], friction: ..., collide: true}`: links, geometries or groups.
+  /// Reads `{between: [a, b], friction: ..., collide: true}` for links, geometries or groups.
   void read_pair(const YamlValue& in) {
     in.expect_map({"between", "friction", "restitution", "torsional_friction", "rolling_friction",
                    "collide"});

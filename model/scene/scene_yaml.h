@@ -1,4 +1,4 @@
-// Scene files: docs/reference/scene-format.md describes them.
+// Scene files (docs/reference/scene-format.md).
 #pragma once
 
 #include "counterpoint/model/scene.h"

@@ -14,8 +14,9 @@ class BodyReader {
   BodyReader(Document& document, ShapeReader& shapes, const std::string& prefix)
       : document_(document), shapes_(shapes), prefix_(prefix) {}
 
-  /// `scope`: "" or "inner::", of the outermost model; `X_TM`: of the model's frame in that one's;
-  /// `is_static`: a model around it is.
+  /// Reads a model and the models within it. `scope`: its path of names in the outermost model, ""
+  /// or "inner::"; `X_TM`: pose of its frame in that of the outermost model; `is_static`: a model
+  /// around it is static.
   void read(const sdf::Model& model, const std::string& scope, const Pose& X_TM, bool is_static) {
     const sdf::ElementPtr element = model.Element();
     document_.pass_over_all_but(
@@ -36,7 +37,7 @@ class BodyReader {
   Bodies bodies;
 
  private:
-  /// "inner::arm" as "inner/arm", behind the prefix.
+  /// Converts scope "inner::" and name "arm" to "inner/arm", after the prefix.
   std::string name_of(const std::string& scope, const std::string& name) const {
     std::string out = prefix_;
     std::size_t from = 0;
@@ -144,7 +145,7 @@ class BodyReader {
   Document& document_;
   ShapeReader& shapes_;
   const std::string prefix_;
-  std::map<std::string, int> indices_;  // by name within the outermost model, with "::"; -1: fixed
+  std::map<std::string, int> indices_;  // key: "scope::name" in the outermost model; -1: static
 };
 
 }  // namespace

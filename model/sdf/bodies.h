@@ -1,4 +1,4 @@
-// Links and joints of one SDF model, those of models within it too.
+// Links and joints of one SDF model, those of nested models included.
 #pragma once
 
 #include <map>
@@ -13,31 +13,32 @@
 namespace counterpoint::sdf_file {
 
 struct LinkNode {
-  LinkSpec spec;  ///< with collisions
+  LinkSpec spec;  ///< includes the collision geometries
   sdf::ElementPtr element;
-  Pose X_TL;  ///< in the frame of the outermost model
+  Pose X_TL;  ///< pose in the frame of the outermost model
   bool self_collide = false;
-  std::vector<CollisionRead> collisions;  ///< those of spec
+  std::vector<CollisionRead> collisions;  ///< in the order of spec.collisions
 };
 
 struct JointNode {
   std::string name;
   sdf::ElementPtr element;
-  int parent = -1, child = -1;  ///< links; -1: the world
-  Pose X_TJ;
-  /// What moves, from parent to child, one after the other: none of a fixed joint, two of a
-  /// universal one. Type, axis in the joint frame, limits and forces.
+  int parent = -1, child = -1;  ///< indices of links; -1: the world
+  Pose X_TJ;                    ///< pose of the joint frame in the frame of the outermost model
+  /// Joints in series from parent to child: none if fixed, two if universal. Each has its type,
+  /// axis in the joint frame, limits and forces.
   std::vector<JointSpec> motions;
-  bool loop = false;  ///< asks to be the one that closes a loop
+  bool loop = false;  ///< must_be_loop_joint: the preferred joint to close a loop
 };
 
 struct Bodies {
   std::vector<LinkNode> links;
-  std::vector<LinkNode> fixed;  ///< of static models, without inertia
+  std::vector<LinkNode> fixed;  ///< links of static models, without inertia
   std::vector<JointNode> joints;
 };
 
-/// Joints to links of static models lead to the world. `prefix` goes before every name.
+/// Reads a model with its nested models. Joints to links of static models attach to the world.
+/// `prefix` precedes every name.
 Bodies read_bodies(Document& document, ShapeReader& shapes, const sdf::Model& model,
                    const std::string& prefix);
 

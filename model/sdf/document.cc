@@ -15,7 +15,7 @@
 namespace counterpoint::sdf_file {
 namespace {
 
-/// The file that libsdformat names; of a text in memory it names none.
+/// The file that libsdformat names; for text in memory it names none, and that is `file`.
 std::string named(const std::string& path, const std::filesystem::path& file) {
   if (path.empty() || path == "<data-string>") return file.string();
   return std::filesystem::path(path).lexically_normal().string();
@@ -27,8 +27,8 @@ std::string located(const sdf::Error& error, const std::filesystem::path& file) 
   return fmt::format("{}: {}", at, error.Message());
 }
 
-/// True for errors of what is seen and sensed, which touches nothing. Names, which may be anything,
-/// stand in brackets.
+/// Whether an error concerns only display or sensors, without effect on the motion. Ignores words
+/// in brackets, where libsdformat quotes names, which may be any.
 bool is_about_appearance(const sdf::Error& error) {
   using Code = sdf::ErrorCode;
   if (error.Code() != Code::ELEMENT_MISSING && error.Code() != Code::ELEMENT_INVALID &&
@@ -68,14 +68,14 @@ Document::Document(const std::filesystem::path& file, const SdfOptions& options)
   config.SetUnrecognizedElementsPolicy(sdf::EnforcementPolicy::LOG);
   const std::string resolved = resolve_includes(file, text, options, config, notes);
   sdf::Errors errors;
-  const CapturedMessages urdf_messages;  // what is no SDF is tried as URDF
+  const CapturedMessages urdf_messages;  // libsdformat tries text that is no SDF as URDF
   try {
     errors = root_.LoadSdfString(resolved, config);
   } catch (const std::exception& error) {
     throw InputError(fmt::format("{}: {}", file.string(), error.what()));
   }
   for (const sdf::Error& error : errors) {
-    // The builder says what is wrong with an inertia, or takes it.
+    // ModelBuilder reports invalid inertias, or accepts them.
     if (error.Code() == sdf::ErrorCode::LINK_INERTIA_INVALID) continue;
     if (is_about_appearance(error))
       notes.push_back(

@@ -1,4 +1,4 @@
-// An SDF file as libsdformat read it, with messages that name file, line and element.
+// An SDF file read by libsdformat, with messages that name file, line and element.
 #pragma once
 
 #include <filesystem>
@@ -20,42 +20,43 @@ Pose to_pose(const ignition::math::Pose3d& pose);
 
 class Document {
  public:
-  /// @throws InputError for what cannot be read, or includes what it may not (includes.h).
+  /// @throws InputError for a file that cannot be read, or that includes a file outside the allowed
+  /// folders (includes.h).
   Document(const std::filesystem::path& file, const SdfOptions& options);
 
   const sdf::Root& root() const { return root_; }
   const std::filesystem::path& file() const { return file_; }
   const SdfOptions& options() const { return options_; }
-  /// The folder of the file that an element stands in.
+  /// Folder of the file that contains an element.
   std::filesystem::path folder_of(const sdf::ElementPtr& element) const;
 
-  /// "FILE:LINE: <joint> 'elbow'".
+  /// Location for messages: "FILE:LINE: <joint> 'elbow'".
   std::string where(const sdf::ElementPtr& element) const;
   [[noreturn]] void fail(const sdf::ElementPtr& element, const std::string& what) const;
-  /// A fault, unless the caller left out what `word` names; then a note.
+  /// Adds a fault, or a note if the options leave out the feature `word`.
   void refuse(const sdf::ElementPtr& element, LeaveOut word, const std::string& what);
   void note(const sdf::ElementPtr& element, const std::string& what);
 
-  /// The elements within one, in order.
+  /// The child elements, in order.
   std::vector<sdf::ElementPtr> children(const sdf::ElementPtr& element) const;
-  /// Counts the elements within one that are not `read`, for a note.
+  /// Counts the child elements whose names are not in `read`, for note_passed().
   void pass_over_all_but(const sdf::ElementPtr& element, std::initializer_list<const char*> read);
-  /// That note, and one for plugins.
+  /// Adds a note that lists the counted elements, and one for plugins.
   void note_passed();
 
-  /// The element within one; null: none.
+  /// The child element with a name; null if there is none.
   static sdf::ElementPtr child(const sdf::ElementPtr& element, const char* name);
-  /// Its number, where it is given.
+  /// The number or flag in a child element; `otherwise` if there is none.
   static double number(const sdf::ElementPtr& element, const char* name, double otherwise);
   static bool flag(const sdf::ElementPtr& element, const char* name, bool otherwise);
 
-  /// A pose in a frame that libsdformat knows.
+  /// Pose relative to a frame that libsdformat knows.
   Pose resolve(const sdf::SemanticPose& pose, const std::string& frame,
                const sdf::ElementPtr& element) const;
   void check(const sdf::Errors& errors, const sdf::ElementPtr& element) const;
 
   std::vector<Note> notes;
-  Faults faults;  ///< of what was read so far; the reader goes on behind each
+  Faults faults;  ///< faults found so far; reading continues after each
 
  private:
   std::filesystem::path file_;

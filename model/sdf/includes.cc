@@ -17,8 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 using tinyxml2::XMLElement;
 
-constexpr std::size_t kMaxDepth = 20;       // of files within files
-constexpr std::size_t kMaxIncludes = 2000;  // those of files included several times each time
+constexpr std::size_t kMaxDepth = 20;       // levels of files within files
+constexpr std::size_t kMaxIncludes = 2000;  // in all, repeated ones counted each time
 
 bool is_sdf_root(const XMLElement* root) {
   return root != nullptr &&
@@ -30,7 +30,7 @@ class Walk {
   Walk(const SdfOptions& options, sdf::ParserConfig& config, std::vector<Note>& notes)
       : options_(options), config_(config), notes_(notes) {}
 
-  /// Includes of the outermost file, by their number, and what stands in their place.
+  /// Replacement texts for includes of the outermost file, by their number in file order.
   std::map<std::size_t, std::string> replaced;
 
   void read(const fs::path& file, const XMLElement& root) {
@@ -40,7 +40,7 @@ class Walk {
     open_ = around;
   }
 
-  /// libsdformat is to find what was found here.
+  /// Checks that libsdformat resolves each URI to the file found here. @throws InputError if not.
   void check() const {
     faults_.throw_if_any();
     for (const auto& [uri, target] : targets_) {
@@ -69,7 +69,7 @@ class Walk {
     }
   }
 
-  /// libsdformat 12 passes over what later formats brought.
+  /// Refuses elements of later SDF versions, which libsdformat 12 ignores.
   static void check_known(const XMLElement& e, const XMLElement& parent, const fs::path& file) {
     const std::string name = e.Name();
     const char* by_itself = e.Attribute("auto");
@@ -85,7 +85,8 @@ class Walk {
                                    e.GetLineNum(), name, what));
   }
 
-  /// Of the outermost file: one of the library, if no folder holds it.
+  /// Replaces an include of the outermost file, which no folder holds, by a model of Gazebo's
+  /// library; false if that has none.
   bool take_from_library(const std::string& uri, const XMLElement& element,
                          const std::string& where, std::size_t number) {
     if (open_.size() != 1) return false;
@@ -147,7 +148,7 @@ class Walk {
     read(model, *root);
   }
 
-  /// A folder with a model.config, else a file.
+  /// The folder with a model.config that a URI names, else the file.
   fs::path find(const std::string& uri, const fs::path& folder, const std::string& where) {
     const std::string stem = uri.back() == '/' ? uri.substr(0, uri.size() - 1) : uri;
     MeshPath found;
@@ -164,7 +165,7 @@ class Walk {
     return is_folder ? path.parent_path() : path;
   }
 
-  /// The file that a model's folder names as its description.
+  /// The SDF file that the model.config of a folder names.
   fs::path described(const std::string& uri, const fs::path& target, const fs::path& file,
                      const std::string& where) const {
     tinyxml2::XMLDocument config;
@@ -181,8 +182,8 @@ class Walk {
     throw InputError(fmt::format("{}: there is no file {}", where, chosen));
   }
 
-  /// The map goes before every other place that libsdformat looks in. A name that begins like a key
-  /// is that folder with the rest of the name.
+  /// Adds a URI to libsdformat's map, which it searches before all other places. A URI that begins
+  /// with a key of the map is the key's folder followed by the rest of the URI.
   void tell(const std::string& uri, const fs::path& target) {
     std::error_code error;
     if (fs::is_directory(target, error)) return config_.AddURIPath(uri, target.string());

@@ -1,4 +1,4 @@
-// <include> of SDF files: which files they mean, and whether these may be opened.
+// <include> of SDF files: finds the included files and checks that they may be opened.
 #pragma once
 
 #include <filesystem>
@@ -17,22 +17,22 @@ class XMLElement;
 
 namespace counterpoint::sdf_file {
 
-/// Tells libsdformat where every included file lies, so that it opens these and no other; it would
-/// look in the current folder and in paths of the environment. `text`: the file's. Notes where a
-/// file was found by the end of its path. @throws InputError with file and line for files that are
-/// missing or lie outside the folders that the file may reach (find_mesh), includes in a circle,
-/// and where one name means two files.
-/// Returns the text with the sun and the ground plane of Gazebo's model library written out where
-/// no folder holds them, lines as they were.
+/// Tells libsdformat where each included file lies, so that it opens no other; by itself it
+/// searches the current folder and the paths of environment variables. `text`: content of `file`.
+/// Notes each file that was found only by the end of its path. @throws InputError with file and
+/// line for included files that are missing or outside the folders that the file may reach
+/// (find_mesh), for circular includes, and for one name that means two files.
+/// Returns the text with the sun and the ground plane of Gazebo's model library inserted where no
+/// folder holds them; line numbers stay the same.
 std::string resolve_includes(const std::filesystem::path& file, const std::string& text,
                              const SdfOptions& options, sdf::ParserConfig& config,
                              std::vector<Note>& notes);
 
-/// What stands for an <include> of Gazebo's model library: "" for the sun, a model for the ground
-/// plane; nothing for any other. `uri`: model://NAME, or an address of Fuel.
+/// Replacement for an <include> from Gazebo's model library: "" for the sun, a model for the ground
+/// plane, nothing for any other. `uri`: model://NAME, or an address on Fuel.
 std::optional<std::string> library_model(const std::string& uri,
                                          const tinyxml2::XMLElement& include);
-/// A text whose includes, counted in its order from 0, are replaced; lines stay where they are.
+/// Replaces includes, numbered from 0 in the order of the text; line numbers stay the same.
 std::string with_includes_replaced(const std::string& text,
                                    const std::map<std::size_t, std::string>& by_number);
 

@@ -7,10 +7,11 @@
 namespace counterpoint::sdf_file {
 namespace {
 
-/// Limits beyond this are none, as the format says.
+/// Limits of this magnitude or more are infinite (SDF specification).
 constexpr double kNoLimit = 1e16;
 
-/// Many files say 0 for want of a figure: enforced, it would leave the joint limp, or stiff.
+/// Effort or velocity limit, infinite if not positive. Many files give 0 because the value is
+/// unknown; enforced, it would leave the joint limp, or locked.
 double bound(Document& document, double value, const char* what, const sdf::ElementPtr& element) {
   if (value > 0.0) return value;
   if (value == 0.0)
@@ -44,7 +45,7 @@ JointSpec read_axis(Document& document, const sdf::Joint& joint, unsigned number
   return spec;
 }
 
-/// What ODE would do beyond the joint itself.
+/// Refuses ODE settings without a counterpart here: motors and bouncing limits.
 void check_physics(Document& document, const sdf::ElementPtr& element) {
   const sdf::ElementPtr ode = Document::child(Document::child(element, "physics"), "ode");
   if (Document::number(ode, "velocity", 0.0) != 0.0 &&

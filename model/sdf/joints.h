@@ -7,7 +7,7 @@
 
 namespace counterpoint::sdf_file {
 
-/// JointNode::motions. @throws InputError for types that are not supported.
+/// Reads JointNode::motions. @throws InputError for types that are not supported.
 std::vector<JointSpec> read_motions(Document& document, const sdf::Joint& joint,
                                     const std::string& name);
 

@@ -1,5 +1,5 @@
-// The two models of Gazebo's library that nearly every world includes, so that worlds load without
-// its files.
+// The two models of Gazebo's library that nearly every world includes, the sun and the ground
+// plane, so that worlds load without the library's files.
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
@@ -12,14 +12,14 @@
 namespace counterpoint::sdf_file {
 namespace {
 
-/// The library's file says 100 along and 50 across; on either nothing slides.
+/// The library's file has mu = 100 and mu2 = 50; nothing slides with either.
 constexpr const char* kGroundLink =
     "<link name='link'><collision name='collision'><geometry><plane><normal>0 0 "
     "1</normal><size>100 100</size></plane>"
     "</geometry><surface><friction><ode><mu>100</mu><mu2>100</mu2></ode></friction></surface></"
     "collision></link>";
 
-/// The name of a model in a URI: "ground_plane" of "model://ground_plane" and of
+/// Name of the model in a URI: "ground_plane" for "model://ground_plane" and for
 /// ".../models/Ground%20Plane/2".
 std::string library_name(std::string uri) {
   while (!uri.empty() && uri.back() == '/') uri.pop_back();
@@ -60,7 +60,7 @@ std::string text_of(const tinyxml2::XMLElement& parent, const char* name, const 
   return e && e->GetText() ? e->GetText() : otherwise;
 }
 
-/// Past what begins at `at`: a comment or CDATA to its end, else one character.
+/// Position after the item at `at`: a whole comment or CDATA section, else one character.
 std::size_t past(const std::string& text, std::size_t at) {
   for (const auto& [open, close] : {std::pair("<!--", "-->"), std::pair("<![CDATA[", "]]>")}) {
     if (text.compare(at, std::strlen(open), open) != 0) continue;

@@ -12,8 +12,8 @@ namespace counterpoint {
 namespace sdf_file {
 namespace {
 
-/// Friction of a slope of 84 degrees: where it is higher, no matter in which direction, nothing
-/// slides.
+/// Friction coefficient of a slope of 84 degrees: nothing slides where both directions have more,
+/// so that their difference is irrelevant.
 constexpr double kNeverSlides = 10.0;
 
 class Reader {
@@ -36,14 +36,14 @@ class Reader {
   }
 
  private:
-  /// What touches, by the names that the builder gives.
+  /// A collision surface, with the geometry name that ModelBuilder gives.
   struct Surface {
     std::string name;
     std::string link;
-    int model;  ///< the number of the outermost model
+    int model;  ///< number of the outermost model
     bool is_static;
     CollisionRead read;
-    bool matters = false;  ///< what it touches feels that it differs with the direction
+    bool matters = false;  ///< its anisotropic friction is felt by a surface that it touches
     const Material& material() const { return read.collision.material; }
     bool differs() const { return read.along != read.across; }
   };
@@ -106,7 +106,7 @@ class Reader {
     }
   }
 
-  /// Of every link the first one that joints connect it to.
+  /// For each link the lowest index of all links that joints connect it to.
   static std::vector<int> connected(const Bodies& bodies) {
     std::vector<int> first(bodies.links.size());
     std::iota(first.begin(), first.end(), 0);
@@ -118,7 +118,8 @@ class Reader {
     return first;
   }
 
-  /// Links of one model touch where one of both says self_collide, and never across a joint.
+  /// Excludes pairs of links of one model unless one of them has self_collide, and all pairs that a
+  /// joint connects.
   void exclude_within(const Bodies& bodies, const sdf::ElementPtr& model) {
     const std::vector<int> first_of = connected(bodies);
     bool noted = false;
@@ -146,8 +147,8 @@ class Reader {
     }
   }
 
-  /// Of two surfaces the smaller friction and restitution count, as in Gazebo with ODE and with
-  /// DART.
+  /// Excludes pairs without a common bit of collide_bitmask. The others get the smaller friction
+  /// and restitution of both surfaces, as in Gazebo with ODE and with DART.
   void join() {
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
       for (std::size_t j = i + 1; j < surfaces_.size(); ++j) {
@@ -170,8 +171,8 @@ class Reader {
     }
   }
 
-  /// Friction that differs with the direction is refused where it would be felt: against what the
-  /// file holds, or on what moves, which a scene may put anywhere.
+  /// Refuses anisotropic friction where it would be felt: against a surface of this file, or on a
+  /// movable model alone in its file, which a scene may place anywhere.
   void judge_directions() {
     for (const Surface& s : surfaces_) {
       if (!s.differs()) continue;

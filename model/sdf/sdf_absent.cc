@@ -1,4 +1,4 @@
-// In place of the reader where libsdformat was not found.
+// Replaces the SDF reader in builds without libsdformat.
 #include <fmt/format.h>
 
 #include "counterpoint/model/robot_files.h"

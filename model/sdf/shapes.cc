@@ -123,7 +123,7 @@ Shape ShapeReader::mesh(const sdf::Mesh& in, const sdf::ElementPtr& element, boo
     try {
       hull = hulls_->load(file, scale);
     } catch (const InputError&) {
-      if (!is_static) throw;  // flat, say: triangles may still do
+      if (!is_static) throw;  // flat, for example: triangles may still do
     }
     if (is_static && (!hull || is_visibly_concave(*hull))) {
       const auto terrain = make_terrain(load_mesh(file, scale), file.string());
@@ -160,7 +160,7 @@ Shape ShapeReader::height_map(const sdf::Heightmap& in, const sdf::ElementPtr& e
 
 void ShapeReader::read_surface(const sdf::ElementPtr& collision, CollisionRead& out) {
   Material& material = out.collision.material;
-  material.friction = 1.0;  // as the format says
+  material.friction = 1.0;  // default of the SDF specification
   const sdf::ElementPtr surface = Document::child(collision, "surface");
   if (!surface) return;
   if (Document::child(surface, "soft_contact"))
@@ -191,7 +191,7 @@ void ShapeReader::read_friction(const sdf::ElementPtr& friction, CollisionRead& 
   Material& material = out.collision.material;
   const sdf::ElementPtr ode = Document::child(friction, "ode"),
                         bullet = Document::child(friction, "bullet");
-  // Of both libraries' values ODE's count, as its own are the usual ones.
+  // If both ODE and Bullet have values, those of ODE are used, as the more common.
   const sdf::ElementPtr& used = ode ? ode : bullet;
   const char* first = ode ? "mu" : "friction";
   const char* second = ode ? "mu2" : "friction2";
@@ -215,7 +215,7 @@ void ShapeReader::read_friction(const sdf::ElementPtr& friction, CollisionRead& 
           "friction; <patch_radius> would give some");
     return;
   }
-  // Of a round patch of radius a under Hertz's pressure: torque 3 pi / 16 a mu times the force.
+  // A round patch of radius a with Hertz's pressure: torque = 3 pi / 16 a mu times the force.
   material.torsional_friction = 3.0 * kPi / 16.0 *
                                 Document::number(torsional, "patch_radius", 0.0) *
                                 Document::number(torsional, "coefficient", 1.0);

@@ -11,23 +11,23 @@
 namespace counterpoint::sdf_file {
 
 struct CollisionRead {
-  LinkSpec::Collision collision;     ///< placed in the link
-  unsigned bitmask = 0xffff;         ///< touches those with which it shares a bit
-  double along = 1.0, across = 1.0;  ///< friction in two directions; the material has the smaller
+  LinkSpec::Collision collision;     ///< pose in the link frame
+  unsigned bitmask = 0xffff;         ///< collides with masks that share a bit
+  double along = 1.0, across = 1.0;  ///< friction in two directions; material has the smaller
   sdf::ElementPtr element;
-  bool touches = true;  ///< collide_without_contact
+  bool touches = true;  ///< false: collide_without_contact, or an empty mask
 };
 
 class ShapeReader {
  public:
   explicit ShapeReader(Document& document);
-  /// `is_static`: of a model that never moves; a mesh with hollows then touches as triangles, and
-  /// planes and height maps are possible. @throws InputError for shapes and surfaces that are not
+  /// `is_static`: the model never moves; then a mesh with hollows collides as triangles, and planes
+  /// and height maps are allowed. @throws InputError for shapes and surfaces that are not
   /// supported.
   CollisionRead read(const sdf::Collision& collision, bool is_static);
 
  private:
-  /// Shape, and its frame in that of the collision.
+  /// The shape and its pose in the collision frame.
   std::pair<Shape, Pose> shape_of(const sdf::Geometry& geometry, const sdf::ElementPtr& element,
                                   bool is_static);
   Shape mesh(const sdf::Mesh& mesh, const sdf::ElementPtr& element, bool is_static);

@@ -8,9 +8,9 @@
 namespace counterpoint::sdf_file {
 namespace {
 
-/// Frames nearer than this [m, rad] are one: poses differ so by rounding.
+/// Poses whose entries [m, or of the rotation matrix] differ by less are equal up to round-off.
 constexpr double kSame = 1e-14;
-/// How far apart the two points of a revolute joint that closes a loop lie [m].
+/// Distance between the two points of a revolute joint that closes a loop [m].
 constexpr double kHingeWidth = 0.1;
 
 bool is_identity(const Pose& pose) {
@@ -33,7 +33,7 @@ class TreeBuilder {
   void build() {
     const std::vector<int> loops = choose();
     if (!joints_of_[0].empty()) build_tree(-1);
-    // A link that hangs on no other is a root; without one, in a circle, the first.
+    // Roots are the links without a parent joint; in a cycle, its first link.
     std::vector<char> is_child(bodies_.links.size(), 0);
     for (const auto& joints : joints_of_)
       for (const int j : joints)
@@ -45,7 +45,8 @@ class TreeBuilder {
   }
 
  private:
-  /// Which joints form trees, by the order of the file; the others close loops.
+  /// Chooses the joints of the trees in file order, those marked as loop joints last. Returns the
+  /// others, which close loops.
   std::vector<int> choose() {
     std::vector<int> set(bodies_.links.size() + 1), order(bodies_.joints.size()), loops;
     std::iota(set.begin(), set.end(), 0);
@@ -108,8 +109,9 @@ class TreeBuilder {
     robot.links.push_back(world);
   }
 
-  /// From `inner` to `outer`; turned round if the file has it the other way. Between them lie links
-  /// without mass, where a joint has two axes, or the outer link's frame is not the joint's.
+  /// Adds a joint from `inner` to `outer`, reversed if the file has it the other way. Massless
+  /// links go in between if the joint has two axes, or if the frame of the outer link is not the
+  /// joint frame.
   void add_joint(const JointNode& joint, int inner, int outer, RobotSpec& robot) const {
     const bool turned = joint.parent != inner;
     std::string hangs_on = name_of(inner);
@@ -178,7 +180,7 @@ class TreeBuilder {
         std::isfinite(spec.lower) || std::isfinite(spec.upper))
       document_.note(joint.element,
                      "it closes a loop: its limits, damping, friction and spring are not used");
-    // Two points on the axis stay together.
+    // Two points on the hinge axis are held together.
     for (const double side : {-0.5, 0.5}) {
       const Vector3 offset = side * kHingeWidth * spec.axis;
       closure.name = joint.name + (side < 0.0 ? "" : ".2");
@@ -193,7 +195,7 @@ class TreeBuilder {
   const std::string prefix_;
   const Pose X_WT_;
   SdfModel& model_;
-  std::vector<std::vector<int>> joints_of_;  // by link + 1: of trees
+  std::vector<std::vector<int>> joints_of_;  // joints of the trees; index: link + 1
   std::vector<char> done_;
 };
 

@@ -1,4 +1,4 @@
-// load_height_image: libpng behind one function.
+// load_height_image: calls libpng.
 #include <fmt/format.h>
 #include <png.h>
 
@@ -18,7 +18,7 @@ struct ClosePng {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 
-// libpng's structures and what it said when it gave up.
+// libpng's structures, and its message if it failed.
 struct PngReader {
   PngReader() {
     png = png_create_read_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning);
@@ -40,8 +40,8 @@ struct PngReader {
   std::string message;
 };
 
-// No object with a destructor may be made between setjmp and libpng's longjmp; so the two halves
-// are functions of their own. False if libpng gave up.
+// No object with a destructor may be created between setjmp and libpng's longjmp, hence two
+// separate functions. They return false if libpng failed.
 bool read_header(PngReader& reader, std::FILE* file) {
   if (setjmp(png_jmpbuf(reader.png))) return false;
   png_set_user_limits(reader.png, kMostPixels, kMostPixels);

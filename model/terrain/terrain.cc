@@ -10,10 +10,10 @@
 namespace counterpoint {
 namespace {
 
-// Edges that bend by less [rad] are flat: a ball that rolls over one leaves the one face and meets
-// the other within this angle times its radius.
+// Edges with a smaller bend [rad] count as flat: a ball that rolls over one leaves one face and
+// meets the other within this angle times its radius.
 constexpr double kFlatAngle = 1e-4;
-// A triangle lower than this share of its longest side has no usable normal.
+// Triangles lower than this share of their longest side have no usable normal.
 constexpr double kLeastHeight = 1e-10;
 
 Vector3 area_vector(const TriangleMesh& mesh, const std::array<int, 3>& t) {
@@ -21,7 +21,7 @@ Vector3 area_vector(const TriangleMesh& mesh, const std::array<int, 3>& t) {
   return (mesh.vertices[t[1]] - p).cross(mesh.vertices[t[2]] - p);
 }
 
-// Rotated so that the lowest index leads: the same triangle has the same name.
+// Rotates the indices so that the lowest leads; equal triangles then compare equal.
 std::array<int, 3> canonical(std::array<int, 3> t) {
   std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
   return t;
@@ -64,8 +64,8 @@ struct HalfEdge {
   }
 };
 
-// Bend of the edge [rad, small angles as sines]: positive where the surface bends away from the
-// bodies. `side` of triangle t, neighbour u.
+// Angle between triangle t and its neighbour u across the edge `side` of t [rad]; positive if the
+// edge is convex towards the bodies.
 double bend(const Terrain& terrain, int t, int side, int u) {
   const Terrain::Triangle& a = terrain.triangles[t];
   const Vector3& p = terrain.vertices[a.vertices[side]];
@@ -95,8 +95,8 @@ void connect(Terrain& out) {
     const auto [begin, end] = range(e.to, e.from);
     if (same_end - same_begin > 1 || end - begin > 1) ++out.misfits;
     Terrain::Triangle& triangle = out.triangles[e.triangle];
-    // Sheets with a face on either side share an edge four times: the flattest neighbour is the
-    // one.
+    // Sheets with faces on both sides share an edge four times: the flattest neighbour continues
+    // the surface.
     double flattest = std::numeric_limits<double>::infinity();
     for (auto it = begin; it != end; ++it) {
       const double angle = bend(out, e.triangle, e.side, it->triangle);
@@ -157,7 +157,7 @@ std::shared_ptr<const Terrain> make_terrain(const TriangleMesh& mesh, const std:
   const std::string at = source.empty() ? "terrain" : source;
   const int size = static_cast<int>(mesh.vertices.size());
   for (int i = 0; i < size; ++i) {
-    if ((mesh.vertices[i].array().abs() <= limits::kMaxLength).all()) continue;  // no NaN is
+    if ((mesh.vertices[i].array().abs() <= limits::kMaxLength).all()) continue;  // false for NaN
     throw InputError(fmt::format("{}: vertex {} is not a finite number, or farther out than {:g} m",
                                  at, i, limits::kMaxLength));
   }

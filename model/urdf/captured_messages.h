@@ -1,4 +1,4 @@
-// What urdfdom prints, caught.
+// Captures the messages that urdfdom prints.
 #pragma once
 
 #include <console_bridge/console.h>
@@ -7,7 +7,7 @@
 
 namespace counterpoint {
 
-/// Collects what urdfdom prints; puts the handler that was there back at the end.
+/// Collects urdfdom's error messages while it exists, then restores the previous output handler.
 class CapturedMessages : public console_bridge::OutputHandler {
  public:
   CapturedMessages() : level_(console_bridge::getLogLevel()) {

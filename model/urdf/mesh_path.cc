@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kMaxPathLength = 4096;  // as Linux has it
+constexpr size_t kMaxPathLength = 4096;  // PATH_MAX of Linux
 constexpr const char* kMeshExtensions[] = {".stl", ".obj", ".dae", ".msh"};
 
 bool is_file(const fs::path& path) {
@@ -20,7 +20,7 @@ bool is_file(const fs::path& path) {
   return fs::is_regular_file(path, error);
 }
 
-/// The folder and those above it, nearest first.
+/// A folder and the folders above it except the root, nearest first.
 std::vector<fs::path> upwards(const fs::path& folder) {
   std::error_code error;
   fs::path at = fs::absolute(folder, error).lexically_normal();
@@ -33,8 +33,9 @@ std::vector<fs::path> upwards(const fs::path& folder) {
   return folders;
 }
 
-/// Longest end of the path first, so that the most of what the file said is honoured; among equals
-/// the nearest folder. `shortest`: least number of path elements that still counts as evidence.
+/// Searches the folders for the longest possible end of the path `wanted`, so that as much of the
+/// path as possible is used; for equal lengths the nearest folder. `shortest`: the least number of
+/// path elements that still counts as evidence.
 bool search_upwards(const fs::path& wanted, const std::vector<fs::path>& folders, size_t shortest,
                     MeshPath& found) {
   const std::vector<fs::path> elements(wanted.begin(), wanted.end());
@@ -43,7 +44,7 @@ bool search_upwards(const fs::path& wanted, const std::vector<fs::path>& folders
     for (size_t i = first; i < elements.size(); ++i) tail /= elements[i];
     for (const fs::path& folder : folders) {
       if (!is_file(folder / tail)) continue;
-      // What the end of the path begins with is the package: a folder with a name, not a way up.
+      // The first element of this end is the package: a folder name, not ".." or ".".
       if (*tail.begin() == ".." || *tail.begin() == ".") continue;
       found = {folder / tail, first > 0, folder / *tail.begin()};
       return true;
@@ -58,7 +59,7 @@ bool take_scheme(std::string& name, const std::string& scheme) {
   return true;
 }
 
-/// Where symlinks and ".." really lead.
+/// The path with symlinks and ".." resolved.
 fs::path real_path(const fs::path& path) {
   std::error_code error;
   const fs::path real = fs::weakly_canonical(fs::absolute(path, error), error);
@@ -72,8 +73,9 @@ bool lies_in(const fs::path& file, const fs::path& folder) {
   return end == root.end() && rest != file.end();
 }
 
-/// The package that a robot's file is part of: the nearest folder from its own upwards that is
-/// marked as one; without a mark, the folder above its own (robots/x.urdf beside meshes/).
+/// Root of the package of a robot's file: the nearest folder, from its own upwards, with a
+/// package.xml or model.config; without one, the folder above its own (robots/x.urdf beside
+/// meshes/).
 fs::path package_root(const fs::path& urdf_folder) {
   const std::vector<fs::path> folders = upwards(urdf_folder);
   for (const fs::path& folder : folders) {
@@ -82,14 +84,14 @@ fs::path package_root(const fs::path& urdf_folder) {
   return folders.size() > 1 ? folders[1] : folders.empty() ? urdf_folder : folders[0];
 }
 
-/// How many ".." a name begins with.
+/// Number of leading ".." of a name.
 long ways_up(const fs::path& name) {
   return std::distance(
       name.begin(),
       std::find_if(name.begin(), name.end(), [](const fs::path& part) { return part != ".."; }));
 }
 
-/// The folder that the leading ".." of a name lead to; of other names the folder of the file.
+/// The folder that the leading ".." of a name lead to; without them, the folder of the file.
 fs::path reached(const fs::path& name, const fs::path& urdf_folder, const fs::path& file) {
   const long up = ways_up(name);
   if (up == 0) return real_path(file).parent_path();
@@ -98,9 +100,8 @@ fs::path reached(const fs::path& name, const fs::path& urdf_folder, const fs::pa
   return real_path(folder);
 }
 
-/// Collections of robots keep parts that several use in folders beside one another, so that
-/// robots/assembly/x/x.urdf names ../../arms/y/y.obj: a mesh, by its extension, in a folder of the
-/// folder two above.
+/// Whether a name refers to a shared part in a collection of robots: a mesh, by its extension, in a
+/// subfolder of the folder two above, as when robots/assembly/x/x.urdf names ../../arms/y/y.obj.
 bool is_of_collection(const fs::path& name) {
   const std::string extension = name.extension().string();
   const bool mesh =
@@ -110,7 +111,7 @@ bool is_of_collection(const fs::path& name) {
          std::distance(name.begin(), name.end()) >= 4;
 }
 
-/// What looks for one file: where it may lie, and how messages call it.
+/// The search for one file: the folders that may hold it, and its name in messages.
 struct Search {
   const std::string& name;
   const std::string& where;
@@ -122,7 +123,8 @@ struct Search {
     throw InputError(fmt::format("{}: {} '{}': {}", where, kind, name, what));
   }
 
-  /// A robot's file is not to reach into the rest of the machine.
+  /// @throws InputError if a file is outside these folders: a robot's file must not reach other
+  /// files of the machine.
   const fs::path& allowed(const fs::path& file) const {
     const fs::path real = real_path(file);
     for (const fs::path& root : roots)

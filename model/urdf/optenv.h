@@ -7,8 +7,8 @@
 
 namespace counterpoint {
 
-/// xacro's $(optenv NAME default ...) becomes its default; the environment is not asked, so that a
-/// file means the same everywhere. Each is noted.
+/// Replaces xacro's $(optenv NAME default ...) by its default and notes each. The environment is
+/// not read, so that a file means the same everywhere.
 std::string expand_optenv(const std::string& text, const std::string& file,
                           std::vector<Note>& notes);
 

@@ -17,7 +17,7 @@
 namespace counterpoint {
 namespace {
 
-constexpr double kPointRadius = 1e-5;  // [m]
+constexpr double kPointRadius = 1e-5;  // [m], for spheres given with radius 0
 
 urdf::ModelInterfaceSharedPtr parse(const UrdfXml& xml, const std::string& file) {
   // console_bridge has one output handler for the whole process.
@@ -32,9 +32,9 @@ urdf::ModelInterfaceSharedPtr parse(const UrdfXml& xml, const std::string& file)
   } catch (const std::exception& error) {
     errors = fmt::format("{} {}", messages.errors(), error.what());
   }
-  // A model with errors lacks the elements that urdfdom could not read.
+  // A model that urdfdom returns with errors lacks the elements that it could not read.
   if (model && errors.empty()) return model;
-  // urdfdom names the element; the line of the first one it names helps more.
+  // urdfdom names elements but no lines: report the line of the first element that it names.
   int line = 1;
   size_t first = std::string::npos;
   const auto consider = [&](const std::string& name, int at) {
@@ -80,7 +80,7 @@ JointType to_type(const urdf::Joint& joint, bool spherical) {
   }
 }
 
-/// Turns what urdfdom read, with what it did not read, into a RobotSpec.
+/// Builds a RobotSpec from urdfdom's model and the values that urdfdom does not read.
 class Converter {
  public:
   Converter(const std::filesystem::path& file, const UrdfOptions& options, const UrdfXml& xml)
@@ -105,7 +105,7 @@ class Converter {
       });
     }
     if (options_.repair_joints) repair_joints(robot);
-    // With them what the builder would say next.
+    // Report also the faults that ModelBuilder would find next.
     if (faults_.any())
       faults_.collect([&] { ModelBuilder().add_robot(robot, Base::kFixed, Pose()); });
     faults_.throw_if_any();
@@ -118,7 +118,8 @@ class Converter {
  private:
   std::string at(int line) const { return fmt::format("{}:{}", file_.string(), line); }
 
-  /// What urdfdom found under a name; it reads names that are not UTF-8 in a way of its own.
+  /// The object that urdfdom has under a name. @throws InputError if it has none: it changes names
+  /// that are not UTF-8.
   template <class T>
   const T& same(const std::shared_ptr<T>& found, const char* kind, const std::string& name,
                 int line) const {
@@ -246,7 +247,8 @@ class Converter {
     }
   }
 
-  /// Many files say effort="0" for want of a figure: enforced, it would leave the robot limp.
+  /// Many files give effort="0" because the value is unknown; enforced, it would leave the robot
+  /// limp.
   static void drop_if_not_positive(double& limit, const JointSpec& joint, std::string& dropped) {
     if (joint.fixed || !(limit <= 0.0)) return;
     limit = std::numeric_limits<double>::infinity();

@@ -27,7 +27,7 @@ Material SurfaceValues::over(const Material& base) const {
 
 namespace {
 
-/// Reads the elements of one robot, and turns the document into one that urdfdom understands.
+/// Reads the elements of one robot, and rewrites the document for urdfdom.
 class Pass {
  public:
   Pass(const std::filesystem::path& file, UrdfXml& out) : file_(file.string()), out_(out) {}
@@ -71,7 +71,8 @@ class Pass {
  private:
   std::string at(const XMLElement* e) const { return fmt::format("{}:{}", file_, e->GetLineNum()); }
 
-  /// Drake's files may weld to "world" without a link of that name.
+  /// Adds a link "world" if a joint has this parent and there is no such link, as in files for
+  /// Drake.
   void add_world_link(XMLElement* robot) {
     if (out_.links.count("world") > 0) return;
     for (XMLElement* e = robot->FirstChildElement("joint"); e != nullptr;
@@ -105,14 +106,14 @@ class Pass {
     return *value;
   }
 
-  /// A number in an attribute; nothing if the attribute is missing.
+  /// The number in an attribute; nothing if the attribute is missing.
   std::optional<double> number(const XMLElement* e, const char* attribute) const {
     const char* text = e->Attribute(attribute);
     if (text == nullptr) return std::nullopt;
     return parse(e, attribute, text);
   }
 
-  /// Three numbers; zeros if the attribute is missing.
+  /// The three numbers in an attribute; zeros if the attribute is missing.
   Vector3 vector(const XMLElement* e, const char* attribute) const {
     const char* text = e->Attribute(attribute);
     if (text == nullptr) return Vector3::Zero();
@@ -124,7 +125,7 @@ class Pass {
                                  attribute, text));
   }
 
-  /// The text of an element as a number (Gazebo writes <mu1>0.9</mu1>).
+  /// The number in the text of an element, as in Gazebo's <mu1>0.9</mu1>.
   std::optional<double> text_number(XMLElement* e) const {
     if (e == nullptr || e->GetText() == nullptr) return std::nullopt;
     e->SetAttribute("value", e->GetText());
@@ -185,7 +186,8 @@ class Pass {
     }
     if (const XMLElement* i = e->FirstChildElement("inertia")) {
       const auto moment = [&](const char* name) { return number(i, name).value_or(0.0); };
-      // Read before the matrix is filled: one half filled when a number is refused aborts in Eigen.
+      // All are read before the matrix is filled: Eigen aborts if an exception leaves its comma
+      // initializer half filled.
       const double xx = moment("ixx"), yy = moment("iyy"), zz = moment("izz");
       const double xy = moment("ixy"), xz = moment("ixz"), yz = moment("iyz");
       inertia.rotational << xx, xy, xz, xy, yy, yz, xz, yz, zz;
@@ -241,7 +243,7 @@ class Pass {
       const std::string kind = c->Name();
       const std::optional<double> value = number(c, "value");
       if (kind == "drake:mu_dynamic")
-        surface.friction = value;  // also where static is given
+        surface.friction = value;  // takes precedence over mu_static
       else if (kind == "drake:mu_static" && !surface.friction)
         surface.friction = value;
       else if (kind != "drake:mu_static")
@@ -291,7 +293,8 @@ class Pass {
     }
   }
 
-  /// Attributes beyond damping and friction (of <dynamics>), if they are not zero.
+  /// Notes the attributes that are not zero, except damping and friction of <dynamics>
+  /// (`standard`).
   void note_unused_values(const XMLElement* e, const std::string& owner, bool standard) {
     std::string unused;
     for (const auto* a = e->FirstAttribute(); a != nullptr; a = a->Next()) {
@@ -304,7 +307,7 @@ class Pass {
     out_.notes.push_back({at(e) + owner, fmt::format("<{}>: not used: {}", e->Name(), unused)});
   }
 
-  /// urdfdom insists on effort and velocity.
+  /// Reads <limit>; adds effort and velocity if missing, since urdfdom requires them.
   void read_limit(XMLElement* e, bool bounded, const std::string& owner, UrdfXml::Joint& joint) {
     joint.effort_limited = e->Attribute("effort") != nullptr;
     joint.velocity_limited = e->Attribute("velocity") != nullptr;
@@ -321,7 +324,7 @@ class Pass {
     const char* reference = e->Attribute("reference");
     if (reference == nullptr) return;
     const auto link = out_.links.find(reference);
-    if (link == out_.links.end()) return;  // a joint, or nothing of this file
+    if (link == out_.links.end()) return;  // a joint, or an element that is not in this file
     const auto mu = text_number(e->FirstChildElement("mu1")),
                across = text_number(e->FirstChildElement("mu2"));
     if (mu) link->second.surface.friction = mu;

@@ -12,17 +12,18 @@ namespace {
 
 constexpr double kLeastMass = 1e-15;  // [kg]; lighter bodies feel no air in MuJoCo either
 
-/// Sides of the box of uniform density with these mass and moments [m].
+/// Side lengths [m] of the box of uniform density with this mass [kg] and these principal moments
+/// [kg m^2].
 Vector3 equivalent_box(double mass, const Vector3& moments) {
   const double sum = moments.sum();
   return (6.0 / mass * (Vector3::Constant(sum) - 2.0 * moments).cwiseMax(0.0)).cwiseSqrt();
 }
 
-/// Of the box in air (MuJoCo, Computation, "Inertia model"). Viscosity: of a sphere of the mean
-/// diameter d, force -3 pi d mu v, torque -pi d^3 mu omega. Density, along each principal axis:
-/// force -rho/2 b_j b_k |v_i| v_i, torque -rho/64 b_i (b_j^4 + b_k^4) |omega_i| omega_i. Drag has
-/// one coefficient c for all directions: that nearest to the c_i in the mean square over all
-/// directions n, c = sum c_i mean(|n_i|^3) = sum c_i / 4.
+/// Drag of the box in air (MuJoCo, Computation, "Inertia model"). Viscosity: that of a sphere
+/// whose diameter d is the mean side length, force -3 pi d mu v, torque -pi d^3 mu omega. Density,
+/// along each principal axis i: force -rho/2 b_j b_k |v_i| v_i, torque -rho/64 b_i (b_j^4 + b_k^4)
+/// |omega_i| omega_i. `Drag` has one coefficient c for all directions: the least-squares fit to the
+/// c_i over all directions n, c = sum c_i mean(|n_i|^3) = sum c_i / 4.
 Drag drag_in_air(const Vector3& box, double density, double viscosity) {
   const double d = box.mean(), pi = std::numbers::pi;
   const Vector3 fourth = box.array().square().square();

@@ -33,8 +33,8 @@ T take(const std::string& bytes, std::size_t& at) {
   return value;
 }
 
-/// MuJoCo's own format: counts of vertices, normals, texture coordinates and triangles (int32),
-/// then vertices, normals, coordinates (float) and triangles (int32).
+/// Loads MuJoCo's MSH format: counts of vertices, normals, texture coordinates and triangles
+/// (int32), then vertices, normals, texture coordinates (float) and triangles (int32).
 TriangleMesh load_msh(const fs::path& file) {
   const auto fail = [&](const std::string& why) {
     throw InputError(fmt::format("{}: {}", file.string(), why));
@@ -73,7 +73,7 @@ TriangleMesh load_msh(const fs::path& file) {
   return mesh;
 }
 
-/// Fans of a hull's polygons.
+/// Triangulates the polygons of a hull as fans.
 TriangleMesh triangles_of(const ConvexMesh& hull) {
   TriangleMesh mesh{hull.vertices, {}};
   for (const auto& face : hull.faces)
@@ -141,7 +141,7 @@ fs::path Assets::path(const std::string& file, const Element& element, const cha
       .file;
 }
 
-/// As MuJoCo does it: less refpos, turned back by refquat, scaled.
+/// Transforms as MuJoCo does: subtracts refpos, applies the inverse of refquat, scales.
 TriangleMesh Assets::triangles(const Mesh& mesh) const {
   TriangleMesh out;
   if (mesh.file.empty()) {
@@ -182,7 +182,7 @@ std::shared_ptr<const ConvexMesh> Assets::hull(const std::string& name, const El
     } else {
       const TriangleMesh all = triangles(mesh);
       ConvexMesh hull = *make_convex_hull(all.vertices, file.string());
-      hull.source.clear();  // who reads that file finds the mesh elsewhere, or not at all
+      hull.source.clear();  // the file alone does not give this hull: refpos, refquat or MSH
       hull.standoff = hull_standoff(hull, all);
       if (is_closed(all)) hull.source_volume = std::abs(enclosed_volume(all));
       mesh.hull = std::make_shared<const ConvexMesh>(std::move(hull));
@@ -219,7 +219,7 @@ std::shared_ptr<const Terrain> Assets::height_field(const std::string& name, con
   const Element& element = *found->second;
   document_.expect(element, {"name", "content_type", "file", "nrow", "ncol", "elevation", "size"});
   const Values v(document_, element);
-  // Half lengths along x and y, height of the top, depth of the base.
+  // Half lengths along x and y, height of the top, depth of the base [m].
   const std::vector<double> size = v.numbers("size", 4, 4);
   if (size.empty() || !(size[0] > 0.0 && size[1] > 0.0 && size[2] > 0.0))
     document_.fail(element, "size: four positive numbers are expected");
@@ -243,7 +243,7 @@ std::shared_ptr<const Terrain> Assets::height_field(const std::string& name, con
     grid.heights = v.numbers("elevation", count, count);
     if (grid.heights.empty()) grid.heights.assign(count, 0.0);
   }
-  // The lowest becomes 0, the highest 1.
+  // MuJoCo normalizes the lowest height to 0 and the highest to 1.
   const auto [low, high] = std::minmax_element(grid.heights.begin(), grid.heights.end());
   const double least = *low, range = *high - *low;
   for (double& h : grid.heights) h = range > 0.0 ? (h - least) / range : 0.0;

@@ -1,4 +1,4 @@
-// Meshes and height fields that an MJCF file names.
+// Meshes and height fields of an MJCF file (<asset>).
 #pragma once
 
 #include <map>
@@ -10,27 +10,28 @@
 
 namespace counterpoint::mjcf {
 
-/// A solid or shell of density 1.
+/// Mass properties of a solid or shell of density 1.
 struct MassProperties {
-  double mass = 0.0;                     ///< volume [m^3], of a shell area [m^2]
-  Vector3 center = Vector3::Zero();      ///< [m]
-  Matrix3 rotational = Matrix3::Zero();  ///< about the centre
+  double mass = 0.0;                     ///< volume [m^3]; area [m^2] for a shell
+  Vector3 center = Vector3::Zero();      ///< centre of mass [m]
+  Matrix3 rotational = Matrix3::Zero();  ///< about the centre of mass [m^5]; [m^4] for a shell
 };
 
-/// How the inertia of a mesh is found. kLegacy, MuJoCo's default: every triangle spans a pyramid
-/// with the centre of the surface, and all count as positive. kExact: with their signs.
+/// How the inertia of a mesh is computed. kExact: from the signed volumes of the tetrahedra between
+/// the triangles and the centre. kLegacy, MuJoCo's default: all volumes count as positive. kConvex:
+/// kExact for the convex hull. kShell: the mass lies in the surface.
 enum class MeshInertia { kLegacy, kExact, kConvex, kShell };
-/// `kind`: kConvex is the exact one of a hull's triangles.
+/// `kind`: kConvex is treated as kExact; the caller passes the triangles of the hull.
 MassProperties mass_properties(const TriangleMesh& mesh, MeshInertia kind);
 
-/// Files are read when they are asked for: what is only looked at is never opened.
+/// Opens an asset's file when the asset is first used; meshes for display only are never opened.
 class Assets {
  public:
   Assets(Document& document, const Defaults& defaults);
 
   bool has_mesh(const std::string& name) const { return meshes_.count(name) > 0; }
-  /// The following @throw InputError naming `user` for unknown names and files that cannot be read.
-  /// The convex hull; a hull that fills visible hollows is noted.
+  /// The functions below @throw InputError naming `user` for unknown names and files that cannot be
+  /// read. hull() returns the convex hull and notes a hull that fills visible hollows.
   std::shared_ptr<const ConvexMesh> hull(const std::string& name, const Element& user);
   MassProperties mesh_mass(const std::string& name, const Element& user);
   std::vector<Vector3> vertices(const std::string& name, const Element& user);
@@ -39,7 +40,7 @@ class Assets {
  private:
   struct Mesh {
     const Element* element = nullptr;
-    std::string file;  ///< as named, with its folder; empty: vertices stand in the element
+    std::string file;  ///< name in the asset, with its folder; empty: vertices are given
     Vector3 scale = Vector3::Ones(), reference = Vector3::Zero();
     Matrix3 turned = Matrix3::Identity();
     int max_hull_vertices = 0;
@@ -48,7 +49,7 @@ class Assets {
   };
   void read_mesh(const Element& element, const Values& values);
   Mesh& find(const std::string& name, const Element& user);
-  /// `kind`: what messages call the file.
+  /// `kind`: noun for the file in messages, for example "mesh".
   std::filesystem::path path(const std::string& file, const Element& element,
                              const char* kind) const;
   TriangleMesh triangles(const Mesh& mesh) const;

@@ -32,7 +32,7 @@ class TreeReader {
   }
 
  private:
-  /// `X_BF`: of the frames between the body and these elements.
+  /// `X_BF`: pose of the enclosing <frame> elements in the frame of the body.
   void read_contents(const Element& element, int body, const Pose& X_BF,
                      const std::string& childclass) {
     document_.each(document_.children(element),
@@ -54,7 +54,7 @@ class TreeReader {
       read_contents(e, body, X_BF * pose_of(Values(document_, e)), own ? own : childclass);
     } else if (kind == "joint" || kind == "freejoint" || kind == "inertial") {
       if (body == 0) document_.fail(e, "the world cannot move; put it into a <body>");
-      // They are read before all else, in read_body.
+      // read_body has read these before.
       if (!X_BF.rotation.isIdentity(0.0) || !X_BF.translation.isZero(0.0))
         document_.fail(e, "within a displaced <frame> it is not supported; move it out");
     } else if (kind != "camera" && kind != "light") {
@@ -127,7 +127,7 @@ class TreeReader {
     read_contents(element, index, Pose(), childclass);
   }
 
-  /// Elements of a body, those in its frames too.
+  /// Returns the elements of a body, including those in its <frame> elements.
   std::vector<const Element*> contents(const Element& element) const {
     std::vector<const Element*> out;
     for (const Element* e : document_.children(element)) {
@@ -140,12 +140,12 @@ class TreeReader {
     return out;
   }
 
-  /// Joints of one body turn it one after the other, each about an axis that those before have
-  /// moved. Between them lie links without mass. `at`: the body's frame, in the link it hangs on so
-  /// far.
+  /// Adds one of a body's joints, which act in series: each axis is moved by the joints before it,
+  /// with massless links in between. `hangs_on`: the link that the next joint attaches to; `at`:
+  /// pose of the body frame in that link. Updates both.
   void add_joint(const Element& element, int body, std::size_t number, bool last,
                  const std::string& childclass, std::string& hangs_on,
-                 Pose& at) {  // Parameters: all it depends on
+                 Pose& at) {  // Parameters: state of the loop over a body's joints
     JointRead read = read_joint(document_, defaults_, element, childclass);
     const BodyNode& node = out_.bodies[body];
     const bool is_free = read.spec.type == JointType::kFloating;
@@ -166,7 +166,7 @@ class TreeReader {
     if (!given.empty()) out_.joint_names[given] = index;
     MjcfModel::Coordinate coordinate{spec.name, spec.type, {read.reference}};
     if (is_free) {
-      // MuJoCo's coordinates of a free body are its pose in the world.
+      // MuJoCo's coordinates of a free body are its pose in the world frame.
       const Quaternion q(node.X_WB.rotation);
       const Vector3& p = node.X_WB.translation;
       coordinate.reference = {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};

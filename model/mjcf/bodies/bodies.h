@@ -1,4 +1,4 @@
-// <body>, <joint>, <freejoint>, <inertial>, <frame>, <site>: the tree.
+// The kinematic tree: <body>, <joint>, <freejoint>, <inertial>, <frame>, <site>.
 #pragma once
 
 #include <map>
@@ -11,19 +11,19 @@ namespace counterpoint::mjcf {
 
 struct Joint {
   const Element* element = nullptr;
-  std::string name;  ///< of its JointSpec
+  std::string name;  ///< name in its JointSpec
   int spec = 0;      ///< index into RobotSpec::joints
   int body = 0;
-  double reference = 0.0;  ///< its coordinate in the reference pose [rad or m]
+  double reference = 0.0;  ///< coordinate in the reference pose [rad or m]
 };
 
 struct BodyNode {
   const Element* element = nullptr;
-  std::string link;    ///< its link's name
-  int link_index = 0;  ///< into RobotSpec::links
+  std::string link;    ///< name of its link
+  int link_index = 0;  ///< index into RobotSpec::links
   int parent = -1;
-  int weld = 0;  ///< the body, itself or one above, whose joints move it; 0: fixed to the world
-  Pose X_WB;     ///< in the reference pose
+  int weld = 0;  ///< nearest body with joints, itself or above; 0: fixed to the world
+  Pose X_WB;     ///< world pose in the reference configuration
   const Element* inertial = nullptr;
 };
 
@@ -33,23 +33,23 @@ struct Site {
 };
 
 struct Bodies {
-  std::vector<BodyNode> bodies;  ///< the world first; depth first, as MuJoCo numbers them
+  std::vector<BodyNode> bodies;  ///< the world first, then depth first as in MuJoCo
   std::vector<Joint> joints;     ///< in MuJoCo's order
   std::vector<Geom> geoms;
-  std::map<std::string, int> body_names, joint_names, geom_names;  ///< as in the file
+  std::map<std::string, int> body_names, joint_names, geom_names;  ///< keys: names in the file
   std::map<std::string, Site> sites;
 
   int body(const Document& document, const Element& user, const std::string& name) const;
 };
 
-/// Reads all <worldbody> sections; fills links (without inertia) and joints of the robot, and the
-/// coordinates of the model.
+/// Reads all <worldbody> sections. Fills the links (without inertia) and joints of the robot, and
+/// the coordinates of the model.
 Bodies read_bodies(Document& document, const Defaults& defaults, MjcfModel& model);
 
-/// Gives the links their inertia: from <inertial>, or from geoms.
+/// Sets the inertias of the links from <inertial>, or from their geoms.
 void read_inertias(Document& document, Assets& assets, const Bodies& bodies, MjcfModel& model);
 
-/// Gives the links the drag of the air of <option>. Needs their inertia.
+/// Sets the drag of the links in the air of <option>. Call after read_inertias.
 void read_air(Document& document, const Bodies& bodies, MjcfModel& model);
 
 }  // namespace counterpoint::mjcf

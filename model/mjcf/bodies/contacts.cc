@@ -15,7 +15,7 @@ Pair ordered(int a, int b) { return std::minmax(a, b); }
 class ContactReader {
  public:
   ContactReader(Document& document, const Defaults& defaults,
-                Assets& assets,  // Parameters: all it reads
+                Assets& assets,  // Parameters: all inputs of the reader
                 const Bodies& bodies, const Switches& switches, MjcfModel& model)
       : document_(document),
         defaults_(defaults),
@@ -65,7 +65,7 @@ class ContactReader {
                          "solimp", "solreffriction", "margin", "gap"});
     const int a = geom_named(v, "geom1"), b = geom_named(v, "geom2");
     const BodyNode &body_a = body_of(a), &body_b = body_of(b);
-    if (body_a.weld == body_b.weld) return;  // never moves
+    if (body_a.weld == body_b.weld) return;  // one rigid body, without relative motion
     Material surface = combined(a, b, v.integer("condim", 0));
     if (const auto f = v.numbers("friction", 1, 5); !f.empty()) {
       const int dimensions = v.integer("condim", common_dimensions(a, b));
@@ -88,7 +88,8 @@ class ContactReader {
 
   const BodyNode& body_of(int geom) const { return bodies_.bodies[bodies_.geoms[geom].body]; }
 
-  /// MuJoCo leaves out bodies joined by a joint, but for those that hang on the world.
+  /// MuJoCo's filterparent: bodies that a joint connects do not collide, unless one of them is
+  /// fixed to the world.
   bool are_joined(int a, int b) const {
     const int i = body_of(a).weld, j = body_of(b).weld;
     if (i == 0 || j == 0) return false;
@@ -96,6 +97,7 @@ class ContactReader {
     return above(i) == j || above(j) == i;
   }
 
+  /// The geom with the higher priority; null if both have the same.
   const Geom* of_priority(int a, int b) const {
     const Geom &first = bodies_.geoms[a], &second = bodies_.geoms[b];
     if (first.priority == second.priority) return nullptr;
@@ -107,7 +109,8 @@ class ContactReader {
     return std::max(bodies_.geoms[a].condim, bodies_.geoms[b].condim);
   }
 
-  /// The larger value of both, or that of the one that goes first. `dimensions` 0: theirs.
+  /// Combines the friction of two geoms: that of the geom with the higher priority, else the larger
+  /// value of each coefficient. `dimensions`: condim of the contact; 0 takes it from the geoms.
   Material combined(int a, int b, int dimensions) const {
     if (dimensions == 0) dimensions = common_dimensions(a, b);
     if (const Geom* one = of_priority(a, b)) return one->material(dimensions);
@@ -138,7 +141,7 @@ class ContactReader {
 
   void join(int a, int b) {
     const Geom &first = bodies_.geoms[a], &second = bodies_.geoms[b];
-    if (body_of(a).weld == body_of(b).weld) return;  // the builder knows
+    if (body_of(a).weld == body_of(b).weld) return;  // one rigid body: never tested
     const auto pair = paired_.find(ordered(a, b));
     const bool match =
         (first.contype & second.conaffinity) != 0 || (second.contype & first.conaffinity) != 0;
@@ -168,7 +171,7 @@ class ContactReader {
   }
 
   static bool same(const Material& a, const Material& b) {
-    constexpr double kRounding = 1e-12;  // of a square root
+    constexpr double kRounding = 1e-12;  // relative round-off of the geometric mean
     const auto near = [](double x, double y) { return std::abs(x - y) <= kRounding * std::abs(y); };
     return near(a.friction, b.friction) && near(a.torsional_friction, b.torsional_friction) &&
            near(a.rolling_friction, b.rolling_friction);
@@ -180,7 +183,7 @@ class ContactReader {
   const Bodies& bodies_;
   const Switches& switches_;
   MjcfModel& model_;
-  std::set<Pair> excluded_;  // by body
+  std::set<Pair> excluded_;  // indices of bodies
   std::set<int> in_pair_;
   std::map<Pair, Material> paired_;
 };

@@ -1,4 +1,4 @@
-// Which geoms touch, and with what friction: contype, conaffinity, <exclude>, <pair>.
+// Collision pairs and their friction: contype, conaffinity, <exclude>, <pair>.
 #pragma once
 
 #include "counterpoint/model/mjcf/bodies/bodies.h"
@@ -6,8 +6,8 @@
 
 namespace counterpoint::mjcf {
 
-/// Gives the links their collisions and the world its environment; what may not touch is excluded;
-/// pairs whose friction is not the geometric mean get theirs.
+/// Adds the collision geometries of the links and the environment. Excludes the pairs that do not
+/// collide, and sets the friction of pairs where it is not the geometric mean.
 void read_contacts(Document& document, const Defaults& defaults, Assets& assets,
                    const Bodies& bodies, const Switches& switches, MjcfModel& model);
 

@@ -9,7 +9,8 @@
 namespace counterpoint::mjcf {
 namespace {
 
-/// How many sizes a type has; along a segment from ... to its last is half the length of that.
+/// Number of sizes of a primitive, 0 for other types. With fromto the last size is half the length
+/// of the segment.
 int num_sizes(const std::string& type) {
   if (type == "sphere") return 1;
   if (type == "capsule" || type == "cylinder") return 2;
@@ -49,13 +50,13 @@ ShapeType primitive_type(const std::string& type) {
   return ShapeType::kBox;
 }
 
-/// A primitive as large as the box that has the inertia of the mesh, or as the box around it along
-/// the principal axes.
+/// Fits a primitive to a mesh: to the box with the inertia of the mesh, or (fit_box) to the
+/// bounding box along the principal axes of inertia.
 Geom fit(const Geom& fitted, Assets& assets, Document& document) {
   const MassProperties unit = assets.mesh_mass(fitted.mesh, *fitted.element);
   if (!(unit.mass > 0.0))
     document.fail(*fitted.element, "fitted to a mesh that encloses no volume");
-  // The least moment is about the longest axis, z.
+  // The smallest moment is about the longest axis, which becomes z.
   const PrincipalAxes principal = principal_axes(unit.rotational);
   Pose X_MF{Matrix3::Identity(), unit.center};
   X_MF.rotation << principal.axes.col(2), -principal.axes.col(1), principal.axes.col(0);

@@ -1,4 +1,4 @@
-// <geom>: shapes that touch, and what they weigh.
+// <geom>: shapes for collision and inertia.
 #pragma once
 
 #include <optional>
@@ -10,37 +10,38 @@ namespace counterpoint::mjcf {
 
 struct Geom {
   const Element* element = nullptr;
-  std::string name;                ///< as in the file; may be empty
-  int body = 0;                    ///< index into Bodies
-  std::string type;                ///< "sphere" ...
-  Vector3 size = Vector3::Zero();  ///< as MuJoCo has it [m]
+  std::string name;                ///< in the file; may be empty
+  int body = 0;                    ///< index into Bodies::bodies
+  std::string type;                ///< "sphere", "box", ...
+  Vector3 size = Vector3::Zero();  ///< radius and half lengths in MuJoCo's order [m]
   Pose X_BG;
   std::string mesh, field;
   bool fitted = false;   ///< a primitive fitted to a mesh
-  bool fit_box = false;  ///< to the box around the mesh, else to that of its inertia
+  bool fit_box = false;  ///< fitted to the bounding box, else to the box of its inertia
   double fit_scale = 1.0;
-  bool shell = false;  ///< its mass lies in its surface
+  bool shell = false;  ///< the mass lies in the surface
   bool ellipsoid_in_fluid = false;
   int contype = 1, conaffinity = 1, condim = 3, group = 0, priority = 0;
   double slide = 1.0, spin = 0.005, roll = 0.0001;
   std::optional<double> mass;  ///< [kg]
   double density = 1000.0;     ///< [kg/m^3]
-  std::string collision;       ///< name as a geometry of the model: "link/name"
+  std::string collision;       ///< name of the geometry in the model: "link/name"
 
-  /// Friction of surfaces that meet in `dimensions` directions.
+  /// Friction coefficients of a contact with this condim (1, 3, 4 or 6).
   Material material(int dimensions) const;
 };
 
-/// `X_BF`: of <frame> elements around it.
+/// `X_BF`: pose of the enclosing <frame> elements in the frame of the body.
 Geom read_geom(const Values& values, const Pose& X_BF, int body);
 
-/// With the size and place of what it is fitted to; itself if it is fitted to nothing.
+/// The geom with the size and pose fitted to its mesh; unchanged if it is not fitted.
 Geom resolved(const Geom& geom, Assets& assets, Document& document);
 
-/// Of a geom that is resolved. @throws InputError for types and sizes that cannot be.
+/// Shape of a resolved geom. @throws InputError for types that are not supported and sizes that are
+/// not positive.
 Shape shape_of(const Geom& geom, Assets& assets, Document& document);
 
-/// In the body's frame; of zero mass for planes and height fields.
+/// Inertia in the body frame; zero for planes and height fields.
 SpatialInertia inertia_of(const Geom& geom, Assets& assets, Document& document);
 
 }  // namespace counterpoint::mjcf

@@ -23,7 +23,7 @@ SpatialInertia read_inertial(const Document& document, const Element& element) {
   return inertia.transformed(X_BI);
 }
 
-/// Parts of one body; their products about the common centre.
+/// Sums the inertias of a body's geoms in the groups of inertiagrouprange.
 SpatialInertia from_geoms(Document& document, Assets& assets, const Bodies& bodies, int body) {
   const Compiler& compiler = document.compiler(*bodies.bodies[body].element);
   SpatialInertia sum;
@@ -36,7 +36,8 @@ SpatialInertia from_geoms(Document& document, Assets& assets, const Bodies& bodi
   return sum;
 }
 
-/// All three moments become their mean where no body has them (balanceinertia); then the bounds.
+/// Applies boundmass, then balanceinertia (moments that violate the triangle inequality become
+/// their mean), then boundinertia.
 void adjust(Document& document, const Element& element, SpatialInertia& inertia) {
   const Compiler& compiler = document.compiler(element);
   inertia.mass = std::max(inertia.mass, compiler.least_mass);
@@ -61,7 +62,8 @@ SpatialInertia inertia_of_body(Document& document, Assets& assets, const Bodies&
   const BodyNode& node = bodies.bodies[body];
   const Rule rule = document.compiler(*node.element).inertia_from_geom;
   const bool by_geoms = rule == Rule::kAlways || (rule == Rule::kAuto && !node.inertial);
-  // What is fixed to the world weighs nothing there, and its shapes need not be looked at.
+  // The inertia of a body fixed to the world matters only for settotalmass; else its geoms are not
+  // read.
   const bool counts = node.weld != 0 || total_counts;
   SpatialInertia inertia;
   if (node.inertial && !by_geoms)

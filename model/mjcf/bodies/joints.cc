@@ -9,7 +9,7 @@
 namespace counterpoint::mjcf {
 namespace {
 
-/// Is a range in force? `key`: "limited", say.
+/// Whether a range is in force. `key`: for example "limited".
 bool is_limited(const Values& v, const char* key, const char* range, const Compiler& compiler) {
   const std::string word = v.word(key, {"true", "false", "auto"}, "auto");
   return word == "auto" ? compiler.auto_limits && v.has(range) : word == "true";
@@ -25,7 +25,7 @@ void read_range(const Values& v, const Compiler& compiler, double unit, JointSpe
   spec.upper = unit * range[1];
 }
 
-/// Most that all actuators of a joint together may give.
+/// Reads the bound on the total force of all actuators of a joint.
 void read_force_range(Document& document, const Values& v, const Compiler& compiler,
                       JointSpec& spec) {
   if (!is_limited(v, "actuatorfrclimited", "actuatorfrcrange", compiler)) return;

@@ -10,9 +10,9 @@ namespace counterpoint::mjcf {
 
 struct JointRead {
   JointSpec spec;                    ///< without name, parent, child and pose
-  Vector3 anchor = Vector3::Zero();  ///< in the body's frame [m]
-  Pose before;                       ///< of the joint frame: back by the reference
-  double reference = 0.0;
+  Vector3 anchor = Vector3::Zero();  ///< position in the body frame [m]
+  Pose before;                       ///< motion by -reference, appended to the joint frame
+  double reference = 0.0;            ///< coordinate in the reference pose [rad or m]
 };
 
 JointRead read_joint(Document& document, const Defaults& defaults, const Element& element,

@@ -3,7 +3,7 @@
 namespace counterpoint::mjcf {
 namespace {
 
-/// The mean of the surface.
+/// Centroid of the surface [m].
 Vector3 surface_center(const TriangleMesh& mesh) {
   Vector3 sum = Vector3::Zero();
   double area = 0.0;
@@ -16,7 +16,8 @@ Vector3 surface_center(const TriangleMesh& mesh) {
   return area > 0.0 ? Vector3(sum / area) : Vector3(Vector3::Zero());
 }
 
-/// Sums over pyramids from an origin to the triangles, or of a shell over the triangles.
+/// Integrals over the tetrahedra from an origin to the triangles, or for a shell over the
+/// triangles.
 struct Moments {
   double zeroth = 0.0;
   Vector3 first = Vector3::Zero();
@@ -29,21 +30,21 @@ Moments moments_about(const TriangleMesh& mesh, MeshInertia kind, const Vector3&
                   c = mesh.vertices[t[2]] - origin, sum = a + b + c;
     const Matrix3 squares = a * a.transpose() + b * b.transpose() + c * c.transpose();
     if (kind == MeshInertia::kShell) {
-      // Of a triangle: area / 12 (aa' + bb' + cc' + ss').
+      // A triangle has the second moment area / 12 (aa' + bb' + cc' + ss'), s = a + b + c.
       const double area = 0.5 * (b - a).cross(c - a).norm();
       out.zeroth += area;
       out.first += area * sum / 3.0;
       out.second += area / 12.0 * (squares + sum * sum.transpose());
       continue;
     }
-    // Of a tetrahedron with a corner at the origin: volume / 20 (aa' + bb' + cc' + ss').
+    // A tetrahedron with a corner at the origin has volume / 20 (aa' + bb' + cc' + ss').
     double volume = a.dot(b.cross(c)) / 6.0;
     if (kind == MeshInertia::kLegacy) volume = std::abs(volume);
     out.zeroth += volume;
     out.first += volume * sum / 4.0;
     out.second += volume / 20.0 * (squares + sum * sum.transpose());
   }
-  // Some files have all triangles inside out.
+  // In some files all triangles face inwards.
   if (out.zeroth < 0.0) out = {-out.zeroth, -out.first, -out.second};
   return out;
 }
@@ -56,8 +57,7 @@ MassProperties mass_properties(const TriangleMesh& mesh, MeshInertia kind) {
   const Moments from_surface = moments_about(mesh, kind, origin);
   if (!(from_surface.zeroth > 0.0)) return out;
   out.center = origin + from_surface.first / from_surface.zeroth;
-  // Pyramids that all count as positive depend on where they start: MuJoCo takes the centre just
-  // found.
+  // Unsigned volumes (kLegacy) depend on the origin: MuJoCo uses the centre of mass found above.
   const Moments about_center = moments_about(mesh, kind, out.center);
   out.mass = about_center.zeroth;
   out.rotational = about_center.second.trace() * Matrix3::Identity() - about_center.second;

@@ -30,7 +30,8 @@ Vector3 direction(const Values& values, const Element& level, const Vector3& v, 
 
 }  // namespace
 
-/// Lower case: about the axes as they have been turned; upper case: about those of the parent.
+/// Lower-case letters rotate about the axes of the rotated frame (intrinsic), upper-case letters
+/// about those of the parent (extrinsic).
 Matrix3 from_euler(const std::vector<double>& angles, const Compiler& compiler) {
   Matrix3 R = Matrix3::Identity();
   for (int i = 0; i < 3; ++i) {
@@ -114,7 +115,7 @@ std::optional<Matrix3> orientation_of(const Values& values) {
   const Element* level = values.level_of_any({"quat", "axisangle", "xyaxes", "zaxis", "euler"});
   if (level == nullptr) return std::nullopt;
   const Values own(values.document(), *level);
-  // The other notations go before quat where both stand.
+  // The other notations take precedence over quat.
   if (const auto a = own.numbers("axisangle", 4, 4); !a.empty()) {
     const Vector3 axis = direction(own, *level, {a[0], a[1], a[2]}, "axisangle");
     return Eigen::AngleAxisd(a[3] * compiler.angle_unit, axis).toRotationMatrix();

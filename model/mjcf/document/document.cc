@@ -14,7 +14,7 @@ namespace {
 
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 
-/// Numbers between blanks; false if something else stands there.
+/// Parses numbers separated by blanks; false if the text holds anything else.
 bool parse_numbers(const char* text, std::vector<double>& out) {
   const char* at = text;
   const char* end = text + std::strlen(text);

@@ -12,8 +12,8 @@
 namespace counterpoint::mjcf {
 namespace {
 
-constexpr std::size_t kMaxModels = 2000;  // attached, those within them too
-constexpr int kMaxNested = 20;            // models within models
+constexpr std::size_t kMaxModels = 2000;  // attached models, nested ones included
+constexpr int kMaxNested = 20;            // levels of models within models
 
 bool is(const Element& element, const char* name) { return std::strcmp(element.Name(), name) == 0; }
 
@@ -25,7 +25,7 @@ std::vector<Element*> children_of(Element& element) {
 
 void remove(Element& element) { element.Parent()->DeleteChild(&element); }
 
-/// Puts a new element behind another.
+/// Inserts a new element after its sibling `at`.
 void insert_behind(Element& at, Element& made) { at.Parent()->InsertAfterChild(&at, &made); }
 
 std::string pose_numbers(const Vector3& p) {
@@ -34,7 +34,7 @@ std::string pose_numbers(const Vector3& p) {
 
 }  // namespace
 
-/// Of one model: its root, with what it attaches expanded before.
+/// Expands one model; the models that it attaches are expanded first.
 class Expansion {
  public:
   Expansion(Document& document, Element& root, int model)
@@ -47,7 +47,7 @@ class Expansion {
   }
 
  private:
-  /// What lies deeper goes first: names of inner replicas get the inner suffix first.
+  /// Expands the children first, so that names of nested replicas get the inner suffix first.
   void expand_contents(Element& element) {
     for (Element* e : children_of(element)) {
       if (is(*e, "body") || is(*e, "frame") || is(*e, "replicate")) expand_contents(*e);
@@ -82,7 +82,7 @@ class Expansion {
       if (const char* childclass = e.Attribute("childclass"))
         frame.SetAttribute("childclass", childclass);
       for (Element* part : children_of(e)) frame.InsertEndChild(&document_.sources_.copy(*part));
-      // As many digits as the count has.
+      // The index is padded with zeros to the number of digits of the count.
       const std::string number = std::to_string(i), digits = std::to_string(count);
       const std::string suffix =
           v.text("sep") + std::string(digits.size() - number.size(), '0') + number;
@@ -96,13 +96,13 @@ class Expansion {
     remove(e);
   }
 
-  /// Elements outside of the bodies that name what was copied are copied with it, to the end of
-  /// their sections.
+  /// Copies the elements outside the bodies that refer to copied names, to the end of their
+  /// sections.
   void copy_references(const References& references, const std::string& prefix,
                        const std::string& suffix) {
     for (Element* original : references.elements) {
       Element& made = document_.sources_.copy(*original);
-      original->Parent()->InsertEndChild(&made);  // where it stands tells what its name is of
+      original->Parent()->InsertEndChild(&made);  // first: the section gives the kind of its name
       rename_all(made, references.names, prefix, suffix);
     }
   }
@@ -121,7 +121,7 @@ class Expansion {
     remove(e);
   }
 
-  /// A body or frame of this very model once more.
+  /// Attaches another copy of a body or frame of this model.
   void attach_own(Element& e, const Values& v) {
     const char* kind = v.has("body") ? "body" : "frame";
     if (!v.has(kind)) document_.fail(e, "model, or a body or frame of this model, is expected");
@@ -138,7 +138,7 @@ class Expansion {
     rename_all(frame, references.names, v.text("prefix"), "");
     insert_behind(e, frame);
     copy_references(references, v.text("prefix"), "");
-    expand_contents(frame);  // what stands behind e is not expanded yet
+    expand_contents(frame);  // the target may stand behind e, not expanded yet
   }
 
   void attach_model(Element& e, const Values& v) {
@@ -187,7 +187,8 @@ class Expansion {
     }
   }
 
-  /// Its elements have the defaults of their own model, if only none, wherever they stand.
+  /// Name of the top default class of an attached model, which gets an empty one if it has none.
+  /// Its elements keep these defaults after they are moved.
   std::string name_top_class(Element& root, int model) {
     std::string top;
     for (Element* section : children_of(root)) {
@@ -202,7 +203,7 @@ class Expansion {
     return "main";
   }
 
-  /// The file that an asset gives a name.
+  /// The file of the model asset with this name.
   std::filesystem::path file_of(const Element& e, const std::string& model) {
     std::string known;
     for (Element* section : children_of(root_)) {
@@ -229,7 +230,7 @@ class Expansion {
                                   model, known.empty() ? "none" : known));
   }
 
-  /// A body or frame below <worldbody>.
+  /// The body or frame with this name below <worldbody>.
   Element& named(const Element& user, Element& root, const char* kind, const std::string& name) {
     std::vector<Element*> open;
     for (Element* section : children_of(root))
@@ -243,7 +244,7 @@ class Expansion {
     document_.fail(user, fmt::format("{}: there is no {} '{}' in the model", kind, kind, name));
   }
 
-  /// The childclass that holds where an element stands.
+  /// The childclass in force at an element.
   static std::string class_around(const Element& element, const std::string& otherwise) {
     for (const tinyxml2::XMLNode* up = element.Parent(); up && up->ToElement(); up = up->Parent())
       if (const char* name = up->ToElement()->Attribute("childclass")) return name;

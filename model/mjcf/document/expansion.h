@@ -1,14 +1,14 @@
-// <replicate> and <attach>: what they stand for, written out.
+// Expansion of <replicate> and <attach>.
 #pragma once
 
 namespace counterpoint::mjcf {
 
 class Document;
 
-/// Puts copies in place of every <replicate>, and the parts of other models in place of every
-/// <attach>, with the elements outside of the bodies that name them (MuJoCo, XML Reference,
-/// "replicate" and "body/attach"). Reads the <compiler> of every model. @throws InputError naming
-/// what cannot be replicated or attached.
+/// Replaces every <replicate> by copies, and every <attach> by parts of another model, together
+/// with the elements outside the bodies that refer to them (MuJoCo, XML Reference, "replicate" and
+/// "body/attach"). Reads the <compiler> of every model. @throws InputError naming the element that
+/// cannot be replicated or attached.
 void expand(Document& document);
 
 }  // namespace counterpoint::mjcf

@@ -7,7 +7,7 @@
 namespace counterpoint::mjcf {
 namespace {
 
-/// What an attribute refers to, wherever it stands.
+/// Attributes that hold names, in any element, and the kind of object that they refer to.
 constexpr std::pair<const char*, const char*> kReferences[] = {
     {"body", "body"},         {"body1", "body"},          {"body2", "body"},
     {"target", "body"},       {"joint", "joint"},         {"joint1", "joint"},
@@ -28,7 +28,7 @@ bool is_one_of(const char* name, const auto& list) {
                      [&](const char* one) { return std::strcmp(one, name) == 0; });
 }
 
-/// The kind of name that an element bears.
+/// Kind of object that an element defines.
 std::string kind_of(const Element& element) {
   const std::string tag = element.Name();
   if (tag == "freejoint") return "joint";
@@ -43,14 +43,15 @@ const char* referred_kind(const char* attribute) {
   return nullptr;
 }
 
-/// Is it among these names? A sensor's object may be of any kind.
+/// Whether `names` contains a name; kind "any" (the object of a sensor) matches every kind.
 bool holds(const Names& names, const std::string& kind, const std::string& name) {
   if (kind != "any") return names.count({kind, name}) > 0;
   return std::any_of(names.begin(), names.end(),
                      [&](const auto& one) { return one.second == name; });
 }
 
-/// Calls `found(attribute, kind)` for every name and reference of an element and all within.
+/// Calls `found(element, attribute, kind)` for every name and reference in an element and its
+/// descendants.
 template <class AnyElement, class Found>
 void each_name(AnyElement& element, const Found& found) {
   for (const auto* a = element.FirstAttribute(); a; a = a->Next())
@@ -73,7 +74,7 @@ void collect_names(const Element& element, bool itself, Names& out) {
     collect_names(*e, true, out);
 }
 
-/// What refers to parts of the bodies, in the order of the file.
+/// The elements outside the bodies that may refer to parts of them, in file order.
 std::vector<Element*> referring_elements(Element& root) {
   std::vector<Element*> out;
   for (Element* section = root.FirstChildElement(); section;
@@ -94,7 +95,7 @@ Names names_within(const Element& element, bool with_itself) {
 
 References references_to(Element& root, const Names& names) {
   References out{{}, names};
-  // An actuator may pull at a tendon that stands behind it, a sensor may measure the actuator.
+  // An actuator may refer to a tendon that follows it, and a sensor to the actuator: three passes.
   for (int pass = 0; pass < 3; ++pass)
     for (const Element* e : referring_elements(root))
       if (!name_of(*e).empty() && refers_to(*e, out.names))

@@ -13,9 +13,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMaxDepth = 100;          // of elements
-constexpr std::size_t kMaxFiles = 200;  // included and attached
-/// Elements and attributes of replicas: about 250 bytes of memory each.
+constexpr int kMaxDepth = 100;          // levels of nested elements
+constexpr std::size_t kMaxFiles = 200;  // files included and attached
+/// Elements and attributes of replicas, about 250 bytes of memory each.
 constexpr std::size_t kMaxCopied = 1'000'000;
 
 }  // namespace

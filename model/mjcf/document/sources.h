@@ -1,4 +1,4 @@
-// The files of an MJCF model as one tree of elements, each of which knows where it was written.
+// The files of an MJCF model as one tree of elements with their source locations.
 #pragma once
 
 #include <tinyxml2.h>
@@ -19,27 +19,28 @@ class Sources {
  public:
   explicit Sources(const MjcfOptions& options) : options_(options) {}
 
-  /// The root of a file as an element of its own, which nothing holds yet, with what it includes in
-  /// the places of its <include>s. `model`: 0 for the outermost file, else the number of an
-  /// attachment (Document::model_of). A file may be loaded several times. @throws InputError with
-  /// file and line for what is no XML, no <mujoco>, or includes a file that is missing, twice
-  /// included, or outside the folders that the file may reach (find_mesh).
+  /// Loads a file and returns its root, which has no parent yet, with each <include> replaced by
+  /// the contents of its file. `model`: 0 for the outermost file, else the index of an attached
+  /// model (Document::model_of). A file may be loaded several times. @throws InputError with file
+  /// and line for malformed XML, a root other than <mujoco>, and included files that are missing,
+  /// included twice, or outside the folders that the file may reach (find_mesh).
   Element& load(const std::filesystem::path& file, int model);
-  /// A new element written where `like` was.
+  /// Makes an element with the source location of `like`.
   Element& make(const char* name, const Element& like);
-  /// A copy, with all within it.
+  /// Copies an element with its descendants.
   Element& copy(const Element& element);
 
-  /// The number that its file was loaded with.
+  /// The model index that the element's file was loaded with.
   int model_of(const Element& element) const { return origin_.at(&element).model; }
-  /// "FILE:LINE: <joint> 'elbow'", the name as the file has it: the same of all copies.
+  /// Location for messages: "FILE:LINE: <joint> 'elbow'", with the name in the file, before
+  /// renaming.
   std::string where(const Element& element) const;
   [[noreturn]] void fail(const Element& element, const std::string& what) const;
 
  private:
   struct Origin {
     int file = 0, model = 0;
-    const Element* written = nullptr;  ///< as the file has it
+    const Element* written = nullptr;  ///< the element in the file
   };
   struct File {
     std::filesystem::path path;
@@ -48,7 +49,7 @@ class Sources {
   struct Loading {
     std::filesystem::path folder;
     int model = 0;
-    std::vector<int> files;  ///< each once
+    std::vector<int> files;  ///< files included so far
   };
   int open(const std::filesystem::path& path);
   Element& shallow(const Element& from, const Origin& origin);
@@ -61,10 +62,10 @@ class Sources {
   std::vector<File> files_;
   tinyxml2::XMLDocument tree_;
   std::unordered_map<const Element*, Origin> origin_;
-  std::size_t size_ = 0, copied_ = 0;  ///< elements and attributes of files, of copies
+  std::size_t size_ = 0, copied_ = 0;  ///< elements and attributes of the files; of copies
 };
 
-/// The name of an element, or "".
+/// The name attribute of an element, or "".
 std::string name_of(const Element& element);
 
 }  // namespace counterpoint::mjcf

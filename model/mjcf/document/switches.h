@@ -1,4 +1,4 @@
-// What <option> and its <flag> switch off.
+// Features that <option> and its <flag> switch off.
 #pragma once
 
 #include <set>
@@ -7,12 +7,12 @@
 namespace counterpoint::mjcf {
 
 struct Switches {
-  std::set<std::string> off;  ///< words of <flag> that say "disable"
+  std::set<std::string> off;  ///< <flag> attributes with the value "disable"
   bool pairs_only = false;    ///< collision="predefined"
   bool no_pairs = false;      ///< collision="dynamic"
   std::set<int> groups_off;   ///< actuatorgroupdisable
 
-  /// `constraint` stands for all four kinds.
+  /// `kind`: equality, frictionloss, limit or contact. The flag `constraint` switches off all four.
   bool constraint_off(const char* kind) const {
     return off.count(kind) > 0 || off.count("constraint") > 0;
   }

@@ -16,10 +16,10 @@ const std::vector<std::string> kTags = {"general",  "motor",       "position",
                                         "velocity", "intvelocity", "damper",
                                         "cylinder", "muscle",      "adhesion"};
 
-/// force = gain u + bias[0] + bias[1] length + bias[2] speed
+/// Actuator law: force = gain u + bias[0] + bias[1] length + bias[2] velocity.
 struct Law {
-  std::string unsupported;  ///< what of it has no counterpart
-  bool by_itself = false;   ///< it may pull without a control
+  std::string unsupported;  ///< feature that has no counterpart here
+  bool by_itself = false;   ///< may apply a force without control
   std::string gain_type = "fixed", bias_type = "none", dynamics = "none";
   std::vector<double> gain = {1.0, 0.0, 0.0}, bias = {0.0, 0.0, 0.0};
   double damping_ratio = 0.0;
@@ -84,7 +84,7 @@ void apply_velocity(const Values& v, Law& law) {
   law.bias_type = "affine";
 }
 
-/// An element, or the defaults under it, over what went before.
+/// Applies the attributes of an element, or of a default class, over those applied before.
 void apply(const Document& document, const Element& element, Law& law) {
   const Values v(document, element);
   const std::string tag = element.Name();
@@ -110,7 +110,7 @@ void apply(const Document& document, const Element& element, Law& law) {
 class ActuatorReader {
  public:
   ActuatorReader(Document& document, const Defaults& defaults,
-                 const Switches& switches,  // Parameters: all it reads
+                 const Switches& switches,  // Parameters: all inputs of the reader
                  const Bodies& bodies, const Tendons& tendons, const Couplings& couplings,
                  MjcfModel& model)
       : document_(document),
@@ -152,7 +152,8 @@ class ActuatorReader {
     model_.actuators.push_back(actuator);
   }
 
-  /// Sums of several actuators of a joint, with what the joint itself allows.
+  /// Bounds each joint's effort by the sum of its actuators' limits, then applies the damping
+  /// ratios.
   void finish() {
     for (const auto& [joint, sum] : effort_) {
       JointSpec& spec = model_.robot.joints[joint];
@@ -170,7 +171,8 @@ class ActuatorReader {
            switches_.groups_off.count(Values(document_, e).integer("group", group)) > 0;
   }
 
-  /// Why the engine cannot pull like this, or "" with the length that it pulls at, in joints.
+  /// Returns the feature that the engine lacks for this actuator, or "" with the length of the
+  /// transmission in joint coordinates.
   std::string what_lacks(const Element& e, const Law& law, Couplings::Reduced& length) const {
     const Values v(document_, e);
     if (!law.unsupported.empty()) return law.unsupported;
@@ -236,7 +238,7 @@ class ActuatorReader {
 
   void place(const Element& e, const Law& law, const Couplings::Reduced& length,
              MjcfModel::Actuator& actuator) {
-    // length = c q + constant; its force pulls at the joint c times as hard.
+    // length = c q + constant; the joint force is c times the actuator force.
     const double c = law.gear * length.sum[0].second, constant = law.gear * length.constant;
     const int joint = length.sum[0].first;
     JointSpec& spec = model_.robot.joints[joint];
@@ -254,7 +256,7 @@ class ActuatorReader {
     actuator.damping = damping;
     spec.servo.stiffness += stiffness;
     spec.servo.damping += damping;
-    // In a servo of positions a positive third number means a damping ratio, too.
+    // In a position servo a positive bias[2] is a damping ratio, too.
     double ratio = law.damping_ratio;
     if (affine && law.bias[2] > 0.0 && ratio == 0.0) {
       if (law.gain[0] != -law.bias[1])
@@ -281,7 +283,7 @@ class ActuatorReader {
         document_.note(
             e, fmt::format("forcerange {} ... {}: taken as {} either way", low, high, most));
     }
-    if (!servo && actuator.least) {  // the most that a motor's control asks for
+    if (!servo && actuator.least) {  // a motor's largest force is at a bound of its control
       const double most = std::max(std::abs(*actuator.least), std::abs(*actuator.most));
       limit = std::min(limit, std::abs(actuator.gain) * most + std::abs(actuator.bias));
     }
@@ -296,7 +298,7 @@ class ActuatorReader {
   const Tendons& tendons_;
   const Couplings& couplings_;
   MjcfModel& model_;
-  std::map<int, double> effort_;  // by joint
+  std::map<int, double> effort_;  // sum of limits [N or N m]; key: joint index
   std::vector<DampingRatio> ratios_;
 };
 

@@ -1,4 +1,4 @@
-// <actuator>: servos and inputs.
+// <actuator>: servos and control inputs.
 #pragma once
 
 #include "counterpoint/model/mjcf/document/switches.h"
@@ -6,10 +6,10 @@
 
 namespace counterpoint::mjcf {
 
-/// Fills model.actuators, the servos and effort limits of the robot's joints. After the equalities.
-/// Those that the options switch off pull at nothing.
+/// Fills model.actuators and the servos and effort limits of the robot's joints. Call after
+/// read_equalities. Actuators that <option> switches off apply no force.
 void read_actuators(Document& document, const Defaults& defaults, const Switches& switches,
                     const Bodies& bodies, const Tendons& tendons, const Couplings& couplings,
-                    MjcfModel& model);  // Parameters: what it depends on, one by one
+                    MjcfModel& model);  // Parameters: all inputs, one by one
 
 }  // namespace counterpoint::mjcf

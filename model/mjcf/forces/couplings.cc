@@ -5,7 +5,7 @@
 namespace counterpoint::mjcf {
 namespace {
 
-/// Coefficients that cancel to this share of the largest are none.
+/// Coefficients below this share of the largest have cancelled and are dropped.
 constexpr double kCancelled = 1e-12;
 
 }  // namespace
@@ -39,7 +39,7 @@ Couplings::Outcome Couplings::couple(const Sum& sum, double value) {
   if (reduced.sum.empty()) return Outcome::kHeldAlready;
   if (reduced.sum.size() == 1) return Outcome::kLocks;
   if (reduced.sum.size() > 2) return Outcome::kTooMany;
-  // The joint that the sum begins with follows the other, as in its file.
+  // The first joint of the sum follows the other one, as in the file.
   auto [first, a] = reduced.sum[0];
   auto [second, b] = reduced.sum[1];
   const Sum begin = reduce({sum.front()}).sum;

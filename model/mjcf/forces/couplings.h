@@ -1,4 +1,4 @@
-// Joints coupled linearly: what equalities, tendons and actuators make of it.
+// Linear couplings between joints, from equalities, for use by tendons and actuators.
 #pragma once
 
 #include <map>
@@ -14,9 +14,9 @@ class Couplings {
  public:
   explicit Couplings(RobotSpec& robot);
 
-  /// Sum of coefficient times coordinate; joints by index into RobotSpec::joints.
+  /// Sum of coefficient times joint coordinate; joints by index into RobotSpec::joints.
   using Sum = std::vector<std::pair<int, double>>;
-  /// The same by joints that follow no other, each once, plus a constant.
+  /// The same sum in terms of joints that follow no other, each once, plus a constant.
   struct Reduced {
     Sum sum;
     double constant = 0.0;
@@ -24,7 +24,8 @@ class Couplings {
   Reduced reduce(const Sum& sum) const;
 
   enum class Outcome { kCoupled, kHeldAlready, kLocks, kTooMany };
-  /// Makes one joint follow another so that the sum is `value`, if two joints are in it.
+  /// Makes one joint follow another so that the sum equals `value`; possible if the reduced sum has
+  /// two joints.
   Outcome couple(const Sum& sum, double value);
 
  private:

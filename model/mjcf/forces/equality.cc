@@ -34,7 +34,7 @@ class EqualityReader {
   }
 
  private:
-  /// A body or site of one side, and its frame in the body.
+  /// The body of one side of a closure, and the pose of its site in that body.
   Site side(const Values& v, const char* body, const char* site) const {
     const Element& e = v.element();
     if (v.has(site)) {
@@ -98,7 +98,8 @@ class EqualityReader {
     }
   }
 
-  /// q1 = q1_0 + p0 + p1 (q2 - q2_0) ... with the coordinates q_0 of the reference pose.
+  /// Couples joints by q1 = q1_0 + p0 + p1 (q2 - q2_0), with the coordinates q_0 of the reference
+  /// pose; refuses higher powers.
   void joints(const Values& v) {
     const Element& e = v.element();
     std::vector<double> p = v.numbers("polycoef", 1, 5);

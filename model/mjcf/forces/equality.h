@@ -1,4 +1,4 @@
-// <equality>: closures and coupled joints; <tendon>: coupled joints.
+// <equality>: loop closures and coupled joints; <tendon>: linear functions of joints.
 #pragma once
 
 #include <map>
@@ -9,27 +9,28 @@
 
 namespace counterpoint::mjcf {
 
+/// A fixed tendon is a sum of joint coordinates; a spatial one is a path that is not modelled.
 struct Tendon {
   const Element* element = nullptr;
-  bool fixed =
-      true;  ///< a sum of joint coordinates; else a path through space, of which nothing is known
+  bool fixed = true;
   Couplings::Sum sum;
-  double reference = 0.0;  ///< its length in the reference pose
+  double reference = 0.0;  ///< length in the reference pose
 };
 using Tendons = std::map<std::string, Tendon>;
 
-/// The tendons that there are, without what acts in them.
+/// Reads the tendons without their springs, dampers, friction and limits.
 Tendons read_tendons(Document& document, const Bodies& bodies);
 
 void read_equalities(Document& document, const Defaults& defaults, const Bodies& bodies,
                      const Tendons& tendons, Couplings& couplings, MjcfModel& model);
 
-/// Springs, dampers, friction and limits of tendons go to the one joint that they pull at; others
-/// are refused. After the equalities.
+/// Adds the springs, dampers, friction and limits of each tendon to the single joint that it acts
+/// on; refuses those of other tendons. Call after read_equalities.
 void apply_tendon_forces(Document& document, const Defaults& defaults, const Tendons& tendons,
                          const Couplings& couplings, MjcfModel& model);
 
-/// The index into Bodies::joints of a joint of one coordinate. @throws InputError naming `user`.
+/// Index into Bodies::joints of a joint with one coordinate. @throws InputError naming `user` if
+/// there is none.
 int find_scalar_joint(const Document& document, const Bodies& bodies, const MjcfModel& model,
                       const Element& user, const std::string& name);
 

@@ -8,7 +8,7 @@
 namespace counterpoint::mjcf {
 namespace {
 
-/// What acts in a tendon by itself.
+/// Passive forces of a tendon as functions of its length.
 struct Forces {
   double stiffness = 0.0, damping = 0.0, friction = 0.0, rest = 0.0;
   bool limited = false;
@@ -40,7 +40,7 @@ Forces read_forces(Document& document, const Values& v, const Tendon& tendon) {
   return f;
 }
 
-/// The tendon's length is c q + constant.
+/// Adds the forces of a tendon to a joint; the length of the tendon is c q + constant.
 void apply(const Forces& f, double c, double constant, JointSpec& joint) {
   if (f.stiffness > 0.0) {
     const double stiffness = c * c * f.stiffness, rest = (f.rest - constant) / c;
