@@ -8,7 +8,8 @@
 namespace counterpoint {
 namespace {
 
-/// A point of a shape which keeps its place in it and, as the centre of a ball, touches a plane.
+/// Whether p (shape frame) is a core point: fixed in the shape, and the centre of a ball that can
+/// touch a plane (radius core_radius).
 bool is_core(const Shape& shape, const Vector3& p) {
   const Vector3& size = shape.size;
   switch (shape.type) {
@@ -39,14 +40,14 @@ bool touches_plane(const Shape& solid, const Pose& X_WG, const collision::Candid
                    double towards_b, double side, ContactMotion& out) {
   const Vector3& n = contact.normal;
   const double open = contact.gap > 0.0 ? 1.0 : 0.0;
-  // The place is `offset` away from the core, on the side of the plane.
+  // The contact place lies `offset` from the core point, towards the plane.
   const double by_gap = 0.5 + side * towards_b * open;
   const double offset = core_radius(solid) + by_gap * contact.gap;
   if (!is_core(solid, X_WG.inverse() * (contact.position - side * offset * n))) return false;
   const Matrix3 turned = -offset * skew(n), along = n * n.transpose();
   out.gap << Vector3::Zero().transpose(), n.transpose();
   out.point.leftCols<3>() = turned;
-  if (side < 0.0) {  // the plane and its normal stay, the core moves
+  if (side < 0.0) {  // a displacement of B moves the core; the plane and its normal stay
     out.point.rightCols<3>() = Matrix3::Identity() - by_gap * along;
     out.normal.setZero();
   } else {
@@ -74,8 +75,8 @@ struct Round {
     return (p - center - along * axis).norm() < kSamePlace * size &&
            std::abs(along) < half + kSamePlace * size;
   }
-  /// The point is the one closest to what lies along n, and slides along the segment; else it is an
-  /// end, or held otherwise.
+  /// Whether the closest point p slides along the segment, n being perpendicular to it. Otherwise
+  /// it is an end point, or held in another way.
   bool slides(const Vector3& p, const Vector3& n) const {
     return std::abs(axis.dot(p - center)) < half - kSamePlace * (half + radius) &&
            std::abs(axis.dot(n)) < 1e-7;
@@ -100,10 +101,10 @@ bool rounds_touch(const Shape& shape_a, const Pose& X_WA, const Shape& shape_b, 
   if (!(distance > kSamePlace * (a.radius + b.radius)) || !a.holds(at_a) || !b.holds(at_b))
     return false;
   using Row6 = Eigen::Matrix<double, 1, 6>;
-  Eigen::Matrix<double, 3, 6> apart;  // of c_B - c_A
+  Eigen::Matrix<double, 3, 6> apart;  // change of c_B - c_A
   apart << -skew(at_b - contact.position), Matrix3::Identity();
   out.gap = n.transpose() * apart;
-  Row6 s = Row6::Zero(), t = Row6::Zero();  // along the segments
+  Row6 s = Row6::Zero(), t = Row6::Zero();  // changes of the positions along the segments
   const bool a_slides = a.slides(at_a, n), b_slides = b.slides(at_b, n);
   if (a_slides) s = a.axis.transpose() * apart;
   if (b_slides) {

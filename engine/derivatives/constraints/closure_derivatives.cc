@@ -20,7 +20,8 @@ void for_each_on_path(const Model& model, int leaf, Visit visit) {
   }
 }
 
-/// The slope of the recovery of an error [1/s], of its size capped.
+/// Returns the slope [1/s] of the recovery speed by the error, and the speed [m/s or rad/s], whose
+/// norm is at most max_recovery_speed.
 Matrix3 recovery(const ContactOptions& options, double h, const Vector3& error, Vector3& speed) {
   const double slope = options.stabilization / h;
   speed = slope * error;
@@ -80,7 +81,7 @@ void ClosureDerivator::begin(const Model& model, const Kinematics& data, const V
         const Motion carrier = V;
         V += across;
         A += cross(carrier, across);
-        const bool turning = first == linear && end - first > 1;  // about axes of the body
+        const bool turning = first == linear && end - first > 1;  // about body-fixed axes
         for (int k = body.v_index + first; k < body.v_index + end; ++k)
           columns_[k].D = columns_[k].P + (turning ? cross(V, columns_[k].S) : columns_[k].P);
       }
@@ -142,13 +143,13 @@ ClosureDerivator::Error ClosureDerivator::error(const Closure& closure, bool tur
   const Matrix3 R_WA = X_A.rotation * closure.X_AC.rotation;
   const Matrix3 turn = X_B.rotation * closure.X_BC.rotation * R_WA.transpose();
   out.apart = quaternion_log(Quaternion(turn));
-  // exp(t_B) turn exp(-t_A) = exp(t_B - turn t_A) turn.
+  // For small rotations t_A, t_B of the bodies: exp(t_B) turn exp(-t_A) = exp(t_B - turn t_A) turn.
   out.of_b = right_jacobian(out.apart).transpose().inverse();
   out.of_a = out.of_b * turn;
   return out;
 }
 
-/// The coordinates of both paths, once each, with columns of zeros.
+/// Lists the coordinates of both paths once each, and clears their columns.
 void ClosureDerivator::list(const Model& model, const PairConstraint& pair) {
   for (int i = 0; i < size; ++i) slot_[coordinates[i]] = -1;
   size = 0;
@@ -163,7 +164,7 @@ void ClosureDerivator::list(const Model& model, const PairConstraint& pair) {
     m->leftCols(size).setZero();
 }
 
-/// Of rows about axes: what one body contributes.
+/// Adds the contribution of one body to rotational rows.
 void ClosureDerivator::add_turns(const Model& model, const Side& side, const Error& error) {
   const double sign = side.sign;
   const Vector3 &omega = side.moving.V.angular, &alpha = side.moving.A.angular;
@@ -180,7 +181,8 @@ void ClosureDerivator::add_turns(const Model& model, const Side& side, const Err
   });
 }
 
-/// Of rows along axes; spin: angular velocity of B against A by w, which the place goes with.
+/// Adds the contribution of one body to translational rows. spin: angular velocity of B relative to
+/// A with w; the place of the rows moves with it.
 void ClosureDerivator::add_points(const Model& model, const Side& side, const Vector3& spin) {
   const double sign = side.sign;
   const Motion& W = side.moving.W;
@@ -201,7 +203,7 @@ void ClosureDerivator::add_points(const Model& model, const Side& side, const Ve
   });
 }
 
-/// The error at the poses reached, by q and by w.
+/// Adds the derivatives of the error at the pose reached, by q and by w.
 void ClosureDerivator::add_reached(const Model& model, const Side& side, const Pose& X_BC,
                                    bool turns, const Error& error) {
   if (side.body == 0) return;
@@ -216,7 +218,7 @@ void ClosureDerivator::add_reached(const Model& model, const Side& side, const P
       const Motion& axis = reached_->axis[body.v_index + j];
       by.col(j) = side.sign * (turns ? Vector3(of * axis.angular) : axis.at(arm));
     }
-    // q (+) h w moves by P dq + h Q dw.
+    // q (+) h w is displaced by P dq + h Q dw (rotation_maps.h).
     Eigen::Matrix<double, 3, 6> by_velocity = by;
     if (nv - linear == 3) {
       const Vector3 turn = turn_.segment<3>(body.v_index + linear);
@@ -232,7 +234,7 @@ void ClosureDerivator::add_reached(const Model& model, const Side& side, const P
   }
 }
 
-/// From vectors between the anchors to their length, in the first row.
+/// Replaces vectors between the anchors by the change of their length, in the first row.
 void ClosureDerivator::project(const Vector3& apart, const Vector3& parting, const Vector3& bend,
                                const Vector3& apart_reached, const Vector3& y) {
   const double d = apart.norm(), d_reached = apart_reached.norm();
@@ -246,7 +248,7 @@ void ClosureDerivator::project(const Vector3& apart, const Vector3& parting, con
     const double longer = n.dot(moved);
     const Vector3 dn = (moved - longer * n) * inverse, rate = rate_.col(s);
     const auto first = [&](Columns& m, double x) { m.col(s) = Vector3(x, 0.0, 0.0); };
-    // n c + |across|^2 / d.
+    // Acceleration of the distance: n.c + |across|^2 / d.
     first(curvature_, n.dot(curvature_.col(s)) + dn.dot(bend) +
                           inverse * (2.0 * across.dot(rate - along * dn) -
                                      across.squaredNorm() * inverse * longer));
@@ -260,7 +262,7 @@ void ClosureDerivator::project(const Vector3& apart, const Vector3& parting, con
   }
 }
 
-/// The body on the two paths that turns fastest by w.
+/// Returns the body on the two paths that rotates fastest with w, and its angular speed [rad/s].
 int ClosureDerivator::fastest(const Model& model, const PairConstraint& pair, double& speed) const {
   int out = 0;
   double square = 0.0;
@@ -274,7 +276,7 @@ int ClosureDerivator::fastest(const Model& model, const PairConstraint& pair, do
   return out;
 }
 
-/// What the share changes by with the speed of a body that turns, `slope` [s].
+/// Adds the change of the aimed share with the angular speed of a body; slope: of the share [s].
 void ClosureDerivator::add_share_slope(const Model& model, double slope, int body,
                                        const Vector3& by_share) {
   const Vector3 along = moving_[body].W.angular.normalized();
@@ -351,7 +353,7 @@ ContactMotion closure_motion(const Closure& closure, const PairConstraint& pair,
   motion.point = 0.5 * anchor;
   motion.normal.setZero();
   motion.gap.setZero();
-  const double d = 2.0 * to_b.norm();  // the place is halfway
+  const double d = 2.0 * to_b.norm();  // the place is halfway between the anchors
   if (closure.type == ClosureType::kDistance && d > kNoDirection) {
     const Vector3& n = pair.frame.col(0);
     motion.normal = (anchor - n * (n.transpose() * anchor)) / d;

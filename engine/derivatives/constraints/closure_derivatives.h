@@ -1,18 +1,19 @@
-// How the biases of a closure's rows (closures.h) change with the motion.
+// Derivatives of the biases of a closure's rows (closures.h) by the motion.
 //
-// With e the error of the closure, c its acceleration at constant joint velocities, y = J w and
-// r(e) the speed of recovery, the bias of a closure, of which a share s is taken at the pose that w
-// leads to, is
+// With e the error of the closure, c its acceleration at constant joint velocities, y = J w, r(e)
+// the speed of recovery, and s the share of the bias that is aimed, that is taken at the pose that
+// w leads to, the bias is
 //
 //   b = r(e) + (1 - s) h c / 2 + s ((e(q (+) h w) - e(q)) / h - y)
 //
-// A point p on the path of a joint with column S (world axes), whose carrier has velocity V and
-// acceleration A, with P = V x S and PP = A x S + V x P (sweep.h), moves, speeds and accelerates by
+// Let a joint have the column S (world axes), its parent body velocity V and acceleration A, and
+// let P = V x S, PP = A x S + V x P (sweep.h). A point p on a body that the joint carries, with
+// velocity u and acceleration a, has the derivatives
 //
 //   dp/dq = S_p      du/dq = S_o x u + P_p      da/dq = S_o x a + 2 P_o x u + PP_p
 //                    du/dv = S_p                da/dv = 2 S_o x u + (P + S')_p
 //
-// where u is its velocity, X_p the linear part of a motion X at p, X_o its angular part.
+// where X_p is the linear part of a motion X at p, X_o its angular part.
 #pragma once
 
 #include <optional>
@@ -23,55 +24,56 @@
 
 namespace counterpoint {
 
-/// Scratch of one thread for one model.
+/// Differentiates closure biases. Scratch memory inside: one object per thread and model.
 class ClosureDerivator {
  public:
   using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
   explicit ClosureDerivator(const Model& model);
 
-  /// For a state of the poses in `data` and v (nv).
+  /// Sets the state: poses in `data`, and v (nv).
   void begin(const Model& model, const Kinematics& data, const VectorRef& v);
-  /// Sets the velocities w (nv) that biases are aimed with, in a step of h [s] from q.
+  /// Sets the velocities w (nv) that biases are aimed with, in a step of h [s] from q (nq).
   void aim(const Model& model, double h, const VectorRef& q, const VectorRef& w);
 
-  /// Of rows as find_closures makes them, aimed or not: what is below. Needs begin, and aim if
-  /// they are aimed.
+  /// Computes the results below for rows of find_closures, aimed or not. Needs begin, and aim if
+  /// `aimed`.
   void compute(const Model& model, const ContactOptions& options, double h, const Closure& closure,
                const PairConstraint& pair, const Kinematics& data,
-               bool aimed);  // Parameters: what it depends on, one by one
+               bool aimed);  // Parameters: a closure, its rows and state
 
-  /// Adds jacobian' `slopes`, of those below, `scale` times: to nv x nv.
+  /// Adds scale jacobian' slopes to `out` (nv x nv); slopes: one of the derivatives below.
   void add_to(MatrixX& out, double scale, const Columns& slopes) const;
 
-  // By the coordinates that carry the bodies: a column each, the first `size`; the closure's rows
-  // first.
+  // Results: a column for each coordinate that carries a body of the closure, the first `size`
+  // columns; the closure's rows come first.
   int size = 0;
   std::vector<int> coordinates;  ///< index in v
   Columns jacobian;
-  /// Of the bias, in axes carried along with body A: by a displacement, by v, by w.
+  /// Derivatives of the bias, in axes carried along with body A: by a displacement, by v, by w.
   Columns by_q, by_v, by_w;
   Vector3 bias;
 
  private:
   struct Column {
-    Motion S, P, PP, D, P_w;  ///< at the tree's reference; D = P + S', P_w by w
+    Motion S, P, PP, D, P_w;  ///< at the tree's reference; D = P + S', P_w is P with w
   };
   struct Moving {
-    Motion V, A, W;  ///< of the body, at the tree's reference; W by w
+    Motion V, A, W;  ///< motion of the body at the tree's reference; W: velocity with w
   };
-  /// One body of the closure, its anchor and the place of the rows seen from the tree's reference.
+  /// One body of the closure, with its anchor and the place of the rows relative to the tree's
+  /// reference.
   struct Side {
     int body = 0;
     double sign = 1.0;
     Vector3 anchor = Vector3::Zero(), place = Vector3::Zero();
     Moving moving;
-    Vector3 u = Vector3::Zero(), a = Vector3::Zero();  ///< of the anchor
+    Vector3 u = Vector3::Zero(), a = Vector3::Zero();  ///< velocity, acceleration of the anchor
   };
-  /// Error as a vector: of a distance what is between the anchors.
+  /// Error as a vector; for a distance the vector between the anchors.
   struct Error {
     Vector3 apart;
-    Matrix3 of_b, of_a;  ///< rotations only: by turns of the bodies
+    Matrix3 of_b, of_a;  ///< rotations only: derivatives by rotations of the bodies
   };
 
   Side side(const Model& model, int body, double sign, const Pose& X_BC, const Vector3& place,
@@ -87,18 +89,19 @@ class ClosureDerivator {
   void add_share_slope(const Model& model, double slope, int body, const Vector3& by_share);
   int fastest(const Model& model, const PairConstraint& pair, double& speed) const;
 
-  std::vector<char> held_;  ///< by tree: under a closure
+  std::vector<char> held_;  ///< per tree: whether a closure acts on it
   std::vector<Column> columns_;
   std::vector<Moving> moving_;
-  std::optional<Data> reached_;  ///< if there are closures: poses
+  std::optional<Data> reached_;  ///< poses that w leads to; set if there are closures
   VectorX q_reached_, turn_;
-  std::vector<int> slot_;  ///< by coordinate; -1: none
-  // By slot: error, its rate and acceleration by q, the latter by v, J w by q, error reached by q
-  // and w, what body A turns by.
+  std::vector<int> slot_;  ///< per coordinate: its column, or -1
+  // Derivatives, one column per slot: error, its rate and acceleration by q; acceleration by v; J w
+  // by q; error at the pose reached by q and by w; rotation of body A by q.
   Columns error_, rate_, curvature_, curvature_v_, y_, reached_q_, reached_w_, carried_;
 };
 
-/// How the place of a closure's rows, and their frame, follow a displacement of B against A.
+/// Returns how the place of a closure's rows, and their frame, follow a displacement of B relative
+/// to A.
 ContactMotion closure_motion(const Closure& closure, const PairConstraint& pair, const Kinematics& data);
 
 }  // namespace counterpoint

@@ -14,11 +14,12 @@
 namespace counterpoint {
 namespace {
 
-/// The difference step [m], relative to the gap, which is the radius that normals of corners turn
-/// about; at most this share of the smallest length of the two shapes, at least so much. As an
-/// angle over that length.
+/// Difference step [m]: kGapShare of the gap, since normals of corners rotate about a radius of the
+/// gap; at most kSizeShare of the smallest length of the two shapes, at least kLeastStep.
+/// Rotations: this step over that length [rad].
 constexpr double kGapShare = 1e-4, kSizeShare = 4e-6, kLeastStep = 1e-8;
-/// A neighbouring contact is at most so many difference steps away (rims of cylinders slide fast).
+/// Largest distance of a neighbouring contact, in difference steps (on rims of cylinders contacts
+/// slide fast).
 constexpr double kFarthest = 1e3;
 
 double smallest_length(const Shape& shape) {
@@ -39,8 +40,9 @@ double smallest_length(const Shape& shape) {
   return 1.0;
 }
 
-/// `index` where the manifold is like the one that this counts in, else the closest; null if that
-/// is too far off.
+/// Returns the contact of `manifold` that corresponds to contact `index` of `here`: the one of that
+/// index if both have as many contacts, else the one closest to `expected`; null if it is farther
+/// away than `most` [m].
 const collision::ContactPoint* like(const collision::Manifold& here, int index,
                                     const collision::Manifold& manifold, const Vector3& expected,
                                     double most) {
@@ -58,15 +60,16 @@ const collision::ContactPoint* like(const collision::Manifold& here, int index,
   return best;
 }
 
-/// A small twist (column 0 ... 5) about a point.
+/// Returns X moved by `by` along component `column` (0 ... 5: angular, linear) of a twist about a
+/// point.
 Pose turned_about(const Vector3& at, const Pose& X, int column, double by) {
   if (column >= 3) return {X.rotation, X.translation + by * Vector3::Unit(column - 3)};
   const Matrix3 turn = quaternion_exp(by * Vector3::Unit(column)).toRotationMatrix();
   return {turn * X.rotation, at + turn * (X.translation - at)};
 }
 
-/// From a contact halfway between the surfaces to one moved towards B, and from turns about one
-/// point to turns about the contact, which is `arm` away.
+/// Converts derivatives of the contact halfway between the surfaces to those of the contact moved
+/// towards B, and rotations about one point to rotations about the contact, which is `arm` away.
 void finish(const collision::Candidate& contact, double towards_b, const Vector3& arm,
             PlaceMotion& m) {
   if (contact.gap > 0.0) m.point += towards_b * (contact.normal * m.gap + contact.gap * m.normal);
@@ -84,7 +87,7 @@ void PlaceMotion::set_zero() {
   gap.setZero();
 }
 
-/// Its index among the contacts here_; -1 if it is not among them.
+/// Returns the index of a contact in here_, or -1.
 int ContactMotionFinder::index_here(const Pair& pair, const Contact& contact) const {
   const double near = kSamePlace * pair.size;
   int best = -1;
@@ -92,7 +95,7 @@ int ContactMotionFinder::index_here(const Pair& pair, const Contact& contact) co
   for (int i = 0; i < here_.size; ++i) {
     const collision::ContactPoint& p = here_.points[i];
     if (!(p.normal.dot(contact.candidate.normal) > 1.0 - kSamePlace)) continue;
-    // Of contacts in one place the one of the same gap.
+    // Among contacts in the same place the gap decides.
     const double off =
         (p.position - contact.middle).norm() + std::abs(p.gap - contact.candidate.gap);
     if (off >= least) continue;
@@ -102,9 +105,9 @@ int ContactMotionFinder::index_here(const Pair& pair, const Contact& contact) co
   return best;
 }
 
-/// The contacts of the pair with B in neighbouring poses, turned about a point.
+/// Finds the contacts of the pair with B in neighbouring poses, rotated about a point.
 void ContactMotionFinder::move_pair(const Pair& pair, const Vector3& about, double gap) {
-  // Some more room, so that a contact does not vanish at the margin.
+  // A wider margin, so that no contact vanishes at it.
   const collision::PairQuery query(std::abs(gap) + pair.size);
   about_ = about;
   step_ = std::clamp(kGapShare * std::abs(gap), kLeastStep, kSizeShare * pair.size);
@@ -117,7 +120,8 @@ void ContactMotionFinder::move_pair(const Pair& pair, const Vector3& about, doub
   }
 }
 
-/// Of a contact of here_, by turns about about_.
+/// Differentiates a contact of here_ by central differences; rotations are about the point about_.
+/// Returns false if a neighbouring pose has no such contact.
 bool ContactMotionFinder::difference(const Pair& pair, int index, PlaceMotion& out) const {
   const Vector3& here = here_.points[index].position;
   for (int column = 0; column < 6; ++column) {
@@ -135,8 +139,8 @@ bool ContactMotionFinder::difference(const Pair& pair, int index, PlaceMotion& o
   return true;
 }
 
-/// Of a contact that the poses alone tell. keep: here_ and moved_ hold the pair's contacts already
-/// if geometry_a_ says so.
+/// Differentiates a contact that depends on the poses alone. keep: reuses the contacts in here_ and
+/// moved_ if they are of this pair, and leaves them there.
 bool ContactMotionFinder::touch(const Pair& pair, const Contact& contact, bool keep,
                                 ContactMotion& out) {
   const collision::Candidate& c = contact.candidate;
@@ -167,7 +171,8 @@ bool ContactMotionFinder::touch(const Pair& pair, const Contact& contact, bool k
   return true;
 }
 
-/// Of corners taken as points and of balls inside shapes (corner_contacts.h).
+/// Differentiates contacts of corners taken as points and of balls inside shapes
+/// (corner_contacts.h).
 bool ContactMotionFinder::touch_stand_ins(const Pair& pair, const Contact& contact,
                                           ContactMotion& out) {
   for (const bool of_a : {true, false}) {
@@ -188,7 +193,7 @@ bool ContactMotionFinder::touch_stand_ins(const Pair& pair, const Contact& conta
   return false;
 }
 
-// Which of the points that the pair has after its motion is this contact; -1: none.
+// Returns the index of this contact among those that the pair has after its motion, or -1.
 int ContactMotionFinder::index_ahead(const Pair& pair, const Pair& after, const Contact& contact,
                                      const collision::PairMotion& motion) {
   const collision::Candidate& c = contact.candidate;
@@ -217,14 +222,15 @@ int ContactMotionFinder::index_ahead(const Pair& pair, const Pair& after, const 
   return index;
 }
 
-// With D_A, D_B displacements of the shapes after the motion, by one of B against A (m) and by
-// velocities dV_A, dV_B seen from A:
+// Displacements D_A, D_B of the shapes after the motion, caused by a displacement m of B relative
+// to A and by changes dV_A, dV_B of the velocities, in axes that move with A:
 //
 //   D_A = G_A dV_A,    D_B = m + G_B (dV_B - m x V_B)
 //
-// where G dV turns by h J_l(h omega) d omega, J_l the left Jacobian of the exponential map, about
-// where the body's origin arrives, which moves by h dv. The contact after it follows these; taking
-// it back is linear in the ways, but for its own place. Long: one chain of derivatives.
+// G dV rotates by h J_l(h omega) d omega, J_l the left Jacobian of the exponential map, about the
+// position that the body's origin reaches, and moves this position by h dv. The contact after the
+// motion follows D_A and D_B. It is then taken back to the start, linearly in the displacements
+// h V of its own place. Long: one chain of derivatives.
 bool ContactMotionFinder::touch_ahead(const Pair& pair, const Contact& contact,
                                       const collision::PairMotion& motion, const Motion& V_a,
                                       const Motion& V_b, double h, ContactMotion& out) {
@@ -240,7 +246,7 @@ bool ContactMotionFinder::touch_ahead(const Pair& pair, const Contact& contact,
   const collision::ContactPoint& p = here_.points[index];
   // Displacements D_A, D_B at about_, by (m, dV_A, dV_B) at the contact.
   Rows6x18 D_a = Rows6x18::Zero(), D_b = Rows6x18::Zero();
-  const auto at = [&](const Vector3& point) {  // from motions at the contact to those at a point
+  const auto at = [&](const Vector3& point) {  // maps motions at the contact to motions at `point`
     Matrix6 X = Matrix6::Identity();
     X.bottomLeftCorner<3, 3>() = -skew(point - c.position);
     return X;
@@ -262,7 +268,7 @@ bool ContactMotionFinder::touch_ahead(const Pair& pair, const Contact& contact,
   const Row18 gap = raw.gap * apart;
   point += D_a.bottomRows<3>() - skew(p.position - about_) * D_a.topRows<3>();
   normal -= skew(p.normal) * D_a.topRows<3>();
-  // Back to the start. Ways h V at a place that moves itself.
+  // Back to the start by displacements h V, at a place that moves itself.
   const auto way = [&](const Motion& V, int columns, const Vector3& place, const Rows18& moves) {
     Rows18 by = h * skew(V.angular) * moves;
     by.middleCols<6>(columns) += h * at(place).bottomRows<3>();
@@ -308,7 +314,7 @@ bool ContactMotionFinder::find(const Model& model, const Kinematics& data,
   out.by_v = false;
   if (a.shape.type == ShapeType::kTerrain || b.shape.type == ShapeType::kTerrain)
     return touch_terrain(pair, at, out) || touch_stand_ins(pair, at, out);
-  // Shapes that touch where the motion leads do so with all of their contacts.
+  // If one contact of two shapes is taken after their motion, all of them are.
   const auto motion =
       collider.pair_motion(data.X_WB, contact.geometry_a, contact.geometry_b, motions);
   const auto ahead = [&] {

@@ -1,4 +1,4 @@
-// How a contact's place, normal and gap follow the motion of the two shapes.
+// Derivatives of a contact's place, normal and gap by the motion of the two shapes.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace counterpoint {
 
-/// By six numbers each (angular, linear).
+/// Derivatives by the six components (angular, linear) of a motion.
 struct PlaceMotion {
   Eigen::Matrix<double, 3, 6> point, normal;
   Eigen::Matrix<double, 1, 6> gap;
@@ -18,41 +18,43 @@ struct PlaceMotion {
   void set_zero();
 };
 
-/// By a displacement (angular [rad], linear [m], in W, of the point at the contact) of body B
-/// against A. When both move alike the contact is carried along, and its gap stays.
+/// Derivatives by a displacement (angular [rad], linear [m], in W, of the point at the contact) of
+/// body B relative to A. If both move alike the contact is carried along, and its gap stays.
 struct ContactMotion : PlaceMotion {
-  /// Where the contact is one that the motion leads to: by the velocities at the start of the step
-  /// of A and B, at the contact, seen from A as it moves. Else not set.
+  /// True for contacts taken at the end of the step's motion (pair_motion.h). v_a, v_b are then the
+  /// derivatives by the velocities of A and B at the start of the step, at the contact, in axes
+  /// that move with A; else they are not set.
   bool by_v = false;
   PlaceMotion v_a, v_b;
 };
 
-/// Scratch of one thread: contacts of a pair of shapes are asked for one after the other.
+/// Finds derivatives of contacts. Scratch memory inside: one object per thread. Contacts of one
+/// pair of shapes share their differences if they are asked for one after the other.
 class ContactMotionFinder {
  public:
-  /// Of other poses than the last time.
+  /// Forgets the last pair; call it when poses have changed.
   void begin() { geometry_a_ = geometry_b_ = -1; }
 
-  /// Of a contact as ConstraintFinder makes it, of candidates that `collider` found last, with
-  /// these motions: towards_b is the share of the gap by which the place was moved from the middle
-  /// towards B. In closed form for spheres, capsules, boxes and meshes on planes and on the faces
-  /// of terrain, and for spheres and capsules among one another and on its edges; else by central
-  /// differences of the two shapes' contacts in their relative pose, at that which the motion leads
-  /// to where they were taken there (pair_motion.h). False if a neighbouring pose has no such
-  /// contact.
+  /// Finds the derivatives of a contact as ConstraintFinder makes it, from the candidates that
+  /// `collider` found last, with these motions. towards_b: share of the gap by which the place was
+  /// moved from the middle towards B. Closed forms: spheres, capsules, boxes and meshes on planes
+  /// and on faces of terrain; spheres and capsules among one another and on edges of terrain. All
+  /// others: central differences of the two shapes' contacts in their relative pose, which is the
+  /// one after the motion for contacts taken there (pair_motion.h). Returns false if a neighbouring
+  /// pose has no such contact.
   bool find(const Model& model, const Kinematics& data, const collision::Collider& collider,
             const collision::BodyMotions& motions, const collision::Candidate& contact,
-            double towards_b, ContactMotion& out);  // Parameters: what it depends on, one by one
+            double towards_b, ContactMotion& out);  // Parameters: a contact, its state and motion
 
  private:
-  /// Two shapes, one of which stays; neighbouring poses of the other.
+  /// Two shapes. Differences move B and keep A.
   struct Pair {
     const Shape* a = nullptr;
     const Shape* b = nullptr;
     Pose X_WA, X_WB;
-    double size = 0.0;  ///< of what gives the scale of the differences [m]
+    double size = 0.0;  ///< length that scales the differences [m]
   };
-  /// A contact, and where it was before it was moved towards B.
+  /// A contact, and its place before it was moved towards B.
   struct Contact {
     const collision::Candidate& candidate;
     Vector3 middle;
@@ -63,7 +65,7 @@ class ContactMotionFinder {
   bool touch_stand_ins(const Pair& pair, const Contact& contact, ContactMotion& out);
   int index_ahead(const Pair& pair, const Pair& after, const Contact& contact,
                   const collision::PairMotion& motion);
-  /// Parameters: what it depends on, one by one.
+  /// Parameters: a contact, its motion and the result.
   bool touch_ahead(const Pair& pair, const Contact& contact, const collision::PairMotion& motion,
                    const Motion& V_a, const Motion& V_b, double h, ContactMotion& out);
   bool touch_terrain(const Pair& pair, const Contact& contact, ContactMotion& out);
@@ -75,10 +77,10 @@ class ContactMotionFinder {
   void move_pair(const Pair& pair, const Vector3& about, double gap);
   bool difference(const Pair& pair, int index, PlaceMotion& out) const;
 
-  int geometry_a_ = -1, geometry_b_ = -1;  ///< of what is below
-  bool ahead_ = false;                     ///< it is where the motion leads
-  Vector3 about_ = Vector3::Zero();        ///< what B was turned about
-  double step_ = 0.0;                      ///< [m]
+  int geometry_a_ = -1, geometry_b_ = -1;  ///< pair of the contacts in here_ and moved_, or -1
+  bool ahead_ = false;                     ///< their poses are those after the motion
+  Vector3 about_ = Vector3::Zero();        ///< point about which B was rotated, in W [m]
+  double step_ = 0.0;                      ///< difference step [m]
   collision::Manifold here_;
   std::array<std::array<collision::Manifold, 2>, 6> moved_;
   std::vector<int> triangles_;

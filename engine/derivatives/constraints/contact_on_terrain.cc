@@ -1,5 +1,5 @@
-// Contacts on terrain: with the element that makes them, a face as a plane, an edge as a segment,
-// or as the upper side of a thin sheet (terrain_contacts.h).
+// Contacts on terrain, differentiated as contacts with the element that makes them: a face as a
+// plane, an edge as a segment or as the upper side of a thin sheet (terrain_contacts.h).
 #include <array>
 #include <cmath>
 
@@ -11,7 +11,7 @@
 namespace counterpoint {
 namespace {
 
-/// A triangle of a terrain in W.
+/// A triangle of a terrain, in W.
 struct Face {
   std::array<Vector3, 3> corners;
   Vector3 normal;
@@ -79,7 +79,7 @@ bool ContactMotionFinder::touch_terrain(const Pair& pair, const Contact& contact
   const bool of_a = pair.a->type == ShapeType::kTerrain;
   const Terrain& terrain = *(of_a ? pair.a : pair.b)->terrain;
   const Pose X_TW = (of_a ? pair.X_WA : pair.X_WB).inverse();
-  // Faces may go on beyond their edges, by the way of a fast body.
+  // For fast bodies faces may extend beyond their edges, by the displacement of the body.
   const Vector3 middle = X_TW * contact.middle;
   const Vector3 around = Vector3::Constant(4.0 * pair.size + 2.0 * std::abs(contact.candidate.gap));
   for (const double wider : {1.0, 10.0}) {

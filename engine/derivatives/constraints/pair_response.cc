@@ -8,7 +8,7 @@
 namespace counterpoint {
 namespace {
 
-/// -R G R' and -R G e_0, and the wrench.
+/// Finds next = -R G R', by_bias = -R G e_0, and the wrench.
 void find_slopes(const PairConstraint& pair, const PairBodies& bodies, PairResponse& out) {
   const auto [R, y] = ContactRows(pair, bodies);
   const int rows = pair.law.rows;
@@ -23,14 +23,14 @@ void find_slopes(const PairConstraint& pair, const PairBodies& bodies, PairRespo
   out.by_bias = -RG.col(0);
 }
 
-/// R df/dk.
+/// Returns R df/dk, k the smoothing of the law.
 Vector6 by_smoothing(const PairConstraint& pair, const PairBodies& bodies) {
   const auto [R, y] = ContactRows(pair, bodies);
   return R * contact::compute_sensitivity(pair.law, y).smoothing;
 }
 
-/// How far a point at `arm` from its body's origin goes beyond omega x arm h within the step, if
-/// the body keeps turning: u = (exp(h omega) - 1 - [h omega]) arm.
+/// Displacement within the step of a point at `arm` from its body's origin, beyond h omega x arm,
+/// if the body keeps rotating: u = (exp(h omega) - 1 - [h omega]) arm.
 struct Turning {
   Vector3 u;
   Matrix3 by_arm, by_omega;
@@ -132,7 +132,7 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
   using Row6 = Eigen::Matrix<double, 1, 6>;
   using Matrix63 = Eigen::Matrix<double, 6, 3>;
   find_slopes(pair, bodies, out);
-  Vector6 whole;  // the impulse of which a share counts
+  Vector6 whole;  // before the share is taken
   whole << out.wrench.torque, out.wrench.force;
   out.wrench = out.wrench * share.value;
   out.next *= share.value;
@@ -142,7 +142,7 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
   const Motion next = bodies.next_b - bodies.next_a, start = bodies.start_b - bodies.start_a;
   const Vector3 n = pair.frame.col(0);
   const Matrix3 f = skew(out.wrench.force);
-  // By the velocity at the start and by the normal: of the bias, and of the share.
+  // Derivatives of bias and share by the velocity at the start and by the normal.
   const Matrix63 by_speed =
       out.by_bias * (pair.frame * law.v).transpose() + whole * (pair.frame * share.v).transpose();
   const Matrix63 by_normal =
@@ -150,10 +150,11 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
   const bool rebounds = !law.v.isZero(0.0) || !share.v.isZero(0.0);
   const Turning a(bodies.start_a.angular, bodies.arm_a, turning ? h : 0.0);
   const Turning o(bodies.start_b.angular, bodies.arm_b, turning ? h : 0.0);
-  const Eigen::RowVector3d along = -n.transpose();  // the gap is less by n (u_A - u_B)
-  // As the place, the normal and the gap move; arm_b: the place seen from B's origin.
+  const Eigen::RowVector3d along = -n.transpose();  // the gap shrinks by n (u_A - u_B)
+  // Response to a motion m of place, normal and gap; arm_b: motion of the place seen from B's
+  // origin.
   const auto respond = [&](const PlaceMotion& m, const Rows36& arm_b) {
-    // The frame turns with the normal; about the normal it may turn as it likes.
+    // The frame turns with the normal; its rotation about the normal is arbitrary.
     const Rows36 turned = skew(n) * m.normal;
     Matrix6 y;
     y.topRows<3>() = skew(next.angular) * turned;
@@ -167,11 +168,11 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
     w.bottomRows<3>() -= f * turned;
     return w;
   };
-  Rows36 arm_b = motion.point;  // less the way of B's origin
+  Rows36 arm_b = motion.point;  // minus the motion of B's origin
   arm_b.leftCols<3>() -= skew(bodies.arm_b);
   arm_b.rightCols<3>() -= Matrix3::Identity();
   out.still = respond(motion, arm_b);
-  // Gravity does not turn with A, as all else here may: of a B that stays where it is.
+  // If B is the world, everything here turns with A except gravity.
   if (pair.body_b == 0) out.still.leftCols<3>() += by_normal * skew(n);
   out.by_v = turning || rebounds || motion.by_v;
   Row6 gap_v_a = Row6::Zero(), gap_v_b = Row6::Zero();

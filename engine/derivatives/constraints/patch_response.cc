@@ -8,19 +8,20 @@
 namespace counterpoint {
 namespace {
 
-/// Steps of the differences: shares of the gap that takes a contact out of the patch, and of the
-/// speed at which the motion is one of rest or of sliding and spinning.
+/// Relative step of the differences: share of the gap at which a contact leaves the patch, and of
+/// the speed of the patch (at least ContactPatch::at_rest).
 constexpr double kStep = 3e-4;
 
-/// Strength and rub of a contact, four numbers.
+/// Strength and friction point of a contact (PairConstraint): 1 + 3 numbers.
 using Figures = Eigen::Vector4d;
 using Slopes = Eigen::Matrix<double, 4, 6>;
 
-/// A direction of motion: of B against A as `moved` at a place, and of the velocity at the start.
+/// A direction of differentiation: displacement `moved` of B relative to A, and change of the
+/// velocity at the start, both at a place.
 struct Direction {
   Vector6 moved = Vector6::Zero();
   Motion speed;                              ///< at the place
-  PlaceMotion ContactMotion::*by = nullptr;  ///< places that follow from a velocity, `moved`
+  PlaceMotion ContactMotion::*by = nullptr;  ///< set: `moved` is a change of a body's velocity
 };
 
 class PatchSlopes {
@@ -33,7 +34,7 @@ class PatchSlopes {
     speed_ = std::max(patch.at_rest, std::max(across.norm(), size_ * patch.motion.angular.norm()));
   }
 
-  /// By the six motions of `direction`, whose kind `make` gives.
+  /// Differentiates by six motions; make(d) is the Direction of d (angular, linear).
   template <class Make>
   Slopes by(double step, Make make) const {
     Slopes out;
@@ -75,7 +76,7 @@ class PatchSlopes {
   double size_ = 0.0, speed_ = 0.0;  ///< [m, m/s]
 };
 
-/// What the wrench changes by: by the strength, and by where friction acts.
+/// Derivatives of the wrench by the strength and by the point where friction acts.
 Eigen::Matrix<double, 6, 4> by_figures(const PairConstraint& pair, const PairBodies& bodies) {
   const ContactRows at(pair, bodies);
   Eigen::Matrix<double, 6, 4> out;
@@ -104,7 +105,7 @@ void add_patch_response(const MovingPatch& moving, int index, const PairConstrai
   const PatchSlopes slopes(moving, index, pair.position);
   const Eigen::Matrix<double, 6, 4> W = by_figures(pair, bodies);
   const Matrix3 across = skew(Vector3(pair.frame.col(0)));
-  // The response of the contact has its friction turn with the normal.
+  // The contact's own response already turns friction with the normal.
   const auto less_turned = [&](Slopes by, const PlaceMotion& motion) {
     by.bottomRows<3>() += skew(pair.rub) * across * motion.normal;
     return by;

@@ -1,7 +1,7 @@
-// How the friction of a patch that spins (contact_patch.h) goes with the motion of its two bodies:
-// the share of it that is left, and where it acts. By central differences of find_friction alone,
-// which is smooth, in the linear motion of its contacts; what the law makes of them is in closed
-// form.
+// Derivatives of the friction of a spinning patch (contact_patch.h) by the motion of its two
+// bodies: the share of friction that is left, and the points where it acts. find_friction, which is
+// smooth, is differentiated by central differences along the linearized motion of its contacts; the
+// law is differentiated in closed form.
 #pragma once
 
 #include <array>
@@ -12,13 +12,14 @@
 
 namespace counterpoint {
 
-/// A patch as it is, and how its contacts move, each at its own place.
+/// A patch and the derivatives of its contacts, each at its own place.
 struct MovingPatch {
   ContactPatch patch;
   std::array<ContactMotion, ContactPatch::kMost> motions;
 };
 
-/// Adds that to the response of contact `index` of the patch, which find_contact_response has made.
+/// Adds these derivatives to the response of contact `index` of the patch, found by
+/// find_contact_response.
 void add_patch_response(const MovingPatch& moving, int index, const PairConstraint& pair,
                         const PairBodies& bodies, PairResponse& out);
 

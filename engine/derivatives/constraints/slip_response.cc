@@ -44,7 +44,7 @@ Sliding::Sliding(const PairConstraint& pair, const PairBodies& bodies)
   const Vector3 n = pair.frame.col(0);
   const Vector3 sliding = start.linear - n.dot(start.linear) * n;
   const double speed = sliding.norm();
-  if (speed > 0.0) direction = sliding / speed;  // else one side of a kink
+  if (speed > 0.0) direction = sliding / speed;  // zero at the kink |u| = 0
 }
 
 SpeedSlope speed_slope(const PairConstraint& pair, const PairBodies& bodies,

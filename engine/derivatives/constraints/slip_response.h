@@ -1,8 +1,8 @@
-// How friction changes with the slip speed that its island's motion allows (friction_slip.h).
+// Derivatives of friction by the slip speed that the motion of its island allows (friction_slip.h).
 //
 //   v_slip = (h / slip_time) |u|,   u the sliding velocity of the island's fastest contact
 //
-// so that all friction of an island depends on how two bodies moved at the start of the step.
+// All friction of an island depends on how the two bodies of that contact moved at the start.
 #pragma once
 
 #include <span>
@@ -21,13 +21,13 @@ class SlipResponse {
   }
 
   void begin();
-  /// The friction of a contact of a step of h [s], of which `share` counts; V_next: the bodies'
-  /// velocities at its end.
+  /// Adds the friction of a contact in a step of h [s], of which `share` counts. V_next: velocities
+  /// of the bodies at the end of the step.
   void add(const Model& model, const PairConstraint& pair, const std::vector<Motion>& V_next,
            double h, const Kinematics& data, double share = 1.0);
 
-  /// What wrenches on bodies change by, -dW / d|u|, as the bodies of contact `source` move: those
-  /// of `from` on, up to the next source's.
+  /// Wrench derivatives -dW / d|u|, |u| the sliding speed of contact `contact`: the entries from
+  /// `from` up to the next source's.
   struct Source {
     int contact;
     size_t from;
@@ -45,15 +45,15 @@ class SlipResponse {
 
   std::vector<Source> sources_;
   std::vector<ForceBySpeed> forces_;
-  std::vector<int> force_of_;  ///< by body: its last one, or -1
+  std::vector<int> force_of_;  ///< per body: its last entry in forces_, or -1
 };
 
-/// How a contact slides at the start of the step.
+/// Sliding of a contact at the start of the step.
 struct Sliding {
-  Motion start;                         ///< of B against A at the place
-  Vector3 direction = Vector3::Zero();  ///< in W; zero where it does not slide
+  Motion start;                         ///< velocity of B relative to A at the place
+  Vector3 direction = Vector3::Zero();  ///< unit vector in W; zero if the contact does not slide
   Sliding(const PairConstraint& pair, const PairBodies& bodies);
-  /// What |u| changes by as the place moves and the normal turns.
+  /// Returns the change of |u| as the place moves and the frame rotates.
   template <class Place, class Turn>
   auto by_place(const Place& place, const Turn& turn) const {
     return (direction.transpose() * (skew(start.angular) * place + skew(start.linear) * turn))
@@ -61,12 +61,12 @@ struct Sliding {
   }
 };
 
-/// |u|, how fast a contact slides at the start of the step, by the motion of its two bodies: rows
-/// over (angular, linear) at its place.
+/// Derivatives of |u|, the sliding speed of a contact at the start of the step, by the motion of
+/// its two bodies: rows over (angular, linear) at its place.
 struct SpeedSlope {
   using Row = Eigen::Matrix<double, 1, 6>;
-  Row q;         ///< by B's displacement; by A's: the opposite
-  Row v_a, v_b;  ///< by the velocities
+  Row q;         ///< displacement of B; that of A gives the opposite
+  Row v_a, v_b;  ///< velocities of A and B
 };
 SpeedSlope speed_slope(const PairConstraint& pair, const PairBodies& bodies,
                        const ContactMotion& motion);

@@ -1,5 +1,5 @@
-// Derivatives of forward dynamics: those of inverse dynamics at the acceleration it gives, times
-// -inv(M).
+// Derivatives of forward dynamics: -inv(M + D) times the derivatives of inverse dynamics at the
+// resulting acceleration.
 #pragma once
 
 #include "counterpoint/engine/derivatives/dynamics/rnea_derivatives.h"
@@ -7,18 +7,19 @@
 
 namespace counterpoint {
 
-/// Scratch of one thread for one model.
+/// Differentiates forward dynamics. Scratch memory inside: one object per thread and model.
 class AbaDerivator {
  public:
   explicit AbaDerivator(const Model& model) : rnea_(model), parents_(coordinate_parents(model)) {}
 
-  /// At an acceleration a (nv) that aba gave with these arguments; the rest as RneaDerivator. False
-  /// if M + diagonal (nv, constant, not negative) is singular. Nothing is allocated once `out` has
-  /// its size.
+  /// Computes the derivatives at an acceleration a (nv) [m/s^2, rad/s^2] that aba returned for
+  /// these arguments; the others are those of RneaDerivator. Returns false if M + D is
+  /// singular; D is diag(diagonal) (nv, constant, not negative). Nothing is allocated once `out`
+  /// has its size.
   bool compute(const Model& model, const VectorRef& v, const VectorRef& a,
                const VectorRef& diagonal, const Vector3& gravity, const Kinematics& data,
-               AbaDerivatives& out);  // Parameters: what it depends on, one by one
-  /// Those of inverse dynamics that it went by.
+               AbaDerivatives& out);  // Parameters: those of aba, and results
+  /// Derivatives of inverse dynamics at the last compute(), with M + D in `da`.
   const RneaDerivatives& inverse() const { return inverse_; }
 
  private:

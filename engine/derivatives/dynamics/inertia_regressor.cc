@@ -7,7 +7,7 @@
 namespace counterpoint {
 namespace {
 
-/// I w = second_moments(w) (Ixx, Ixy, Iyy, Ixz, Iyz, Izz).
+/// Returns L(w), 3 x 6, with I w = L(w) (Ixx, Ixy, Iyy, Ixz, Iyz, Izz).
 Eigen::Matrix<double, 3, 6> second_moments(const Vector3& w) {
   Eigen::Matrix<double, 3, 6> L;
   L << w.x(), w.y(), 0.0, w.z(), 0.0, 0.0,  //
@@ -31,7 +31,7 @@ void InertiaRegressor::set_motion(const Model& model, const double* v, const dou
     V_[i] = Motion();
     if (a != nullptr) A_[i] += joint_motion(body.joint_type, axis, a + body.v_index);
     if (v != nullptr) {
-      // As compute_velocities has it: dS/dt v + V x S v.
+      // Velocity-dependent acceleration dS/dt v + V x S v, as in compute_velocities.
       const Motion V_J = joint_motion(body.joint_type, axis, v + body.v_index);
       V_[i] = V_J;
       if (body.parent != 0) {
@@ -56,7 +56,7 @@ void InertiaRegressor::compute(const Model& model, const VectorRef& v, const Vec
     const Moving& m = moving_[b];
     const Matrix3& R = data.X_WB[b].rotation;
     const Matrix3 omega = skew(m.omega);
-    // Torque about the origin and force, in W.
+    // Torque about the body's origin, and force, in W.
     Eigen::Matrix<double, 3, 10> torque, force;
     force.col(0) = R * m.a;
     force.middleCols<3>(1) = R * (skew(m.alpha) + omega * omega);

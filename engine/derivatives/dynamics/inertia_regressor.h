@@ -8,34 +8,34 @@
 
 namespace counterpoint {
 
-/// Scratch of one thread for one model.
+/// Computes Y and products with it. Scratch memory inside: one object per thread and model.
 class InertiaRegressor {
  public:
   explicit InertiaRegressor(const Model& model);
 
-  /// Y, nv x 10 (num_bodies - 1), of what rnea gives at v, a (nv) under gravity [m/s^2] without
-  /// external wrenches and carried weight: tau = Y inertial_parameters(model). data.has_coriolis =
-  /// false leaves velocity-dependent forces out; mean forces are not looked at. Needs
-  /// compute_poses. Nothing is allocated once Y has its size.
+  /// Computes Y, nv x 10 (num_bodies - 1), with tau = Y inertial_parameters(model) for the forces
+  /// tau that rnea returns at v, a (nv) under gravity [m/s^2], without external wrenches and
+  /// carried weight. If data.has_coriolis is false, velocity-dependent forces are left out; mean
+  /// forces are ignored. Needs compute_poses. Nothing is allocated once Y has its size.
   void compute(const Model& model, const VectorRef& v, const VectorRef& a, const Vector3& gravity,
                const Kinematics& data, MatrixX& Y);
 
-  /// Y times a change of one body's parameters: adds `factor` times that to tau (nv). After
-  /// set_motion with the same poses.
+  /// Adds `factor` times Y times a change of one body's inertial parameters to tau (nv). Needs
+  /// set_motion at the same poses.
   void add(const Model& model, int body, const InertialParameters& change, double factor,
            const Kinematics& data, VectorOut tau) const;
-  /// The motion of all bodies that `add` is at. v may be null: zero.
+  /// Sets the motion of all bodies that `add` uses, from v and a (nv); null means zero.
   void set_motion(const Model& model, const double* v, const double* a, const Vector3& gravity,
                   const Kinematics& data);
 
  private:
-  /// In body axes.
+  /// Motion of a body, in body axes.
   struct Moving {
     Vector3 omega, alpha;  ///< [rad/s, rad/s^2]
-    Vector3 a;             ///< of the origin, less gravity [m/s^2]
+    Vector3 a;             ///< acceleration of the origin minus gravity [m/s^2]
   };
-  std::vector<Motion> V_, A_;   ///< by body, in W
-  std::vector<Moving> moving_;  ///< by body
+  std::vector<Motion> V_, A_;   ///< per body, in W; A minus gravity
+  std::vector<Moving> moving_;  ///< per body
 };
 
 }  // namespace counterpoint

@@ -1,14 +1,16 @@
-// Derivatives of the exponential map of rotations.
+// Derivative of the exponential map of rotations.
 #pragma once
 
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 
-/// J_r: exp(r + dr) = exp(r) exp(J_r dr) to first order; of the left side J_l = J_r'.
+/// Returns the right Jacobian J_r: exp(r + dr) = exp(r) exp(J_r dr) to first order. The left
+/// Jacobian is J_l = J_r'.
 inline Matrix3 right_jacobian(const Vector3& r) {
   const double angle2 = r.squaredNorm();
-  // (1 - cos a) / a^2 and (a - sin a) / a^3, by series where what is left out is below rounding.
+  // (1 - cos a) / a^2 and (a - sin a) / a^3; for small angles series with a remainder below
+  // round-off.
   double b, c;
   if (angle2 > 1e-3) {
     const double angle = std::sqrt(angle2), half = std::sin(0.5 * angle);

@@ -29,7 +29,8 @@ void RneaDerivator::compute(const Model& model, const VectorRef& v, const Vector
       const Force& f = data.external[i];
       responds_[i] = !f.force.isZero(0.0) || !f.torque.isZero(0.0);
       if (!responds_[i]) continue;
-      // Minus the wrench is to stay as it is: what carrying it along makes of it is taken back.
+      // The wrench keeps its world axes: the response cancels the change that the sweep adds for
+      // forces carried along with the body.
       BodyResponse& response = responses_[i];
       response.q.setZero();
       response.q.topLeftCorner<3, 3>() = -skew(f.torque);

@@ -5,7 +5,8 @@
 namespace counterpoint {
 namespace {
 
-/// Calls visit(k, A) with the map A (3x3) of the rotation at coordinates k ... k + 2.
+/// Calls visit(k, A) for each rotation of a quaternion joint: A (3x3) is P or Q of its coordinates
+/// k ... k + 2.
 template <class Visit>
 void for_each_rotation(const Model& model, RotationMap map, const VectorRef& r, Visit visit) {
   for (int i = 1; i < model.num_bodies(); ++i) {

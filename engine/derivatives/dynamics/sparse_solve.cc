@@ -10,12 +10,12 @@ namespace {
 
 using contact::Four;
 
-/// A diagonal entry that is not smaller than this share of its column's largest is the pivot.
+/// A diagonal entry that is at least this share of the largest entry of its column is the pivot.
 constexpr double kPivotShare = 0.1;
-/// Right-hand sides that are kept in registers while all terms of a row are taken off.
+/// Number of right-hand sides kept in registers while all terms of a row are subtracted.
 constexpr int kChunk = 16;
 
-/// A block of four by four, from columns to rows: out[i] = (in[0][i], in[1][i], ...).
+/// Transposes a block of four by four: out[i] = (in[0][i], in[1][i], ...).
 COUNTERPOINT_INTO_EACH void transpose_four(const Four* in, Four* out) {
   const Four a = __builtin_shufflevector(in[0], in[1], 0, 4, 2, 6);
   const Four b = __builtin_shufflevector(in[0], in[1], 1, 5, 3, 7);
@@ -27,10 +27,10 @@ COUNTERPOINT_INTO_EACH void transpose_four(const Four* in, Four* out) {
   out[3] = __builtin_shufflevector(b, d, 2, 3, 6, 7);
 }
 
-/// to = scale from', where lines of `from` are from_stride apart, `lines` of `length` numbers.
+/// Sets to = scale from'. `from` has `lines` lines of `length` numbers, from_stride apart.
 COUNTERPOINT_WIDE void transpose(const double* from, int from_stride, int lines, int length,
                                  double scale, double* to,
-                                 int to_stride) {  // Parameters: matrices and their places
+                                 int to_stride) {  // Parameters: two matrices with their strides
   int j = 0;
   for (; j + 4 <= lines; j += 4) {
     int i = 0;
@@ -53,7 +53,7 @@ COUNTERPOINT_WIDE void transpose(const double* from, int from_stride, int lines,
     for (int i = 0; i < length; ++i) to[i * to_stride + j] = scale * from[j * from_stride + i];
 }
 
-/// row -= factor pivot, up to `end`.
+/// Subtracts factor times pivot from row, in the first `end` entries.
 COUNTERPOINT_INTO_EACH void subtract(double factor, const double* pivot, int end, double* row) {
   int c = 0;
   for (; c + 4 <= end; c += 4) {
@@ -65,7 +65,7 @@ COUNTERPOINT_INTO_EACH void subtract(double factor, const double* pivot, int end
   for (; c < end; ++c) row[c] -= factor * pivot[c];
 }
 
-/// Takes row k off all rows before it, and leaves the factors in column k.
+/// Eliminates column k from all rows before row k, and leaves the factors in its place.
 COUNTERPOINT_WIDE void eliminate_column(double* rows, int stride, int k) {
   const double* pivot = rows + k * stride;
   const double inverse = 1.0 / pivot[k];
@@ -77,7 +77,7 @@ COUNTERPOINT_WIDE void eliminate_column(double* rows, int stride, int k) {
   }
 }
 
-/// target = scale (target - sum of factor rows).
+/// Sets target = scale (target - sum of factor times row over the terms).
 COUNTERPOINT_WIDE void take_off(const EliminationTerm* terms, int count, const double* rows,
                                 int stride, double scale, double* target) {
   for (int c = 0; c < stride; c += kChunk) {
@@ -155,7 +155,7 @@ void SparseSolver::add_identity(int column) {
   }
 }
 
-/// A = (unit upper triangle) (lower triangle), of rows in a new order.
+/// Factors A, with rows in a new order, into (unit upper triangle) (lower triangle).
 bool SparseSolver::factor() {
   order_.resize(static_cast<size_t>(n_));
   for (int i = 0; i < n_; ++i) order_[static_cast<size_t>(i)] = i;
@@ -177,14 +177,14 @@ bool SparseSolver::factor() {
   return true;
 }
 
-/// A = L' D L (Featherstone 2008, section 6.5) on the lower triangle, whose rows become D L; the
-/// terms of all rows as list_terms has them, above: L'.
+/// Factors A = L' D L (Featherstone 2008, section 6.5) on the lower triangle, which becomes
+/// D L. Lists the terms of all rows as list_terms does; the upper ones are L'.
 bool SparseSolver::factor_tree() {
   const auto parent = [&](int i) { return parents_[i] - first_; };
   exchanged_ = false;
   above_.assign(static_cast<size_t>(n_) + 1, 0);
   below_.assign(static_cast<size_t>(n_) + 1, 0);
-  // How many carry it, in below_, and how many it carries, in above_.
+  // Number of ancestors of each row in below_, and of descendants in above_.
   for (int k = 0; k < n_; ++k) {
     below_[static_cast<size_t>(k)] =
         parent(k) >= 0 ? below_[static_cast<size_t>(parent(k))] + 1 : 0;
@@ -194,7 +194,7 @@ bool SparseSolver::factor_tree() {
   for (int i = 0; i <= n_; ++i) {
     const int carried = above_[static_cast<size_t>(i)], carry = below_[static_cast<size_t>(i)];
     above_[static_cast<size_t>(i)] = at;
-    below_[static_cast<size_t>(i)] = at;  // where the next carried one goes, until all are there
+    below_[static_cast<size_t>(i)] = at;  // next free upper term; ends at the first lower one
     at += carried + carry;
   }
   terms_.resize(static_cast<size_t>(at));
@@ -214,6 +214,7 @@ bool SparseSolver::factor_tree() {
   return true;
 }
 
+/// Lists the nonzero factors of each row as terms.
 void SparseSolver::list_terms() {
   terms_.clear();
   terms_.reserve(static_cast<size_t>(n_) * static_cast<size_t>(n_));

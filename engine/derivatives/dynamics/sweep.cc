@@ -11,12 +11,12 @@ namespace {
 
 using contact::Four;
 
-// Components of a path's columns, each a row of `stride` numbers.
+// Components of the columns on a path, each a row of `stride` numbers.
 enum Field { kS = 0, kD = 6, kP = 12, kPP = 15, kPNext = 21, kPStart = 27, kFields = 33 };
-// Rows of products with one column's vectors.
+// Rows of the products of all columns on a path with the vectors of one column.
 enum Product { kMass, kDown, kDownV, kUp, kUpV, kNext, kNextUp, kProducts };
 
-/// sum += the columns' components in `size` rows times x.
+/// Adds to sum, for four columns, the products of `size` components with x.
 template <int size>
 COUNTERPOINT_INTO_EACH void add_dot(const double* rows, int stride, const double* x, Four& sum) {
   COUNTERPOINT_UNROLL
@@ -27,13 +27,13 @@ COUNTERPOINT_INTO_EACH void add_dot(const double* rows, int stride, const double
   }
 }
 
-/// What one column's force vectors are along all columns of its path, and the reverse.
+/// Force vectors of one column, to be multiplied with all columns on its path.
 struct ColumnForces {
   double mass[6];  ///< I S
-  double v[6];     ///< what S_j' is taken of for dtau_j/dv
-  double q[6];     ///< for dtau_j/dq
-  double b[3];     ///< S' 2 B, its angular part
-  double b_v[3];   ///< the share of it for dtau/dv
+  double v[6];     ///< product with S_j: dtau_j/dv
+  double q[6];     ///< product with S_j: dtau_j/dq
+  double b[3];     ///< angular part of S' 2 B
+  double b_v[3];   ///< b times the velocity factor, for dtau/dv
 };
 
 COUNTERPOINT_WIDE void multiply_path(const double* path, int stride, int count,
@@ -56,7 +56,7 @@ COUNTERPOINT_WIDE void multiply_path(const double* path, int stride, int count,
   }
 }
 
-/// Of responses: the column's own S' K, and K S.
+/// Products of a response K with one column S.
 struct ResponseForces {
   double q[6], next[6], v[6];  ///< S' K
   double next_up[6];           ///< K S
@@ -101,7 +101,7 @@ void put(const Motion& m, int stride, double* out) {
 }  // namespace
 
 void BodyResponse::move(const Vector3& p) {
-  // X' K X with X = (1, 0; -[p], 1): twists at the old point from those at the new one.
+  // X' K X with X = (1, 0; -[p], 1), which maps twists at the new point to twists at the old one.
   const Matrix3 s = skew(p);
   for (Matrix6* K : {&q, &next, &v}) {
     K->leftCols<3>() -= K->rightCols<3>() * s;
@@ -134,7 +134,7 @@ TreeSweep::TreeSweep(const Model& model)
   products_.assign(static_cast<size_t>(kProducts * stride_), 0.0);
 }
 
-/// Columns along axes of the parent, which the parent's turning carries.
+/// Adds columns along axes of the parent, which turn with the parent.
 void TreeSweep::add_translations(const Body& body, int first, int count, const Kinematics& data,
                                  const SweepInput& in, Moving& moving) {
   const Vector3 omega = moving.V.angular, alpha = moving.A.angular;
@@ -153,8 +153,8 @@ void TreeSweep::add_translations(const Body& body, int first, int count, const K
   }
 }
 
-/// Columns about axes through the body's origin, seen at `origin`; of more than one, about axes of
-/// the body.
+/// Adds columns about axes through the body's origin, which is at `origin` from the reference. If
+/// there are several, their axes are fixed in the body.
 void TreeSweep::add_rotations(const Body& body, int first, int count, const Vector3& origin,
                               const Kinematics& data, const SweepInput& in, Moving& moving) {
   const Motion V = moving.V, A = moving.A;
@@ -189,14 +189,14 @@ void TreeSweep::set_composite(int i, const Vector3& origin, const Kinematics& da
   c.f = c.I * moving_[i].A + cross(V, momentum);
   if (in.load != nullptr) c.f -= shift(in.load[i], origin);
   c.p = momentum.force;
-  // sum mu r r', from the rotational inertia sum mu (r.r 1 - r r').
+  // Second moments sum mu r r', from the rotational inertia sum mu (r.r 1 - r r').
   const Matrix3& J = c.I.rotational;
   const Matrix3 second = 0.5 * J.trace() * Matrix3::Identity() - J;
   c.N = -V.linear * c.I.moment.transpose() - cross_columns(V.angular, second);
   c.N.diagonal().array() += c.I.moment.dot(V.linear);
 }
 
-/// From the root outwards: columns and bodies.
+/// Outward pass: columns of the joints, motion and inertia of the bodies.
 void TreeSweep::go_out(const Model& model, const Tree& tree, const Kinematics& data,
                        const SweepInput& in) {
   const Vector3 reference = TreeSweep::reference(tree, data);
@@ -214,7 +214,7 @@ void TreeSweep::go_out(const Model& model, const Tree& tree, const Kinematics& d
   }
 }
 
-/// Puts the columns of a body, and of those that carry it, into the path.
+/// Copies the columns of a body and its ancestors into the path.
 void TreeSweep::enter(const Model& model, int i, const SweepInput& in, bool respond) {
   for (; i != 0; i = model.body(i).parent) {
     const int first = first_slot_[i], nv = joint_nv(model.body(i).joint_type);
@@ -290,7 +290,7 @@ void TreeSweep::write_column(int k, int group_begin, int group_end, const Compos
   }
 }
 
-/// Rows and columns of one body's joint, against all that carry it.
+/// Writes the entries of one body's joint with itself and all its ancestors.
 void TreeSweep::write_columns(const Model& model, int i, const SweepInput& in, SweepOutput& out) {
   const Body& body = model.body(i);
   const int linear = joint_num_linear(body.joint_type), nv = joint_nv(body.joint_type);
@@ -313,7 +313,7 @@ bool TreeSweep::add_carried_weight(const Model& model, const Tree& tree, const K
     const Vector3 place =
         data.X_WB[i].translation + arm_of(carried, data) - TreeSweep::reference(tree, data);
     composites_[i].f += Force{place.cross(weight), weight};
-    BodyResponse response;  // it is to stay: what carrying it along makes of it is taken back
+    BodyResponse response;  // keeps its axes: cancels the change of being carried along
     response.q.bottomLeftCorner<3, 3>() = skew(weight);
     response.move(place);
     if (responds_[i]) {
@@ -340,7 +340,7 @@ void TreeSweep::run(const Model& model, const Tree& tree, const Kinematics& data
   const int size = tree.v_end - tree.v_begin;
   for (MatrixX* m : {&out.dq, &out.dv, &out.dnext}) {
     if (size == m->rows())
-      m->setZero();  // one stretch of memory
+      m->setZero();  // one contiguous block
     else
       m->block(tree.v_begin, tree.v_begin, size, size).setZero();
   }

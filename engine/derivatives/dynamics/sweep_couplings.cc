@@ -1,10 +1,10 @@
-// What couples bodies beyond the tree: columns of their paths against one another.
+// Couplings between bodies in addition to the tree's: columns of one path against those of another.
 #include <utility>
 
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 
 namespace counterpoint {
-/// P of all columns with other velocities (nv).
+/// Computes P of all columns with another velocity (nv).
 void TreeSweep::find_columns(const Model& model, const Tree& tree, const double* velocity,
                              Motion Column::*out) {
   for (int i = tree.body_begin; i < tree.body_end; ++i) {
@@ -84,7 +84,8 @@ void TreeSweep::find_response_columns(const Model& model, const Tree& tree, cons
   if (in.responds_to_v) find_columns(model, tree, in.v_start, &Column::P_start);
 }
 
-/// The coordinates that carry a body but not `common`, from the body inwards. Returns how many.
+/// Lists the coordinates that carry a body but not `common`, from the body inwards. Returns their
+/// number.
 int TreeSweep::list_columns(const Model& model, int body, int common, int* list) const {
   int size = 0;
   for (int b = body; b != common; b = model.body(b).parent)
@@ -93,11 +94,14 @@ int TreeSweep::list_columns(const Model& model, int body, int common, int* list)
   return size;
 }
 
-// With D what a displacement of B makes of the wrench W on it, C what carrying it along makes:
-// of rows and columns of B, D, less C where the row's axis is carried along as well (of a joint
-// farther out, or the same one); of A, D, less C where it is not; of a row of B and a column of A
-// C - D, the reverse -D. What carries both counts by the velocities at the start alone, which
-// impulses know of each body apart.
+// Let D be the derivative of the wrench W on B by a displacement of B, C that of carrying W along.
+// The wrench on a row's body changes with a column's displacement as follows:
+// * row and column of B: D, minus C if the row's axis is carried along too (the same joint, or one
+// farther out);
+// * row and column of A: D, minus C if the row's axis is not carried along;
+// * row of B, column of A: C - D;
+// * row of A, column of B: -D. Joints that carry both bodies enter only through the velocities at
+// the start, on which W depends for each body separately.
 void TreeSweep::add_inner_pair(const Model& model, const InnerPair& pair, SweepOutput out) {
   int a = pair.body_a, b = pair.body_b;
   while (a != b) (a > b ? a : b) = model.body(a > b ? a : b).parent;
@@ -121,7 +125,7 @@ void TreeSweep::add_inner_pair(const Model& model, const InnerPair& pair, SweepO
       const int j = own_[r];
       const bool of_row_a = r < of_a, same_side = of_row_a == by_a;
       const Vector6 along = stacked(columns_[j].S);
-      const double sign = same_side ? -1.0 : 1.0;  // of -J'W
+      const double sign = same_side ? -1.0 : 1.0;  // sign in -J'W
       double dq = sign * along.dot(q);
       const bool carried_along = j >= group;
       if (same_side ? carried_along != by_a : by_a) dq += (same_side ? 1.0 : -1.0) * along.dot(CS);

@@ -10,7 +10,8 @@ Vector3 direction(const Vector3& v) {
   return size > 0.0 ? Vector3(v / size) : Vector3(Vector3::Zero());
 }
 
-/// -(c1 + c2 |v|) v+ at the centre of a link, and the torque alike; v, v+ there (drag.h).
+/// Returns the force -(c1 + c2 |v|) v+ at the centre of a link and the torque of the same form,
+/// with derivatives; V, V_next are velocities there (drag.h).
 PairResponse drag_response(const Drag& drag, const Motion& V, const Motion& V_next) {
   const double mass = drag.linear + drag.quadratic * V.linear.norm();
   const double about = drag.angular + drag.angular_quadratic * V.angular.norm();
@@ -21,13 +22,13 @@ PairResponse drag_response(const Drag& drag, const Motion& V, const Motion& V_ne
   out.v_b.bottomRightCorner<3, 3>() = by_v;
   out.v_b.topLeftCorner<3, 3>() =
       -drag.angular_quadratic * V_next.angular * direction(V.angular).transpose();
-  // At the point displaced velocities are others.
+  // A displaced point has other velocities.
   out.still.bottomRightCorner<3, 3>() = -mass * skew(V_next.angular) + by_v * skew(V.angular);
   out.by_v = drag.quadratic > 0.0 || drag.angular_quadratic > 0.0;
   return out;
 }
 
-/// One link's, where its centre is. at_once: both velocities are that at the start.
+/// Adds the drag of one link at its centre of mass. at_once: V_next is the velocity at the start.
 void add_link(const Model& model, const BodyDrag& link, const Motion& V_next, bool at_once,
               const Kinematics& data, ForceResponses& out) {
   const Vector3 arm = data.X_WB[link.body].rotation * link.center;

@@ -29,7 +29,7 @@ int EqualityPrediction::root(int tree) {
   return tree;
 }
 
-/// Trees that equalities of the prediction couple.
+/// Groups the trees that equalities of the prediction couple.
 void EqualityPrediction::group(const Step& step) {
   std::fill(group_.begin(), group_.end(), -1);
   for_each_constraint(step.model, step.predictor.equalities(), [&](int a, int b) {
@@ -39,7 +39,8 @@ void EqualityPrediction::group(const Step& step) {
   });
 }
 
-/// Their impulses into forces_, what biases make of them into rows_q_, rows_v_, in_second_.
+/// Adds the impulses of the equalities to forces_, and the derivatives of their biases to rows_q_,
+/// rows_v_ and in_second_.
 void EqualityPrediction::add_equalities(const Step& step, const Stage& stage) {
   const ConstraintSet& equalities = step.predictor.equalities();
   const ConstraintSet& all = step.ws.constraints;
@@ -87,7 +88,7 @@ void EqualityPrediction::sweep(const Step& step, const Stage& stage, InverseDeri
       at_(part).setZero();
     sweep_.run(model, tree, step.ws.data, in, to);
     if (!step.predicted[t]) continue;
-    // n'(v) = 2 B(v, .), and slopes of n are linear in the velocity.
+    // At v, dn/dv = 2 B(v, .); dn/dv is linear in the velocity.
     if (stage.in == nullptr) {
       block(tree, in_last_) = 0.5 * block(tree, out.dv);
     } else {
@@ -97,8 +98,8 @@ void EqualityPrediction::sweep(const Step& step, const Stage& stage, InverseDeri
   forces_.add_couplings(model, in, sweep_, to);
 }
 
-/// r_k by q, v, w_out, the mass left out of dv; of velocity-dependent forces n((v + w_in) / 2) by
-/// q.
+/// Differentiates r_k by q, v and w_out, without the mass in dv. In the
+/// derivative by q velocity-dependent forces are n((v + w_in) / 2).
 void EqualityPrediction::differentiate(const Step& step, const Stage& stage,
                                        InverseDerivatives& out) {
   const int nv = step.model.nv();
@@ -120,7 +121,7 @@ void EqualityPrediction::differentiate(const Step& step, const Stage& stage,
                             step.ws.finder.weights(), out);
 }
 
-/// What is left of B(v, w) = n((v + w) / 2) - n((v - w) / 2) where w is w1, and what goes with the
+/// Adds the remaining terms of B(v, w) = n((v + w) / 2) - n((v - w) / 2), w = w1, and those of the
 /// mass.
 void EqualityPrediction::add_between(const Step& step) {
   SweepInput in;
@@ -138,7 +139,7 @@ void EqualityPrediction::add_between(const Step& step) {
   }
 }
 
-/// The same of the step itself, in d already for the rest; biases of closures by v and w2.
+/// Adds the same terms of the step itself to d, and those of closures whose bias is aimed with w2.
 void EqualityPrediction::add_last(const Step& step, const VectorX& other, bool at_rest,
                                   InverseDerivatives& d) {
   SweepInput in;
@@ -169,7 +170,7 @@ void EqualityPrediction::add_last(const Step& step, const VectorX& other, bool a
   }
 }
 
-/// The adjoints of the group of a tree, and what they add.
+/// Solves for the adjoints of the group of a tree, and adds their terms to d.
 bool EqualityPrediction::close(const Step& step, int first, bool at_rest, InverseDerivatives& d) {
   coordinates_.clear();
   for (int t = first; t < step.model.num_trees(); ++t) {
@@ -192,7 +193,7 @@ bool EqualityPrediction::close(const Step& step, int first, bool at_rest, Invers
     solver_.get(0, X);
     return true;
   };
-  const auto add = [&](double sign, const MatrixX& slopes, MatrixX& to) {  // sign X' slopes
+  const auto add = [&](double sign, const MatrixX& slopes, MatrixX& to) {  // adds sign X' slopes
     gather(slopes, part_);
     Y.noalias() = X.transpose().lazyProduct(part);
     for (Eigen::Index j = 0; j < n; ++j)

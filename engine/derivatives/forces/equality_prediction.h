@@ -1,22 +1,22 @@
-// Derivatives of a step through the predicted velocity (velocity_predictor.h) of trees under
-// equality constraints (closures, mimic joints): linkages under closures and mimic joints.
+// Derivatives of a step through the predicted velocity (velocity_predictor.h) of linkages under
+// equality constraints (closures, mimic joints).
 //
-// Their prediction w2 comes in two passes, and so the inverse step is the third of three equations
-// of one kind, with B the velocity-dependent forces at two velocities and b their biases:
+// The prediction w2 takes two passes. The inverse step is the third of three equations of one form,
+// with B the velocity-dependent forces at two velocities and b_k the biases of the equalities:
 //
 //   r_k(q, v, w_in, w_out) = M (w_out - v) / h + B(v, w_in) + gravity + joint forces
 //                            + J' inv(R) (J w_out + b_k(q, v, w_in)) / h
 //
-//   r_1(q, v, v, w1) = 0      b_1 by the acceleration of the closures
+//   r_1(q, v, v, w1) = 0      b_1 from the acceleration of the closures
 //   r_2(q, v, w1, w2) = 0     b_2, b_3 at the predicted pose
-//   u = r_3(q, v, w2, v+)     contacts, drag, servos besides
+//   u = r_3(q, v, w2, v+)     plus contacts, drag, servos
 //
 // With A = dr_k/dw_out, the same symmetric matrix for k = 1, 2, K_k = dr_k/dw_in, and the adjoints
-// X2 = inv(A) K_3' and X1 = inv(A) K_2' X2, what is left of du once dr_3 is known is
+// X2 = inv(A) K_3' and X1 = inv(A) K_2' X2, the terms of du in addition to dr_3 are
 //
 //   - X2' (dr_2/dq dq + dr_2/dv dv) + X1' (dr_1/dq dq + dr_1/dv dv)
 //
-// of each group of trees that equalities couple.
+// for each group of trees that equalities couple.
 #pragma once
 
 #include <vector>
@@ -36,13 +36,13 @@ class EqualityPrediction {
 
   struct Given {
     const VelocityPredictor& predictor;
-    const std::vector<char>& predicted;  ///< by tree, that it was
-    const VectorX& other;                ///< nv: what B(v, .) was taken with
-    bool at_rest;  ///< the prediction is one that trees at rest tend to, without effect but for dv
+    const std::vector<char>& predicted;  ///< per tree: whether it was predicted
+    const VectorX& other;                ///< nv: second argument of B(v, .)
+    bool at_rest;  ///< the prediction is the limit for trees at rest: it affects dv only
   };
-  /// Adds to d what is missing of it. d has what the sweeps gave where those over trees with a
-  /// prediction were taken at (v + other) / 2, velocity-dependent forces being B(v, other), and the
-  /// equalities' responses at the biases that they have. False if it is not known.
+  /// Adds the missing terms to d. On entry d has the results of the sweeps, taken over predicted
+  /// trees at (v + other) / 2, with velocity-dependent forces B(v, other), and the responses of the
+  /// equalities at their present biases. Returns false if these terms have no closed form.
   bool add(const InverseArguments& of, const Given& given, Workspace::Impl& ws,
            ClosureDerivator& closures, InverseDerivatives& d);
 
@@ -50,7 +50,7 @@ class EqualityPrediction {
   struct Stage {
     const VectorX *in, *out;  ///< w_in (null: v) and w_out
   };
-  /// What every part of `add` looks at.
+  /// Arguments shared by all parts of `add`.
   struct Step {
     const Model& model;
     const SimulationOptions& options;
@@ -76,13 +76,13 @@ class EqualityPrediction {
   TreeSweep sweep_;
   ForceResponses forces_;
   SparseSolver solver_;
-  std::vector<int> group_;  ///< by tree: a tree of the same group; -1: not under equalities
-  std::vector<Motion> V_;   ///< by body
+  std::vector<int> group_;  ///< per tree: a tree of the same group; -1: no equalities act on it
+  std::vector<Motion> V_;   ///< per body
   VectorX at_, a_, zero_;   ///< nv
   InverseDerivatives first_, second_, between_;
-  MatrixX rows_q_, rows_v_;      ///< nv x nv: by the biases of closures
+  MatrixX rows_q_, rows_v_;      ///< nv x nv: contributions of the biases of closures
   MatrixX in_second_, in_last_;  ///< nv x nv: K_2, K_3
-  // Of one group, its coordinates one after the other.
+  // Matrices of one group, over its coordinates in sequence.
   std::vector<int> coordinates_;
   MatrixX A_, X_, Y_, part_;
 };

@@ -13,7 +13,7 @@ void add_flight_derivatives(const Model& model, double h, const VectorRef& v,
     const int linear = joint_num_linear(body.joint_type), k = body.v_index + linear;
     const Matrix3& R = data.X_WB[i].rotation;
     const Vector3 omega = v.segment<3>(k), g = R.transpose() * gravity;
-    // Rows of the joint: linear along its frame's axes, angular about the body's.
+    // Rows of the joint: linear along the axes of its frame, angular about axes of the body.
     const auto force = [&](const Vector3& w, const Vector3& down) {
       const Force f = flight.mean_force(model, n, h, w, down);
       Vector6 out;

@@ -6,11 +6,12 @@
 
 namespace counterpoint {
 
-/// Adds to d.dq and d.dv what these forces change by in a step of h [s] from v (nv), beyond being
-/// carried along with their bodies: with angular velocity, and with gravity [m/s^2] as a top sees
-/// it. By extrapolated differences of these functions of three variables alone.
+/// Adds to d.dq and d.dv the derivatives of these forces in a step of h [s] from v (nv), beyond
+/// being carried along with their bodies: by the angular velocity, and by gravity [m/s^2] in axes
+/// of a top on a ball joint. Uses extrapolated differences of mean_force alone, a function of three
+/// variables each.
 void add_flight_derivatives(const Model& model, double h, const VectorRef& v,
                             const Vector3& gravity, const FreeFlight& flight, const Kinematics& data,
-                            InverseDerivatives& d);  // Parameters: what it depends on, one by one
+                            InverseDerivatives& d);  // Parameters: a state, forces and result
 
 }  // namespace counterpoint

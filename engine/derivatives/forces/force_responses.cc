@@ -20,7 +20,7 @@ PairResponse body_force(const Force& force) {
   out.v_a.setZero();
   out.v_b.setZero();
   out.still.setZero();
-  // The point goes with the body, the force keeps its axes.
+  // The point moves with the body, the force keeps its axes.
   out.still.topRightCorner<3, 3>() = -skew(force.force);
   return out;
 }
@@ -72,7 +72,7 @@ void ForceResponses::couple(const Model& model, const PairConstraint& pair, int 
     K->leftCols<3>() -= K->rightCols<3>() * columns;
     K->topRows<3>() += rows * K->bottomRows<3>();
   }
-  // Contacts of two bodies come one after the other.
+  // Contacts of the same two bodies follow one another.
   for (size_t i = couplings_.size(); i-- > 0 && i + 2 >= couplings_.size();) {
     if (couplings_[i].body != body || couplings_[i].by != by) continue;
     couplings_[i].response += response;
@@ -81,7 +81,7 @@ void ForceResponses::couple(const Model& model, const PairConstraint& pair, int 
   couplings_.push_back({body, by, response});
 }
 
-/// Between two bodies of one tree.
+/// Adds a pair of bodies of one tree.
 void ForceResponses::add_inner(const Model& model, const PairConstraint& pair,
                                const PairBodies& bodies, const PairResponse& response, double h,
                                const Kinematics& data) {

@@ -1,5 +1,5 @@
-// Forces on bodies and between two of them, with what they change by: gathered here, then carried
-// to the joints by a sweep (sweep.h).
+// Forces on bodies and between two bodies, with their derivatives: collected here, then carried to
+// the joints by a sweep (sweep.h).
 #pragma once
 
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace counterpoint {
 
-/// Of a force that a body carries at a point and that keeps its axes, which are those of W: as
-/// PairResponse of B against a world that stays.
+/// Returns the response of a force that keeps its world axes and acts at a body-fixed point, as a
+/// PairResponse of B against a world at rest.
 PairResponse body_force(const Force& force);
 
 class ForceResponses {
@@ -19,39 +19,40 @@ class ForceResponses {
 
   /// Forgets all forces.
   void begin();
-  /// What a body carries as it is, at its origin in W's axes.
+  /// Adds a force that is carried along with its body, at the body's origin in world axes.
   void add_load(int body, const Force& force) { load_[body] += force; }
-  /// `force` on a body at a place in W; the response is of minus it, there.
+  /// Adds `force` on a body at a place in W; `response` is that of minus the force, at that place.
   void add_force(const Model& model, int body, const Vector3& place, const Force& force,
                  BodyResponse response, const Kinematics& data);
-  /// `force` as body_force or a drag has it; V_next, V_start of the body at the place.
+  /// Adds a force on a body, as a PairResponse (body_force, drag); V_next, V_start: velocities of
+  /// the body at the place.
   void add_body_force(const Model& model, int body, const Vector3& place,
                       const PairResponse& response, const Motion& V_next, const Motion& V_start,
                       const Kinematics& data);  // Parameters: what it depends on, one by one
-  /// The impulse of a constraint over h [s].
+  /// Adds the impulse of a constraint divided by h [s].
   void add_pair(const Model& model, const PairConstraint& pair, const PairBodies& bodies,
                 const PairResponse& response, double h, const Kinematics& data);
-  /// What minus the forces on some bodies change by, as a speed that two bodies have does. A body
-  /// may be the world.
+  /// Adds the change of minus the forces on some bodies with a speed that depends on the motion of
+  /// two bodies, of which one may be the world.
   void add_by_speed(std::span<const ForceBySpeed> forces, const SpeedByMotion& a,
                     const SpeedByMotion& b);
 
-  /// Lets sweeps take these forces. `in` needs v_start, v_next besides.
+  /// Points `in` to these forces. The caller sets in.v_start and in.v_next.
   void put_into(SweepInput& in) const;
-  /// After sweeps by `sweep` with that input over the trees of these bodies: what couples two
-  /// bodies by their paths.
+  /// Adds the couplings of two bodies along their paths. Call it after `sweep` has run with this
+  /// input over the trees of these bodies.
   void add_couplings(const Model& model, const SweepInput& in, TreeSweep& sweep,
                      const SweepOutput& out) const;
 
  private:
-  /// A force of one body that changes with another's motion.
+  /// A force on one body that changes with the motion of another.
   struct Coupling {
     int body, by;
     BodyResponse response;  ///< rows at the reference of `body`'s tree, columns at that of `by`'s
   };
 
   struct Speed {
-    size_t begin, end;  ///< of its forces
+    size_t begin, end;  ///< range in speed_forces_
     SpeedByMotion motions[2];
     int count;
   };
@@ -61,7 +62,7 @@ class ForceResponses {
   void couple(const Model& model, const PairConstraint& pair, int body, int by,
               BodyResponse response, const Kinematics& data);
 
-  std::vector<Force> load_;  ///< by body
+  std::vector<Force> load_;  ///< per body
   std::vector<BodyResponse> response_;
   std::vector<char> responds_;
   std::vector<Coupling> couplings_;

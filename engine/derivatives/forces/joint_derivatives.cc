@@ -8,10 +8,10 @@
 namespace counterpoint {
 namespace {
 
-/// How a row's law changes with q[coordinate of its first or second entry].
+/// Derivatives of a row's law by q at the coordinate of its first or second entry.
 struct RowSlopes {
   double bias = 0.0;       ///< [1/s]
-  double smoothing = 0.0;  ///< of joint limits [N or N m]
+  double smoothing = 0.0;  ///< joint limits only [N or N m]
 };
 
 RowSlopes row_slopes(const SimulationOptions& options, const JointConstraint& row, int side,

@@ -1,5 +1,5 @@
-// Derivatives of what acts on single joint coordinates in a step: rotors, dampers, springs, servos,
-// limits, dry friction, mimics.
+// Derivatives of forces on single joint coordinates in a step: rotors, dampers, springs, servos,
+// limits, dry friction, mimic joints.
 #pragma once
 
 #include "counterpoint/engine/derivatives.h"
@@ -7,12 +7,12 @@
 
 namespace counterpoint {
 
-/// Adds those of rotors, dampers, springs and servos.
+/// Adds the derivatives of rotors, dampers, springs and servos in a step of h [s].
 void add_joint_force_derivatives(const Model& model, EffectSet effects, double h,
                                  InverseDerivatives& d);
 
-/// Adds those of the rows `joints` at v_next, of a step from q. displacing: they only displace
-/// (overlap_correction.h).
+/// Adds the derivatives of the rows `joints` at v_next (nv). displacing: these rows only displace
+/// bodies (overlap_correction.h).
 void add_joint_row_derivatives(const SimulationOptions& options,
                                const std::vector<JointConstraint>& joints, const VectorRef& v_next,
                                const InverseWeights& weights, InverseDerivatives& d,

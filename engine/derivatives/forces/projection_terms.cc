@@ -8,8 +8,8 @@
 namespace counterpoint {
 namespace {
 
-/// x' Q and x' P of configuration_difference's chain at q (+) turn: the identity but for
-/// quaternions, where Q is the right Jacobian, P = exp(-turn). Row vectors, as columns.
+/// Multiplies the row vector x', given as a column, by Q (right) or P of q (+) turn: identities
+/// except for quaternion joints, where Q is the right Jacobian and P = exp(-turn).
 template <bool right>
 void chain(const Model& model, const Tree& tree, const VectorX& turn, Eigen::Ref<VectorX> x) {
   for (int i = tree.body_begin; i < tree.body_end; ++i) {
@@ -57,7 +57,7 @@ int ProjectionTerms::fastest(const Tree& tree, const Kinematics& data) {
   return fastest;
 }
 
-/// Adds `by` times half of what the square of a body's angular velocity changes by.
+/// Adds `by` times the gradient of |omega|^2 / 2, omega the angular velocity of a body.
 void ProjectionTerms::add_turn_gradient(const Model& model, const Tree& tree, int body, double by,
                                         const Kinematics& data, VectorX& dq, VectorX& dv) {
   const Vector3 omega = data.V[body].angular;
@@ -72,7 +72,8 @@ void ProjectionTerms::add_turn_gradient(const Model& model, const Tree& tree, in
   }
 }
 
-/// share_q_, share_v_: of the share, by the angular velocity of the body that turns fastest.
+/// Finds share_q_, share_v_: gradient of the share through the angular velocity of the fastest
+/// body.
 void ProjectionTerms::find_share_gradient(const Model& model, const Tree& tree, double h,
                                           bool predicted, const Kinematics& data) {
   const int n = tree.v_end - tree.v_begin, body = fastest(tree, data);
@@ -83,7 +84,7 @@ void ProjectionTerms::find_share_gradient(const Model& model, const Tree& tree, 
   add_turn_gradient(model, tree, body, 2.0 * part * slope, data, share_q_, share_v_);
 }
 
-/// For velocities x (nv) that reach q (+) from h x.
+/// Finds the gradients for velocities x (nv), from the pose q (+) from h x: 0 the start, 1 the end.
 void ProjectionTerms::find_gradients(const InverseArguments& of, const Tree& tree, double from,
                                      bool predicted, const VectorX& x, const VectorX& rotors,
                                      Gradients& out) {
@@ -124,9 +125,9 @@ void ProjectionTerms::find_gradients(const InverseArguments& of, const Tree& tre
   }
 }
 
-/// by_q_, by_v_: first column of the scale, without what goes through the change by the forces
-/// (the rows by which that counts are left in end_.by_x); then of the momentum that the centre of
-/// mass lacks, likewise, at that scale. moved_: scale times w.
+/// Finds by_q_, by_v_. First column: gradient of the scale, without the part through the change of
+/// velocity by the forces (end_.by_x keeps the rows for that part). Other columns: the same for the
+/// linear momentum that is missing at that scale. moved_: scale (v + plain change).
 void ProjectionTerms::find_scale_gradient(const InverseArguments& of, const Tree& tree,
                                           double scale, bool predicted, const VectorX& rotors) {
   const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
@@ -163,8 +164,8 @@ void ProjectionTerms::add(const InverseArguments& of, int t, bool predicted,
   auto out_q = d.dq.block(begin, begin, n, n), out_v = d.dv.block(begin, begin, n, n);
   M.diagonal() += rotors(part);
 
-  // w = (M + R) (v + plain), changed = (M + R) (r - v) / h and the velocity-dependent force that
-  // the share takes away: what scale and share multiply.
+  // Factors of d scale and d share: w = (M + R) (v + plain), and changed = (M + R) (r - v) / h plus
+  // the velocity-dependent force that the share replaces.
   moved_(part) = v(part) + plain(part);
   auto w = half_.segment(begin, n);
   w.noalias() = M * moved_.segment(begin, n);
@@ -183,7 +184,7 @@ void ProjectionTerms::add(const InverseArguments& of, int t, bool predicted,
   find_share_gradient(model, tree, h, predicted, ws.data);
 
   const int columns = end_.at.floats ? 4 : 1;
-  // How fast each grows with the scale: rows (v + plain).
+  // Growth of energy and momentum with the scale: rows times (v + plain).
   Eigen::Matrix<double, 4, 1> grows = Eigen::Matrix<double, 4, 1>::Zero();
   for (int c = 0; c < columns; ++c)
     grows[c] = end_.by_x.col(c).head(n).dot(other_.segment(begin, n));
@@ -204,7 +205,7 @@ void ProjectionTerms::add(const InverseArguments& of, int t, bool predicted,
   add(out_v, by_scale, w, by_v_.col(0));
   add(out_q, -1.0, changed, share_q_);
   add(out_v, -1.0, changed, share_v_);
-  // The base's axes are those of its frame.
+  // Linear coordinates of the base are along axes of its joint frame.
   const Matrix3 to_axes = model.body(tree.body_begin).X_PJ.rotation.transpose();
   for (int c = 1; c < columns; ++c) {
     other_.segment(begin, n).noalias() = M.leftCols(3) * to_axes.col(c - 1);
@@ -213,7 +214,8 @@ void ProjectionTerms::add(const InverseArguments& of, int t, bool predicted,
   }
 }
 
-/// inv(M) of the rows' transposes, in their place, and with `both` of half of dn/dv', into solved_.
+/// Replaces the columns of end_.by_x by inv(M) times them; both: also sets
+/// solved_ = inv(M) (dn/dv)' / 2.
 bool ProjectionTerms::solve_rows(const Eigen::Ref<const MatrixX>& M,
                                  const Eigen::Ref<const MatrixX>& dyn_v, int columns, bool both) {
   const auto n = M.rows();
@@ -230,8 +232,8 @@ bool ProjectionTerms::solve_rows(const Eigen::Ref<const MatrixX>& M,
   return true;
 }
 
-/// Adds to by_q_ and by_v_ what goes through the change by the forces, `by` times; then the scale's
-/// part of the momentum's.
+/// Adds `by` times the part through the change of velocity by the forces to by_q_ and by_v_.
+/// Divides by the growth to get the scale's gradient, and takes its part off the momentum's.
 void ProjectionTerms::close_gradients(const Eigen::Ref<const MatrixX>& dyn_q,
                                       const Eigen::Ref<const MatrixX>& dyn_v, int columns,
                                       double by, const Eigen::Matrix<double, 4, 1>& grows) {

@@ -1,11 +1,11 @@
-// Derivatives of the mean velocity-dependent forces of linkages whose energy is kept
+// Derivatives of the mean velocity-dependent forces of linkages under energy projection
 // (energy_projection.h).
 //
-// Of a share s they are (1 - s) n - (M + R) s (r - v) / h with r = scale (v + p) and p = -h inv(M +
-// R) n, so that (M + R) dp / h is minus the derivative of the dynamics at the acceleration p / h: a
-// sweep. The scale solves an equation in one variable, the energy of r that of v, each at the pose
-// where it counts, whose gradients kinetic_gradient.h has.
-// With a prediction f, B(v, f - s (v + p)) stands for (1 - s) n.
+// With a share s of energy projection the forces are (1 - s) n - (M + R) s (r - v) / h, where R are
+// the rotor inertias, r = scale (v + p) and p = -h inv(M + R) n. Hence (M + R) dp / h is minus the
+// derivative of the dynamics at the acceleration p / h: one sweep. The scale solves a scalar
+// equation, energy of r = energy of v, each at the pose where it counts; kinetic_gradient.h has the
+// gradients. With a predicted velocity f, B(v, f - s (v + p)) replaces (1 - s) n.
 #pragma once
 
 #include <optional>
@@ -23,13 +23,14 @@ class ProjectionTerms {
  public:
   explicit ProjectionTerms(const Model& model);
 
-  /// Adds what a tree's share changes by, as the inverse step left it in `ws`, beyond that of
-  /// (M + R)(a - change / h) + (1 - s) n, or with a prediction (predicted) B at fixed f.
+  /// Adds the derivatives of the forces of tree t, as the inverse step left them in `ws`, beyond
+  /// those of (M + R)(a - change / h) + (1 - s) n; predicted: with B at fixed f
+  /// in place of (1 - s) n.
   void add(const InverseArguments& of, int t, bool predicted, const Workspace::Impl& ws,
            InverseDerivatives& d);
 
  private:
-  /// Of the energy and the momentum that count for velocities x, the energy's first.
+  /// Gradients of the quantities kept for velocities x: energy (first column), then momentum.
   struct Gradients {
     explicit Gradients(const Model& model) : at(model) {}
     KineticGradient at;
@@ -38,12 +39,12 @@ class ProjectionTerms {
   static int fastest(const Tree& tree, const Kinematics& data);
   static void add_turn_gradient(const Model& model, const Tree& tree, int body, double by,
                                 const Kinematics& data, VectorX& dq,
-                                VectorX& dv);  // Parameters: all it depends on
+                                VectorX& dv);  // Parameters: a body and its gradient
   void find_share_gradient(const Model& model, const Tree& tree, double h, bool predicted,
                            const Kinematics& data);
   void find_gradients(const InverseArguments& of, const Tree& tree, double from, bool predicted,
                       const VectorX& x, const VectorX& rotors,
-                      Gradients& out);  // Parameters: all it depends on
+                      Gradients& out);  // Parameters: a tree, its pose and velocity
   void find_scale_gradient(const InverseArguments& of, const Tree& tree, double scale,
                            bool predicted, const VectorX& rotors);
   bool solve_rows(const Eigen::Ref<const MatrixX>& M, const Eigen::Ref<const MatrixX>& dyn_v,
@@ -56,11 +57,11 @@ class ProjectionTerms {
   SparseSolver solver_;
   VectorX zero_, at_, a_, other_, half_, changed_;  ///< nv
   MatrixX dq_, dv_, da_, solved_;                   ///< nv x nv
-  /// In the end's by_x finally inv(M + R) of it.
+  /// At the end end_.by_x holds inv(M + R) times the gradient.
   Gradients start_, end_;
   std::optional<Data> at_pose_;
   VectorX q_at_, moved_, turned_;
-  MatrixX by_q_, by_v_;  ///< nv x 4: transposed, of the scale and of the momentum left
+  MatrixX by_q_, by_v_;  ///< nv x 4, transposed: by scale and by missing momentum
   VectorX share_q_, share_v_;
 };
 

@@ -7,7 +7,7 @@
 namespace counterpoint {
 namespace {
 
-/// While it lives data has no external wrenches and no added inertia. Allocates nothing.
+/// While it lives, `data` has no external wrenches and no added inertia. Allocates nothing.
 class WithoutApplied {
  public:
   explicit WithoutApplied(Data& data)
@@ -168,10 +168,10 @@ void VelocityTerms::add_prediction(const InverseArguments& of, const Tree& tree,
   if (effects.has(Effect::kGravity)) in.gravity = model.gravity();
   sweep_.run(model, tree, ws.data, in, {dq_, dv_, da_});
   auto D = factor_.topLeftCorner(n, n), X = solved_.topLeftCorner(n, n);
-  // B(v, .) = half of dn/dv; X' = h inv(M + D) B(v, .)'.
+  // B(v, .) is half of dn/dv; X' = h inv(M + D) B(v, .)'.
   D = da_.block(begin, begin, n, n);
   X = 0.5 * h * dv_.block(begin, begin, n, n).transpose();
-  // The rest of the prediction's equation: rotors, dampers, springs.
+  // Rotors, dampers and springs in the prediction's equation.
   if (effects.has(Effect::kArmature)) D.diagonal() += model.armature().segment(begin, n);
   if (effects.has(Effect::kDamping)) {
     D.diagonal() += h * model.damping().segment(begin, n);

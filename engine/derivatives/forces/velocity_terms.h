@@ -1,15 +1,14 @@
-// Derivatives of the mean velocity-dependent forces of linkages: predicted (velocity_predictor.h)
-// or with their energy kept (energy_projection.h).
+// Derivatives of the mean velocity-dependent forces of linkages: at a predicted velocity
+// (velocity_predictor.h) or under energy projection (energy_projection.h).
 //
-// With n = B(v, v) the forces at one velocity, f the predicted one, a_f its acceleration:
+// With n = B(v, v) the forces at one velocity, f the predicted velocity and a_f its acceleration:
 //
 //   B(v, f) = n((v + f) / 2) - n((v - f) / 2),     (M + D) da_f = -d(inverse dynamics at a_f)
 //
-// A sweep each gives n at (v + f) / 2 and (v - f) / 2 and the dynamics at a_f; one solve the rest.
-// Where energy is kept: projection_terms.h. Trees under closures and mimic joints:
-// equality_prediction.h. Of trees at rest, for which the engine makes no prediction because the
-// forces vanish, the limit of the prediction is taken: the derivatives of these forces do not
-// vanish.
+// Three sweeps give n at (v + f) / 2, n at (v - f) / 2 and the dynamics at a_f; one solve gives the
+// rest. Energy projection: projection_terms.h. Trees under closures and mimic joints:
+// equality_prediction.h. For trees at rest the engine makes no prediction, since these forces
+// vanish; their derivatives do not, and are those of the limit of the prediction.
 #pragma once
 
 #include <vector>
@@ -28,21 +27,23 @@ class VelocityTerms {
  public:
   explicit VelocityTerms(const Model& model);
 
-  /// Of an inverse step as it left `ws`.
+  /// Starts with an inverse step as it was left in `ws`.
   void begin(const InverseArguments& of, Workspace::Impl& ws);
 
-  /// What the sweep over tree t is to take v and a at: v, a (nv), changed in place, and in.
+  /// Sets the arguments of the sweep over tree t: v_at = v and a_at = a (nv) on entry, changed in
+  /// place.
   void prepare(const InverseArguments& of, int t, const Workspace::Impl& ws, VectorX& v_at,
                VectorX& a_at, SweepInput& in);
 
-  /// Adds what is left, after that sweep.
+  /// Adds the remaining terms of tree t after that sweep.
   void add(const InverseArguments& of, int t, Workspace::Impl& ws, InverseDerivatives& d);
 
-  /// Adds what is left of trees under equalities, after all sweeps; of closures' rows where their
-  /// bias is aimed. False if it is not known.
+  /// Adds the remaining terms of trees under equalities after all sweeps, and those of closure rows
+  /// with aimed bias. Returns false if they have no closed form.
   bool add_equalities(const InverseArguments& of, Workspace::Impl& ws, ClosureDerivator& closures,
                       InverseDerivatives& d);
-  /// The bias of a closure's rows is aimed; or would be, were it not at rest.
+  /// Whether the bias of a closure's rows is aimed (aims), or would be if its tree were not at
+  /// rest.
   bool aims(const Model& model, const PairConstraint& pair, const Workspace::Impl& ws) const {
     return mean_ && ws.start.predictor().aims(model, pair);
   }
@@ -59,21 +60,21 @@ class VelocityTerms {
 
   TreeSweep sweep_;
   SparseSolver solver_;
-  std::vector<int> parents_;  ///< by coordinate
+  std::vector<int> parents_;  ///< per coordinate
   EqualityPrediction equality_prediction_;
-  std::vector<Kind> kind_;                           ///< by tree
-  bool mean_ = false;                                ///< forces are taken at more than v
-  std::vector<const VelocityPredictor*> predictor_;  ///< by tree; null: none
-  std::vector<char> has_ties_;                       ///< by tree: in that prediction
-  std::vector<char> predicted_;                      ///< by tree, scratch
-  VelocityPredictor resting_;                        ///< of trees that do not turn
-  std::vector<BodyRange> ranges_;                    ///< theirs
-  ConstraintSet constraints_;                        ///< and what holds them
+  std::vector<Kind> kind_;  ///< per tree
+  bool mean_ = false;       ///< forces are taken at other velocities than v alone
+  std::vector<const VelocityPredictor*> predictor_;  ///< per tree; null: none
+  std::vector<char> has_ties_;                       ///< per tree: equalities act in its prediction
+  std::vector<char> predicted_;                      ///< per tree, scratch
+  VelocityPredictor resting_;                        ///< prediction of trees at rest
+  std::vector<BodyRange> ranges_;                    ///< bodies of these trees
+  ConstraintSet constraints_;                        ///< constraints on them
   ProjectionTerms projection_;
   VectorX zero_;             ///< nv
-  VectorX other_;            ///< nv: what B(v, .) is taken with
+  VectorX other_;            ///< nv: second argument of B(v, .)
   VectorX f_, a_f_, half_;   ///< nv: prediction, its acceleration, scratch
-  MatrixX dq_, dv_, da_;     ///< nv x nv: of one sweep
+  MatrixX dq_, dv_, da_;     ///< nv x nv: results of one sweep
   MatrixX factor_, solved_;  ///< nv x nv
 };
 

@@ -9,26 +9,27 @@
 namespace counterpoint {
 namespace {
 
-/// Of law_options' kept_recovery.
+/// Derivative of kept_recovery in law_options.
 double kept_recovery_change(const LawOptions& law, double h, const LawSource& source) {
   if (!(law.kept_recovery < law.max_recovery_speed)) return source.max_recovery_speed;
   return law.kept_share * source.max_recovery_speed +
          kKeptWeights * h * kStandardGravity * source.compliance;
 }
 
-/// Of law_bias with these options, the gap held; kept: of kept_recovery.
+/// Derivative of law_bias with these options at constant gap; kept: that of kept_recovery.
 double law_bias_change(const LawOptions& law, double h, double gap, double kept,
                        const LawSource& source) {
   if (gap > 0.0) return 0.0;
   const double recovery = law.stabilization * gap / h, change = source.stabilization * gap / h;
   const double share = pushed_share(law, h, gap);
-  // The bias is there -kept share^2 = -kept^3 (kPushed / recovery)^2.
+  // Here the bias is -kept share^2 = -kept^3 (kPushed / recovery)^2.
   if (share < 1.0)
     return share * share * (2.0 * law.kept_recovery * change / recovery - 3.0 * kept);
   return recovery < -law.kept_recovery ? -kept : change;
 }
 
-/// Of a constraint at a gap, whose smoothing fades up to `reach`.
+/// Derivatives of regularizer and smoothing of a constraint at a gap; smoothing fades up to
+/// `reach`.
 LawChange strength_change(const ContactOptions& contact, double alpha, double gap, double reach,
                           const LawSource& source) {
   LawChange out;
@@ -70,7 +71,7 @@ LawChange limit_law_change(const SimulationOptions& options, double alpha,
 LawChange plain_law_change(const SimulationOptions& options, const contact::Law& law, double alpha,
                            const LawSource& source) {
   LawChange out = strength_change(options.contact, alpha, 0.0, 1.0, source);
-  // Equalities are softer by a factor, and have no smoothing.
+  // Equalities are softer by a constant factor, and have no smoothing.
   out.regularizer *= law.regularizer / (options.contact.compliance * alpha);
   if (law.type == contact::LawType::kEquality) out.smoothing = 0.0;
   return out;
@@ -82,7 +83,7 @@ contact::Rows impulse_change(const contact::Law& law, const contact::Rows& y,
   contact::Rows moved = dy;
   moved[0] += change.bias;
   contact::Rows df = by.velocity.lazyProduct(moved);
-  // Where the law is hard and at its corner these are not finite: zero changes do not count.
+  // At the corner of a hard law these are not finite: zero changes must not count.
   if (change.regularizer != 0.0) df += change.regularizer * by.regularizer;
   if (change.smoothing != 0.0) df += change.smoothing * by.smoothing;
   if (change.bound != 0.0) df += change.bound * by.bound;

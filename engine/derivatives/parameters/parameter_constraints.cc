@@ -36,7 +36,7 @@ LawSource source_of(const PreparedParameter& p) {
   return source;
 }
 
-/// Of combine_materials.
+/// Derivative of combine_materials.
 Material material_change(const PreparedParameter& p, const Geometry& a, int index_a,
                          const Geometry& b, int index_b) {
   Material out{0.0, 0.0, 0.0, 0.0};
@@ -66,7 +66,7 @@ Material material_change(const PreparedParameter& p, const Geometry& a, int inde
   return out;
 }
 
-/// As far as the effects are on (ConstraintFinder).
+/// Clears the coefficients whose effects are off (ConstraintFinder).
 Material only(EffectSet effects, Material m) {
   if (!effects.has(Effect::kFriction)) m.friction = 0.0;
   if (!effects.has(Effect::kTorsionalFriction)) m.torsional_friction = 0.0;
@@ -75,7 +75,7 @@ Material only(EffectSet effects, Material m) {
   return m;
 }
 
-/// Adds factor times what a force at `arm` from a body's origin is along the joints.
+/// Adds factor times the generalized force of a wrench at `arm` from a body's origin.
 void project(const Model& model, int body, const Vector3& arm, const Force& at, double factor,
              const Kinematics& data, VectorOut du) {  // Parameters: what it depends on, one by one
   Force f = shift(at, arm) * factor;
@@ -89,7 +89,8 @@ void project(const Model& model, int body, const Vector3& arm, const Force& at, 
 
 }  // namespace
 
-/// False where the contact's motion is not known.
+/// Finds the change of a contact's place, frame and gap. Returns false if the contact's motion is
+/// not known.
 bool ParameterConstraints::find_place(const PreparedParameter& p, const Model& model,
                                       const collision::Candidate& contact, double h,
                                       const Workspace::Impl& ws, PlaceChange& out) {
@@ -129,8 +130,8 @@ bool ParameterConstraints::find_place(const PreparedParameter& p, const Model& m
   return true;
 }
 
-/// Of the slip speed that friction is allowed: the fastest contact of the island slides otherwise
-/// where its place is another.
+/// Finds the derivative of the slip speed that friction is allowed: with its place the island's
+/// fastest contact changes its sliding speed. Returns false if that contact's motion is not known.
 bool ParameterConstraints::find_slip(const PreparedParameter& p, const Model& model,
                                      const SimulationOptions& options, const PairConstraint& pair,
                                      const Workspace::Impl& ws, double& out) {
@@ -158,7 +159,7 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
     const Geometry& a = model.geometries()[static_cast<size_t>(contact.geometry_a)];
     const Geometry& b = model.geometries()[static_cast<size_t>(contact.geometry_b)];
     LawSource change = of_all;
-    // What is given for a pair goes with neither surface.
+    // A material given for the pair does not depend on that of either surface.
     if (model.find_pair_material(contact.geometry_a, contact.geometry_b) == nullptr)
       change.material =
           only(effects, material_change(p, a, contact.geometry_a, b, contact.geometry_b));
@@ -169,10 +170,10 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
     PlaceChange place;
     if (!find_place(p, model, contact, options.time_step, ws, place)) return false;
     if (!find_slip(p, model, options, pair, ws, change.slip_speed)) return false;
-    // How friction of a bounce and of what spins goes with anything is left to differences.
+    // Friction of bounces and of spinning patches is left to differences.
     if (contact::leans(pair.law) || pair.spins) return false;
-    // So is how that of a ball that bounces goes with its place in the body: off the centre it
-    // leans.
+    // The same for a bouncing ball whose place in the body moves: off the centre of mass its
+    // impulse leans.
     if (p.kind() == K::kHeight && pair.law.coulomb &&
         only(effects, model.pair_material(contact.geometry_a, contact.geometry_b)).restitution >
             0.0)
@@ -184,7 +185,7 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
   return true;
 }
 
-/// One contact's part of -J' f / h.
+/// Adds one contact's part of -J' f / h.
 void ParameterConstraints::add_contact(const Model& model, const SimulationOptions& options,
                                        EffectSet effects, const PairConstraint& pair,
                                        const Source& source, const LawSource& change,
@@ -196,7 +197,7 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
   const int rows = pair.law.rows;
   contact::Rows y = relative_velocity(pair, ws.data, ws.velocity);
   for (int r = 0; r < rows; ++r) y[r] += pair.law.bias[static_cast<size_t>(r)];
-  // The rows as place and frame move.
+  // Change of the rows as place and frame move.
   const auto moved = [&](const Motion& V) {
     const Vector3 linear = V.angular.cross(place.place) + V.linear.cross(place.turn);
     Vector6 out;
@@ -205,7 +206,7 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
   };
   const Vector6 dy_all = moved(next);
   contact::Rows dy = dy_all.segment(pair.first, rows);
-  // The bias goes with the gap less what turning takes of it, and with the velocity at the start.
+  // The bias depends on the gap, reduced by turning_advance, and on the velocity at the start.
   double by_gap = place.gap, gap = source.gap;
   bool closed = false;
   if (gap > 0.0) {
@@ -242,7 +243,7 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
   project(model, pair.body_a, bodies.arm_a, dW, 1.0 / h, ws.data, du);
 }
 
-/// Of coordinates that have no dry friction, hence no row.
+/// Adds the derivative by dry friction of coordinates that have none, hence no row.
 void ParameterConstraints::add_first_friction(const PreparedParameter& p, const Model& model,
                                               const SimulationOptions& options,
                                               const VectorRef& v_next, const Workspace::Impl& ws,

@@ -1,4 +1,4 @@
-// Derivatives of the constraints' part of an inverse step by its parameters.
+// Derivatives of the constraint forces of an inverse step by its parameters.
 #pragma once
 
 #include "counterpoint/engine/derivatives/constraints/contact_motion.h"
@@ -10,12 +10,13 @@ namespace counterpoint {
 
 class ParameterConstraints {
  public:
-  /// Adds what one parameter makes of -J' f / h of all contacts to du (nv), after step_inverse.
-  /// False where it is not known how a contact moves with it.
+  /// Adds the derivative of -J' f / h of all contacts by one parameter to du (nv), after
+  /// step_inverse. Returns false if the change of a contact with the parameter has no closed form.
   bool add_contacts(const PreparedParameter& p, const Model& model,
                     const SimulationOptions& options, EffectSet effects, Workspace::Impl& ws,
                     VectorOut du);
-  /// Of all rows on joint coordinates.
+  /// Adds the same of all rows on joint coordinates; add_first_friction: of dry friction at
+  /// coordinates that have none yet.
   static void add_joint_rows(const PreparedParameter& p, const SimulationOptions& options,
                              const VectorRef& v_next, const Workspace::Impl& ws, VectorOut du);
   static void add_first_friction(const PreparedParameter& p, const Model& model,
@@ -23,12 +24,12 @@ class ParameterConstraints {
                                  const Workspace::Impl& ws, VectorOut du);
 
  private:
-  /// How a place of contact goes with a parameter, in W; the frame turns by `turn`.
+  /// Derivatives of a contact's place, in W, by a parameter; `turn`: rotation of its frame.
   struct PlaceChange {
     Vector3 place = Vector3::Zero(), turn = Vector3::Zero();
     double gap = 0.0;
   };
-  /// What a contact is made from.
+  /// Quantities that a contact's law is made from.
   struct Source {
     Material surface;
     double alpha = 0.0, gap = 0.0;
@@ -39,7 +40,7 @@ class ParameterConstraints {
   bool find_slip(const PreparedParameter& p, const Model& model, const SimulationOptions& options,
                  const PairConstraint& pair, const Workspace::Impl& ws, double& out);
   static void add_contact(const Model& model,
-                          const SimulationOptions& options,  // Parameters: all it depends on
+                          const SimulationOptions& options,  // Parameters: contact, changes
                           EffectSet effects, const PairConstraint& pair, const Source& source,
                           const LawSource& change, const PlaceChange& place, Workspace::Impl& ws,
                           VectorOut du);

@@ -48,7 +48,8 @@ double value_at(StepParameterKind kind, int target, const Model& model) {
                                          : m.rolling_friction;
 }
 
-/// By this no entry of any target changes by more than the body has.
+/// Returns a change of the parameter by which no inertial entry of a target changes by more than
+/// its body has.
 double inertia_scale(const StepParameter& parameter, const Model& model) {
   double most = 0.0;
   for (size_t i = 0; i < parameter.targets.size(); ++i) {
@@ -56,7 +57,7 @@ double inertia_scale(const StepParameter& parameter, const Model& model) {
     const InertialParameters& change = parameter.changes[i];
     const double square = inertia.rotational.trace() / inertia.mass;
     const double offset = inertia.center.norm();
-    // What is left about the centre of mass is a difference, which may be small.
+    // The inertia about the centre of mass is a difference, which may be small.
     const double share = std::max(
         {std::abs(change[0]) * (1.0 + offset * offset / square),
          change.segment<3>(1).lpNorm<Eigen::Infinity>() * (std::sqrt(square) + offset) / square,
@@ -66,7 +67,7 @@ double inertia_scale(const StepParameter& parameter, const Model& model) {
   return most > 0.0 && std::isfinite(most) ? 1.0 / most : 1.0;
 }
 
-/// Of figures that laws have, else null.
+/// Returns the contact option that is this parameter, or null.
 double* option_of(StepParameterKind kind, ContactOptions& contact) {
   switch (kind) {
     case K::kCompliance:
@@ -146,7 +147,7 @@ DifferenceScheme difference_scheme(const StepParameter& parameter, const Model& 
   double least = HUGE_VAL;
   for (const int target : parameter.targets)
     least = std::min(least, value_at(parameter.kind, target, model));
-  // Rotors and dampers are felt beside links that may be light.
+  // Rotors and dampers may be zero and act on light links: their step has a lower bound.
   const double step = parameter.kind == K::kArmature  ? kShare * std::max(least, 1e-3)
                       : parameter.kind == K::kDamping ? kShare * std::max(least, 1e-1)
                                                       : kShare;

@@ -1,4 +1,4 @@
-// ParameterDerivator: closed forms, by what a step is made of; differences of the whole step where
+// ParameterDerivator: closed forms for each part of a step; differences of the whole step where
 // there is none.
 #include <algorithm>
 
@@ -12,7 +12,7 @@ namespace {
 
 using K = StepParameterKind;
 
-/// The whole step with one figure changed, and its own workspace.
+/// A step with one parameter changed, with its own model and workspace.
 struct ChangedStep {
   explicit ChangedStep(Model changed) : model(std::move(changed)), workspace(model) {}
   Model model;
@@ -20,7 +20,7 @@ struct ChangedStep {
   Inverse out;
 };
 
-/// By `scheme`, once asked for.
+/// The steps of `scheme`, made when first needed.
 struct ChangedSteps {
   std::vector<ChangedStep> steps;
   DifferenceScheme scheme;
@@ -30,7 +30,7 @@ bool is_of_options(const StepParameter& parameter) {
   return parameter.targets.empty() && parameter.kind != K::kGravity;
 }
 
-/// Whether all that acts has a closed form by this parameter.
+/// Whether everything that acts has a closed form by this parameter.
 bool is_closed(K kind, const Model& model, const SimulationOptions& options, const Input& known,
                const Workspace::Impl& ws) {
   if (options.integrator != Integrator::kSemiImplicitEuler) return false;
@@ -39,9 +39,9 @@ bool is_closed(K kind, const Model& model, const SimulationOptions& options, con
   const bool of_motion = changes_mass_matrix(kind) || kind == K::kGravity || kind == K::kDamping;
   const bool of_equalities = of_motion || kind == K::kCompliance || kind == K::kStabilization ||
                              kind == K::kMaxRecoverySpeed;
-  // Predictions go through them.
+  // Predicted velocities depend on these parameters through the equalities.
   if (of_equalities && has_equalities(ws.constraints)) return false;
-  // How fast a body falls whose weight is carried in part goes with its mass.
+  // The acceleration of a falling body whose weight is carried in part depends on its mass.
   if (changes_mass_matrix(kind) && !model.gravity_compensations().empty() &&
       ws.called.has(Effect::kRestitution))
     return false;
@@ -67,7 +67,7 @@ struct ParameterDerivator::Impl {
     const SimulationOptions& options = of.options;
     const StepParameter& parameter = parameters[k];
     ChangedSteps& c = changed[k];
-    // Of options the model stays, and they may be others than the last time.
+    // For options the model is the same, and they may have changed since the last call.
     const bool of_options = is_of_options(parameter);
     if (c.steps.empty() || of_options) c.scheme = difference_scheme(parameter, model, options);
     if (c.steps.empty()) {
@@ -94,7 +94,7 @@ struct ParameterDerivator::Impl {
   ParameterDynamics dynamics;
   ParameterConstraints constraints;
   std::vector<ChangedSteps> changed;
-  std::optional<CenterTerms> center;  ///< where there were free groups
+  std::optional<CenterTerms> center;  ///< set once there were free groups
 };
 
 ParameterDerivator::ParameterDerivator(const Model& model, std::vector<StepParameter> parameters)
@@ -111,7 +111,7 @@ void ParameterDerivator::inverse(
     const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
     VectorRef v_next, const Input& known, Workspace& workspace, Inverse& out,
     InverseParameterDerivatives& d,
-    DerivativeMethod method) {  // Parameters: what it depends on, one by one
+    DerivativeMethod method) {  // Parameters: those of step_inverse, and results
   step_inverse(model, options, q, v, v_next, known, workspace, out);
   const size_t count = impl_->parameters.size();
   const auto columns = static_cast<Eigen::Index>(count);
@@ -122,7 +122,7 @@ void ParameterDerivator::inverse(
     return;
   }
   Workspace::Impl& ws = workspace.impl();
-  // What is zero in the model is not called for, but may be about to be.
+  // The model does not call for effects of parameters that are zero, but their derivatives count.
   const EffectSet effects = options.effects;
   const bool analytic =
       method == DerivativeMethod::kAnalytic && options.integrator == Integrator::kSemiImplicitEuler;

@@ -8,14 +8,14 @@ namespace {
 
 using K = StepParameterKind;
 
-/// Calls act(parameter, column) for those of a kind.
+/// Calls act(parameter, column) for all parameters of a kind.
 template <class Act>
 void for_each(const std::vector<PreparedParameter>& parameters, K kind, Act&& act) {
   for (size_t i = 0; i < parameters.size(); ++i)
     if (parameters[i].kind() == kind) act(parameters[i], static_cast<Eigen::Index>(i));
 }
 
-/// The way that gravity acts, or zero.
+/// Returns the direction of gravity, or zero.
 Vector3 down_of(const Model& model, EffectSet effects) {
   return effects.has(Effect::kGravity) && !model.gravity().isZero(0.0)
              ? Vector3(model.gravity().normalized())
@@ -83,7 +83,8 @@ void ParameterDynamics::add(const Parameters& parameters, const InverseArguments
   });
 }
 
-/// What inertial parameters make of inverse dynamics at the regressor's motion, of one tree.
+/// Adds the derivative of inverse dynamics by inertial parameters at the regressor's motion, for
+/// one tree.
 void ParameterDynamics::add_inertias(const Parameters& parameters, const Model& model,
                                      const Tree& tree, const Kinematics& data, double factor,
                                      MatrixX& out) const {
@@ -96,7 +97,8 @@ void ParameterDynamics::add_inertias(const Parameters& parameters, const Model& 
   });
 }
 
-/// The same of gravity's size, at the motion that gravity of size 1 stands for.
+/// Adds the derivative by the magnitude of gravity; the regressor must be set to gravity of
+/// magnitude 1.
 void ParameterDynamics::add_gravity(const Parameters& parameters, const Model& model,
                                     BodyRange bodies, const Kinematics& data, MatrixX& out) const {
   for_each(parameters, K::kGravity, [&](const PreparedParameter&, Eigen::Index k) {
@@ -109,8 +111,8 @@ void ParameterDynamics::add_gravity(const Parameters& parameters, const Model& m
   });
 }
 
-/// by_prediction_: what the parameters make of the prediction's equation, inverse dynamics with
-/// joint forces at the acceleration (f - v) / h that it has.
+/// Sets by_prediction_: derivatives by the parameters of the prediction's equation, inverse
+/// dynamics with joint forces at the predicted acceleration (f - v) / h.
 void ParameterDynamics::find_prediction(const Parameters& parameters, const InverseArguments& of,
                                         const Tree& tree, const Vector3& gravity,
                                         Workspace::Impl& ws) {
@@ -138,7 +140,7 @@ void ParameterDynamics::find_prediction(const Parameters& parameters, const Inve
   });
 }
 
-/// Of B(v, f), f the prediction: dB(v, f) + B(v, df), (M + D) df / h = -by_prediction_.
+/// Adds dB(v, f) + B(v, df), f the predicted velocity, with (M + D) df / h = -by_prediction_.
 void ParameterDynamics::add_prediction(const Parameters& parameters, const InverseArguments& of,
                                        const Tree& tree, const Vector3& gravity,
                                        Workspace::Impl& ws, MatrixX& du) {
@@ -179,7 +181,7 @@ void ParameterDynamics::add_prediction(const Parameters& parameters, const Inver
   du.middleRows(begin, n) += dv_.block(begin, begin, n, n).lazyProduct(columns);
 }
 
-/// Mean forces of bodies that fly: extrapolated differences of that function alone.
+/// Adds the mean forces of free bodies by extrapolated differences of mean_force alone.
 void ParameterDynamics::add_flyers(const Parameters& parameters, const InverseArguments& of,
                                    const Vector3& gravity, const Vector3& down,
                                    const Workspace::Impl& ws, MatrixX& du) const {

@@ -1,5 +1,5 @@
-// Derivatives of the smooth part of an inverse step by its parameters: inertia, gravity, and what
-// acts on single coordinates.
+// Derivatives of the smooth forces of an inverse step by its parameters: inertia, gravity, and
+// forces on single coordinates.
 #pragma once
 
 #include "counterpoint/engine/derivatives/dynamics/inertia_regressor.h"
@@ -11,12 +11,12 @@
 
 namespace counterpoint {
 
-/// What velocities the forces of a tree that are quadratic in velocity are taken at.
+/// Velocities at which forces of a tree that are quadratic in velocity are taken.
 enum class TreeTerms {
-  kNone,       ///< there are none, or it is one body that flies
-  kPlain,      ///< those at the start
-  kPredicted,  ///< both ends' (mid_velocity.h)
-  kProjected,  ///< with the energy kept (energy_projection.h)
+  kNone,       ///< there are none, or it is one free body (free_flight.h)
+  kPlain,      ///< velocity at the start
+  kPredicted,  ///< velocities at both ends (mid_velocity.h)
+  kProjected,  ///< under energy projection (energy_projection.h)
 };
 TreeTerms tree_terms(const Model& model, int t, const Workspace::Impl& ws);
 
@@ -24,8 +24,8 @@ class ParameterDynamics {
  public:
   ParameterDynamics(const Model& model, size_t num_parameters);
 
-  /// Adds to du (nv x parameters), after step_inverse with these arguments. Of trees whose energy
-  /// is kept velocity-dependent forces are left out.
+  /// Adds the derivatives to du (nv x parameters), after step_inverse with these arguments. For
+  /// trees under energy projection velocity-dependent forces are left out.
   void add(const std::vector<PreparedParameter>& parameters, const InverseArguments& of,
            Workspace::Impl& ws, MatrixX& du);
 
@@ -46,7 +46,7 @@ class ParameterDynamics {
   InertiaRegressor regressor_;
   SparseSolver solver_;
   VectorX zero_, at_;      ///< nv
-  MatrixX by_prediction_;  ///< nv x parameters: of the prediction's equation
+  MatrixX by_prediction_;  ///< nv x parameters: derivatives of the prediction's equation
   MatrixX dq_, dv_, M_;    ///< nv x nv
 };
 

@@ -1,4 +1,4 @@
-// Where to take differences by one parameter of a model.
+// Difference schemes for one parameter of a model.
 #pragma once
 
 #include <array>
@@ -7,8 +7,9 @@
 
 namespace counterpoint {
 
-/// df/dp = sum of weight[i] f(p + at[i]): central differences extrapolated from two steps, or where
-/// the figure must not be negative and is (nearly) zero, differences to one side, of third order.
+/// df/dp = sum of weight[i] f(p + at[i]): central differences extrapolated from two steps; or
+/// one-sided differences of third order, if the parameter must not be negative and is (nearly)
+/// zero.
 struct DifferenceScheme {
   std::array<double, 4> at, weight;
 
@@ -18,9 +19,9 @@ struct DifferenceScheme {
   }
 };
 
-/// About `step` around a figure of this value.
+/// Returns the scheme with this step for a parameter of this value.
 DifferenceScheme difference_scheme(double step, double value, bool may_be_negative);
-/// Over what the step is nearly straight in.
+/// Returns the scheme with a step over which the time step is nearly linear in the parameter.
 DifferenceScheme difference_scheme(const StepParameter& parameter, const Model& model,
                                    const SimulationOptions& options);
 

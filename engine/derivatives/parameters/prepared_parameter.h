@@ -1,4 +1,4 @@
-// One parameter of a step, and what was found of it once.
+// One parameter of a step, with the results that are found for it once.
 #pragma once
 
 #include <algorithm>
@@ -10,12 +10,12 @@
 
 namespace counterpoint {
 
-/// Change of the inverse weights, a unit of a parameter.
+/// Derivatives of the inverse weights by a parameter.
 struct WeightChange {
   VectorX contact, dof;
 };
 
-/// Bodies that fly (free_flight.h), with one figure changed.
+/// Free bodies (free_flight.h) of a model with one parameter changed.
 struct ChangedFlight {
   explicit ChangedFlight(Model changed) : model(std::move(changed)), flight(model) {}
   Model model;
@@ -23,12 +23,12 @@ struct ChangedFlight {
 };
 
 struct PreparedParameter {
-  /// @throws InputError where it has no such target.
+  /// @throws InputError if a target does not exist.
   PreparedParameter(const StepParameter& parameter, const Model& model);
 
   StepParameter parameter;
-  std::optional<WeightChange> weights;  ///< where the parameter changes M
-  std::vector<ChangedFlight> flights;   ///< by flight_scheme, where it changes a body that flies
+  std::optional<WeightChange> weights;  ///< set if the parameter changes M
+  std::vector<ChangedFlight> flights;   ///< per entry of flight_scheme; if it changes a free body
   DifferenceScheme flight_scheme;
 
   StepParameterKind kind() const { return parameter.kind; }
@@ -36,7 +36,7 @@ struct PreparedParameter {
     const auto& t = parameter.targets;
     return std::find(t.begin(), t.end(), target) != t.end();
   }
-  /// kHeight: the direction in which it shifts a geometry that it has, in the geometry's axes.
+  /// kHeight: the direction in which it shifts one of its geometries, in the geometry's axes.
   Vector3 direction(int geometry) const {
     const auto& t = parameter.targets;
     const auto at = std::find(t.begin(), t.end(), geometry) - t.begin();

@@ -7,7 +7,7 @@
 namespace counterpoint {
 namespace {
 
-/// Calls visit(first coordinate of the base, its axes in W) for the trees of a group.
+/// Calls visit(first coordinate, axes in W) for the base of each tree of a group.
 template <class Visit>
 void for_each_base(const Model& model, const FreeGroups::Group& group, Visit visit) {
   for (const int t : group.trees) {
@@ -16,7 +16,7 @@ void for_each_base(const Model& model, const FreeGroups::Group& group, Visit vis
   }
 }
 
-/// out -= the rows of forces on the bases, in W.
+/// Subtracts the rows of forces on the bases, in W, from `out`.
 void subtract_base_rows(const Model& model, const FreeGroups::Group& group, const MatrixX& d,
                         MatrixX& out) {
   for_each_base(model, group, [&](int first, const Matrix3& R) {
@@ -24,7 +24,7 @@ void subtract_base_rows(const Model& model, const FreeGroups::Group& group, cons
   });
 }
 
-/// d += rows on the bases, given in W.
+/// Adds rows given in W to the rows of the bases in d.
 void add_to_bases(const Model& model, const FreeGroups::Group& group, const MatrixX& rows,
                   MatrixX& d) {
   for_each_base(model, group, [&](int first, const Matrix3& R) {
@@ -49,15 +49,15 @@ CenterTerms::CenterTerms(const Model& model)
   }
 }
 
-/// A displacement of a joint turns or moves all that it carries, velocities relative to the parent
-/// included; translations of a joint come before its rotation.
+/// Writes the columns of a joint. A displacement of it rotates or moves everything it carries,
+/// including velocities relative to the parent; translations of a joint come before its rotation.
 void CenterTerms::write_columns(const Model& model, const FreeGroups::Group& group, int i,
                                 MomentumDerivatives& out) const {
   const Body& body = model.body(i);
   const Subtree& all = subtrees_[static_cast<size_t>(i)];
   const int linear = joint_num_linear(body.joint_type), nv = joint_nv(body.joint_type);
   const Motion* axis = &data_.axis[static_cast<size_t>(body.v_index)];
-  Motion before;  // at the body's origin
+  Motion before;  // velocity that precedes the joint's rotation, at the body's origin
   if (body.parent != 0)
     before = shift(V_[static_cast<size_t>(body.parent)], data_.arm[static_cast<size_t>(i)]);
   for (int j = 0; j < linear; ++j) {
@@ -65,7 +65,7 @@ void CenterTerms::write_columns(const Model& model, const FreeGroups::Group& gro
     out.J.col(body.v_index + j) = all.mass * e;
     out.H.col(body.v_index + j) = all.mass * before.angular.cross(e);
   }
-  // The joint's own translation, which comes before its rotation.
+  // Include the joint's own translation.
   if (linear > 0) before.linear = V_[static_cast<size_t>(i)].linear;
   const Vector3 arm = data_.X_WB[static_cast<size_t>(i)].translation - group.origin;
   const Vector3 moment = all.moment - all.mass * arm;
@@ -142,7 +142,7 @@ void CenterTerms::correct_inverse(const InverseArguments& of, const ConstrainedM
       at_forces = &middle_.J;
     }
     by_pose_ = end_.H;
-    multiply_columns(model, RotationMap::kQ, r_, by_pose_);  // by h w
+    multiply_columns(model, RotationMap::kQ, r_, by_pose_);  // derivative by w
     by_pose_ *= h;
     const auto add = [&](MatrixX& part) {
       rows_ /= h;
@@ -150,7 +150,8 @@ void CenterTerms::correct_inverse(const InverseArguments& of, const ConstrainedM
       rows_ /= group.mass;
       part.noalias() += at_forces->transpose().lazyProduct(rows_);
     };
-    // By the velocity that poses change by: v+, the mean of both ends, or what impulses make of it.
+    // Derivative by v+ through the velocity that moves poses: v+, the mean of both ends (midpoint
+    // rule), or w of the midpoint rule with constraints.
     rows_ = end_.J;
     if (impulses != nullptr) {
       rows_.noalias() += by_pose_.lazyProduct(impulses->w_next);
@@ -174,8 +175,8 @@ void CenterTerms::correct_inverse(const InverseArguments& of, const ConstrainedM
   }
 }
 
-/// parameter_rows_ += factor times what the momentum of a group changes by with inertia, at the
-/// kinematics of the last find().
+/// Adds factor times the derivatives of a group's momentum by inertial parameters to
+/// parameter_rows_, at the kinematics of the last find().
 void CenterTerms::add_momentum(std::span<const StepParameter> parameters, const Model& model,
                                const FreeGroups::Group& group, double factor) {
   for (size_t k = 0; k < parameters.size(); ++k) {
@@ -209,7 +210,7 @@ void CenterTerms::correct_parameters(std::span<const StepParameter> parameters,
       const StepParameter& p = parameters[k];
       const auto column = static_cast<Eigen::Index>(k);
       Vector3 row = parameter_rows_.col(column);
-      // The weight that u does not have to carry.
+      // The weight is part of the outer force F, not of u.
       for (size_t i = 0; heavy && p.kind == StepParameterKind::kInertia && i < p.targets.size();
            ++i)
         if (group.holds(model.body(p.targets[i]).tree)) row -= p.changes[i][0] * model.gravity();
@@ -235,7 +236,7 @@ void CenterTerms::correct_forward(const StepContext& at, const VectorRef& q_next
   for (const FreeGroups::Group& group : ws.free_groups.groups()) {
     find(model, group, at.q, at.v, start_);
     find(model, group, q_next, v_next, end_);
-    // gain: the momentum after the step by q, v or u.
+    // set_gain sets rows_ to the derivative of the momentum after the step by q, v or u.
     const auto correct = [&](const auto& set_gain, const Rows* before, MatrixX& dq, MatrixX& dv,
                              bool by_q) {
       if (integrator == Integrator::kRungeKutta4) {

@@ -1,17 +1,16 @@
-// What derivatives of a step gain from the correction of free groups (free_groups.h), which sets
-// the momentum of a group, m v_C(q+, v+) = m v_C(q, v) + h F, in place of what the step alone gives
-// it.
+// Derivatives of the correction of free groups (free_groups.h), which sets the momentum of a group
+// to m v_C(q+, v+) = m v_C(q, v) + h F instead of the momentum that the step alone gives.
 //
-// With J and H the derivatives of a group's momentum by velocities and by a displacement of q, u
-// changes by J' a with a linear acceleration a of the whole group. So
+// With J and H the derivatives of a group's momentum by velocities and by a displacement of q, a
+// linear acceleration a of the whole group changes u by J' a. Hence
 //
 //   inverse   du = U + J' (dF - sum U_b) / m
 //             h dF = J(q+) dv+ + H(q+, v+) dq+ - J(q) dv - H(q, v) dq
 //
-// with U the derivatives of the step alone and U_b their rows of the forces on the bases. Poses: J
-// is the derivative of m c too, so that
+// where U are the derivatives of the step alone and U_b their rows of the forces on the bases. J is
+// also the derivative of m c, c the centre of mass, by a displacement of q, so that poses satisfy
 //
-//   forward   J(q+) dq+ = J(q) dq + h m dv,   v: the velocity that c moves by (free_groups.h)
+//   forward   J(q+) dq+ = J(q) dq + h m dv,   v: the velocity that moves c (free_groups.h)
 #pragma once
 
 #include "counterpoint/engine/derivatives.h"
@@ -25,30 +24,31 @@ class CenterTerms {
  public:
   explicit CenterTerms(const Model& model);
 
-  /// After step_inverse: the velocity (nv) that the step alone led to, before groups were
-  /// corrected. Of a midpoint step also the velocities in `ws` are made those.
+  /// Returns the velocity (nv) that the step alone led to, before groups were corrected; call it
+  /// after step_inverse. Sets the velocities in `ws` (of an Euler step also the acceleration)
+  /// accordingly.
   const VectorX& find_step_velocity(const InverseArguments& of, Workspace::Impl& ws);
 
   /// Corrects the derivatives of the inverse, after step_inverse with these arguments; only
-  /// d.dv_next where the others were found by differences. impulses: of a midpoint step with
+  /// d.dv_next if the others were found by differences. impulses: set for a midpoint step with
   /// constraints, else null.
   void correct_inverse(const InverseArguments& of, const ConstrainedMidpoint* impulses,
                        const Workspace::Impl& ws, InverseDerivatives& d);
 
-  /// Corrects the columns of derivatives du (nv x parameters) of the inverse of a semi-implicit
-  /// step that were not found by differences of it.
+  /// Corrects those columns of du (nv x parameters), of the inverse of a semi-implicit Euler step,
+  /// that were not found by differences of the whole step.
   void correct_parameters(std::span<const StepParameter> parameters, const InverseArguments& of,
                           const Workspace::Impl& ws, const std::vector<char>& by_differences,
                           MatrixX& du);
 
-  /// Corrects the derivatives of poses; of a Runge-Kutta step those of velocities too. next: the
-  /// state after the step, its translations of bases do not matter.
+  /// Corrects the derivatives of poses; for a Runge-Kutta step those of velocities too. q_next,
+  /// v_next: the state after the step, whose translations of bases do not matter.
   void correct_forward(const StepContext& at, const VectorRef& q_next, const VectorRef& v_next,
                        const Workspace::Impl& ws, ForwardDerivatives& d);
 
  private:
   using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic>;  ///< 3 x nv
-  /// Of the momentum of a group [kg, kg m; kg/s, kg m/s].
+  /// Derivatives of the momentum of a group: J [kg, kg m] and H [kg/s, kg m/s].
   struct MomentumDerivatives {
     Rows J, H;
   };
@@ -67,7 +67,7 @@ class CenterTerms {
 
   Data data_;
   std::vector<Motion> V_;
-  std::vector<Subtree> subtrees_;  ///< by body: all that its joint carries
+  std::vector<Subtree> subtrees_;  ///< per body: everything that its joint carries
   MomentumDerivatives start_, middle_, end_;
   MatrixX rows_, by_pose_;  ///< 3 x nv
   MatrixX parameter_rows_;  ///< 3 x parameters

@@ -91,7 +91,7 @@ bool ConstrainedMidpoint::difference(const InverseArguments& of, double step, bo
     out.u = inverse_.applied_force;
     out.rest = at_v_ + at_v_next_ - at_w_ - ws.middle;
   };
-  // `move(k, s)` sets what is varied, s = 0 as it was.
+  // `move(k, s)` shifts component k of the argument by s; s = 0 restores it.
   const auto columns = [&](double s, Block& block, const auto& move) {
     for (MatrixX* x : {&block.u, &block.rest})
       if (x->rows() != nv) x->resize(nv, nv);

@@ -21,7 +21,7 @@ contact::Rows row_velocity(const JointConstraint& row, const VectorRef& w) {
   return contact::Rows::Constant(1, y);
 }
 
-/// Whether velocities w+ do not do all: quickly, without a problem.
+/// Cheap test without a contact problem: whether bodies may be displaced in addition to h w+.
 bool may_displace(const ConstraintSet& constraints, const VectorRef& v_next, const Kinematics& data,
                   const std::vector<Motion>& V_next) {
   for (size_t i = 0; i < constraints.contacts.size(); ++i) {
@@ -36,7 +36,7 @@ bool may_displace(const ConstraintSet& constraints, const VectorRef& v_next, con
   });
 }
 
-/// The impulses at w+, in the order of a problem of these constraints.
+/// Evaluates the impulses at w+, in the order of the rows of this problem.
 void evaluate_impulses(const ConstraintSet& constraints, const contact::Problem& problem,
                        const VectorRef& v_next, const Kinematics& data, const std::vector<Motion>& V_next,
                        VectorX& impulse) {
@@ -52,7 +52,7 @@ void evaluate_impulses(const ConstraintSet& constraints, const contact::Problem&
   }
 }
 
-/// Calls visit(velocities of the model, velocities of the problem) for every tree in the problem.
+/// Calls visit(range of v in the model, range in the problem) for every tree in the problem.
 template <class Visit>
 void for_each_block(const Model& model, const Workspace::Impl& ws, Visit visit) {
   for (int t = 0; t < model.num_trees(); ++t) {
@@ -76,14 +76,15 @@ DisplacementDerivator::DisplacementDerivator(const Model& model)
   for (MatrixX* x : {&by_q, &by_v, &by_v_next, &A_}) x->setZero(model.nv(), model.nv());
 }
 
-/// p, as the step found it.
+/// Finds p as the step did. Returns false if nothing is displaced, or the problem for p was not
+/// solved.
 bool DisplacementDerivator::find(const InverseArguments& of, Workspace::Impl& ws) {
   const Model& model = of.model;
   const VectorRef& v_next = of.v_next;
   const EffectSet effects = of.effects;
   const double h = of.h();
   diagonal_.setZero();
-  forces_.setZero();  // not wanted
+  forces_.setZero();  // this output is ignored
   const StepContext at = of.context();
   if (effects.has(Effect::kServos)) add_servos(at, h, of.known, diagonal_, forces_);
   add_joint_forces(at, h, diagonal_, forces_, ws.counts);
@@ -107,7 +108,7 @@ bool DisplacementDerivator::find(const InverseArguments& of, Workspace::Impl& ws
   return true;
 }
 
-/// The rows that p may close, with its laws.
+/// Copies the rows of gaps that p may close to kept_, with their laws for p.
 void DisplacementDerivator::keep_gaps(const Workspace::Impl& ws) {
   kept_.clear();
   const ConstraintSet& all = ws.constraints;
@@ -129,7 +130,7 @@ void DisplacementDerivator::keep_gaps(const Workspace::Impl& ws) {
   }
 }
 
-/// Equalities; true if these or drag act on p.
+/// Copies the equalities to kept_. Returns whether they or drag act on p.
 bool DisplacementDerivator::keep_ties(const Workspace::Impl& ws, bool drag) {
   constexpr double kNoGap = std::numeric_limits<double>::quiet_NaN();
   kept_.clear();

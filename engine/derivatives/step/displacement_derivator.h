@@ -1,16 +1,18 @@
-// Derivatives of what a step displaces bodies by beside its velocity w+ (overlap_correction.h):
-// recovery of overlaps, and the part of the step before an impact.
+// Derivatives of the displacement of bodies in addition to their velocity w+
+// (overlap_correction.h): recovery of overlaps, and the part of the step before an impact.
 //
-// The displacement velocity p of a step that led from (q, v) to w+ solves, at w+ as it is,
+// The displacement velocity p of a step that led from (q, v) to w+ solves F = 0 at constant w+,
+// with
 //
-//   F = (M + h D) p + sum (t / h) J' f(J w+ + b) - sum J_i' f_i(J_i (w+ + p) + b_i) - J_e' f_e(J_e
-//   p)
+//   F = (M + h D) p + sum (t / h) J' f(J w+ + b)
+//       - sum J_i' f_i(J_i (w+ + p) + b_i) - J_e' f_e(J_e p)
 //
-// f: contacts that bounce at t(q, v); i: gaps, which p may close; e: equalities; D with drag. So
+// where f are contacts that bounce at t(q, v), i gaps that p may close, e equalities, and D
+// includes drag. Hence
 //
 //   dp = -inv(dF/dp) (dF/dq dq + dF/dv dv + dF/dw+ dw+)
 //
-// each sum differentiated as the inverse of a step without other forces.
+// Each sum is differentiated as the inverse of a step without other forces.
 #pragma once
 
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
@@ -22,12 +24,13 @@ class DisplacementDerivator {
  public:
   explicit DisplacementDerivator(const Model& model);
 
-  /// After step_inverse with these arguments, which left constraints in `ws`. False if nothing is
-  /// displaced, or how is not known in closed form: what is below says nothing then.
+  /// Computes the results below after step_inverse with these arguments, which left constraints in
+  /// `ws`. Returns false, with undefined results, if nothing is displaced or the displacement has
+  /// no closed form.
   bool compute(const InverseArguments& of, Workspace::Impl& ws, InverseDerivator& parts);
 
-  VectorX p;                      ///< nv [m/s, rad/s]
-  MatrixX by_q, by_v, by_v_next;  ///< nv x nv, each with the others held
+  VectorX p;                      ///< displacement velocity, nv [m/s, rad/s]
+  MatrixX by_q, by_v, by_v_next;  ///< derivatives of p, nv x nv, the other arguments held
 
  private:
   bool find(const InverseArguments& of, Workspace::Impl& ws);

@@ -14,8 +14,8 @@
 namespace counterpoint {
 namespace {
 
-/// A contact so far off that neither its force nor what it changes by matters: 1e-9 of the weight
-/// of what it moves, 1e-9 of that a metre.
+/// Whether a contact is so far away that its force is below 1e-9 of the weight of the bodies it
+/// moves, and the derivative of the force below 1e-9 of that weight per metre.
 bool is_nothing(const PairConstraint& pair, const PairBodies& bodies, double h,
                 const InverseWeights& weights) {
   constexpr double kNothing = 1e-9 * kStandardGravity;  // [m/s^2, 1/s^2]
@@ -23,13 +23,13 @@ bool is_nothing(const PairConstraint& pair, const PairBodies& bodies, double h,
   const double y =
       pair.law.bias[0] + pair.frame.col(0).dot(bodies.next_b.linear - bodies.next_a.linear);
   double closing = y;
-  if (pair.law.rows > 1 && !pair.law.coulomb) {  // the convex cone's smaller eigenvalue
+  if (pair.law.rows > 1 && !pair.law.coulomb) {  // smaller spectral value of the convex cone
     Vector3 slip = pair.frame.transpose() * (bodies.next_b.linear - bodies.next_a.linear);
     closing -= pair.law.friction[0] * std::hypot(slip[1], slip[2]);
     if (pair.law.rows > 3) return false;
   }
   if (!(closing > 0.0)) return false;
-  // f < k / y and G < k / y^2.
+  // Upper bounds: f < k / y and G < k / y^2.
   const double f = pair.law.smoothing / closing;
   return alpha * f / h < kNothing && alpha * f / (closing * h * h) < kNothing;
 }
@@ -56,7 +56,7 @@ bool InverseDerivator::find_motion(const Model& model, double h, size_t contact,
                        ws.constraints.contacts[contact], towards_b, out);
 }
 
-/// Of a bounce's impulse, what counts in `displacing_`: t / h of it.
+/// Share of a contact's impulse that counts in `displacing_`: t / h for late impulses, else all.
 ImpulseShare InverseDerivator::find_share(const Bounce& bounce, double h,
                                           const Vector3& fall) const {
   ImpulseShare share;
@@ -100,7 +100,7 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
       ws.finder.find_contact_bounce(model, options, effects, ws.data, {surface, pair, gap, v});
   if (contact::leans(pair.law) || (bounce.happens && bounce.spins) ||
       (gap > 0.0 && bounce.parting * h > gap)) {
-    find_velocity_response(pair, bodies, out);  // how directions and shares go with the motion
+    find_velocity_response(pair, bodies, out);  // these bounces have no closed form
     return false;
   }
   LawSlopes slopes = contact_law_slopes(law_options(options, ws.finder.is_wedged(pair)), h,
@@ -111,7 +111,7 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
     slopes = {.gap = gap_bias_slope(options.contact, h, gap), .smoothing = slopes.smoothing};
   ImpulseShare share = find_share(bounce, h, fall);
   if (pair.body_a != 0 && pair.body_b != 0 && !slopes.normal.isZero(0.0)) {
-    find_velocity_response(pair, bodies, out);  // gravity at a normal that turns with both
+    find_velocity_response(pair, bodies, out);  // gravity does not turn with the bodies
     return false;
   }
   if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
@@ -121,7 +121,7 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
   return !displacing_ && add_patch(of, contact, bodies, ws, out);
 }
 
-/// What the friction of a contact of a patch that spins changes by with that.
+/// Adds the derivatives of the friction of a spinning patch for one of its contacts.
 bool InverseDerivator::add_patch(const InverseArguments& of, size_t contact,
                                  const PairBodies& bodies, Workspace::Impl& ws, PairResponse& out) {
   const ConstraintSet& set = ws.constraints;
@@ -172,7 +172,7 @@ bool InverseDerivator::add_contacts(const InverseArguments& of, Workspace::Impl&
   return add_slip(model, of.options, ws) && known;
 }
 
-/// What friction changes by as the fastest contact of its island slides otherwise.
+/// Adds the change of friction with the sliding speed of the island's fastest contact.
 bool InverseDerivator::add_slip(const Model& model, const SimulationOptions& options,
                                 Workspace::Impl& ws) {
   const double h = options.time_step, share = h / options.contact.slip_time;
@@ -197,8 +197,8 @@ bool InverseDerivator::add_slip(const Model& model, const SimulationOptions& opt
   return true;
 }
 
-/// The motion that inertial and velocity-dependent forces are taken at, but for what
-/// velocity_terms.h says; of bodies that fly these forces are a load.
+/// Sets the velocity and acceleration at which inertial and velocity-dependent forces are taken,
+/// before the changes of velocity_terms.h. For free bodies (free_flight.h) these forces are a load.
 void InverseDerivator::set_velocities(const Model& model, const VectorRef& v,
                                       const VectorRef& v_next, double h,
                                       const Workspace::Impl& ws) {
@@ -244,7 +244,7 @@ bool InverseDerivator::sweep_trees(const InverseArguments& of, Workspace::Impl& 
   return known;
 }
 
-/// What the biases of closures that are not aimed change by.
+/// Adds the derivatives of the biases of closures that are not aimed.
 void InverseDerivator::add_closure_rows(const Model& model, const SimulationOptions& options,
                                         const Workspace::Impl& ws, InverseDerivatives& d) {
   const ConstraintSet& all = ws.constraints;

@@ -1,12 +1,12 @@
 // Derivatives of the inverse of a semi-implicit Euler step, in closed form.
 //
-//   u = M a + n(q, v) + joint forces(q, v, v+) - wrenches - J' f(J v+ + b(q, v)) / h,  a = (v+ - v)
-//   / h
+//   u = M a + n(q, v) + joint forces(q, v, v+) - wrenches - J' f(J v+ + b(q, v)) / h
+//   a = (v+ - v) / h
 //
-// M a + n by sweeps over the trees (sweep.h); each contact, drag and wrench as a force on its body
-// with a 6x6 response to the body's displacement and velocities, which the same sweep carries to
-// the joints; what couples two moving bodies by their paths; joint rows and joint forces on their
-// own coordinates.
+// Sweeps over the trees (sweep.h) differentiate M a + n. Each contact, drag and wrench is a force
+// on its body with a 6x6 response to the body's displacement and velocities, which the same sweep
+// carries to the joints. Two moving bodies are coupled along their paths. Joint rows and joint
+// forces act on their own coordinates.
 #pragma once
 
 #include <optional>
@@ -26,24 +26,26 @@ class InverseDerivator {
  public:
   explicit InverseDerivator(const Model& model);
 
-  /// After step_inverse with these arguments and `ws`. du/dv+ is always found; false if du/dq and
-  /// du/dv are not: what acts is not known here in closed form.
+  /// Computes d after step_inverse with these arguments and `ws`. du/dv+ is always found. Returns
+  /// false if du/dq and du/dv are not, because something acts that has no closed form.
   bool compute(const InverseArguments& of, Workspace::Impl& ws, InverseDerivatives& d);
 
-  /// What of a step displaces bodies beside w+ (overlap_correction.h).
+  /// Forces that displace bodies in addition to h w+ (overlap_correction.h).
   enum class Displacing {
-    kLateImpulses,  ///< -(t / h) J' f / h of contacts that bounce, their t as it goes with (q, v)
-    kRecovery,      ///< M(q) p / h - J' f(J w + b(q)) / h, w = w+ + p: of gaps that p may close
+    kLateImpulses,  ///< -(t / h) J' f / h of contacts that bounce, at times t(q, v)
+    kRecovery,      ///< M(q) p / h - J' f(J w + b(q)) / h, w = w+ + p: gaps that p may close
     kEqualities,    ///< C p - J' f(J p) / h: drag, and equalities without bias
   };
-  /// These by q, by v, by w (at `w`), p held. Needs ws.constraints with the laws that `part` has,
-  /// kinematics at (q, v) without forces and velocities at w in ws.velocity. False as compute.
+  /// Computes their derivatives by q, by v and by w (at `w`), with p held. Needs ws.constraints
+  /// with the laws of `part`, kinematics at (q, v) without forces, and velocities at w in
+  /// ws.velocity. Returns false like compute.
   bool compute_displacing(Displacing part, const InverseArguments& of, const VectorRef& p,
                           const VectorRef& w, Workspace::Impl& ws, InverseDerivatives& d);
 
-  /// Of (M(q) (w - m) - J' f(J w + b(q, v))) / h, what impulses make of a velocity m at (q, v): by
-  /// q, by v and m changing alike, by w. Needs ws.constraints, kinematics at (q, v) and velocities
-  /// at w in ws.velocity. False as compute. Takes velocity-dependent forces out of ws.data.
+  /// Computes the derivatives of (M(q) (w - m) - J' f(J w + b(q, v))) / h, the equation by which
+  /// impulses change the velocity m to w at (q, v): by q, by v and m with dm = dv, and by w. Needs
+  /// ws.constraints, kinematics at (q, v) and velocities at w in ws.velocity. Returns false like
+  /// compute. Removes velocity-dependent forces from ws.data.
   bool compute_impulses(const InverseArguments& of, const VectorRef& m, const VectorRef& w,
                         Workspace::Impl& ws, InverseDerivatives& d);
 
@@ -64,7 +66,7 @@ class InverseDerivator {
   void add_closure_rows(const Model& model, const SimulationOptions& options,
                         const Workspace::Impl& ws, InverseDerivatives& d);
 
-  std::optional<Displacing> displacing_;  ///< none: a step, or its impulses
+  std::optional<Displacing> displacing_;  ///< empty: a step, or its impulses
   TreeSweep sweep_;
   VelocityTerms velocity_terms_;
   ClosureDerivator closures_;
@@ -72,7 +74,7 @@ class InverseDerivator {
   SlipResponse slips_;
   ForceResponses forces_;
   MovingPatch patch_;
-  VectorX v_;             ///< nv: what velocity-dependent forces are taken at
+  VectorX v_;             ///< nv: velocity at which velocity-dependent forces are taken
   VectorX acceleration_;  ///< nv
 };
 

@@ -8,7 +8,7 @@
 namespace counterpoint {
 namespace {
 
-/// dtheta' from dw, in its place.
+/// Replaces dw in drate by dtheta'.
 void add_exponent_rate(const Model& model, const VectorX& theta, const VectorX& w,
                        const MatrixX& dtheta, MatrixX& drate) {
   for (int i = 1; i < model.num_bodies(); ++i) {
@@ -43,7 +43,7 @@ RungeKuttaDerivator::RungeKuttaDerivator(const Model& model) {
     m->setZero(nv, 3 * nv);
 }
 
-/// da_ from dq_ and dw_.
+/// Computes da_ from dq_ and dw_. Returns false if M is singular.
 bool RungeKuttaDerivator::accelerate(const Model& model, const SmoothDerivator& smooth) {
   const int nv = model.nv();
   da_.noalias() = -(smooth.dq.lazyProduct(dq_));
@@ -91,7 +91,7 @@ bool RungeKuttaDerivator::compute(const StepContext& start, const Input& input, 
     compute_acceleration({model, options, effects, at_.q, at_.v}, input, ws, acceleration_, report);
     if (!report.succeeded()) return false;
     smooth.compute(model, effects, at_.v, acceleration_, input.wrenches, ws);
-    // dq_s = P dq + Q dtheta, P that of q (+) theta.
+    // dq_s = P dq + Q dtheta, with P and Q of q (+) theta.
     dq_ = dtheta_;
     multiply_rows(model, RotationMap::kQ, theta_, dq_);
     add_map(model, RotationMap::kP, theta_, dq_.leftCols(nv));

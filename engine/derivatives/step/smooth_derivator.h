@@ -1,4 +1,4 @@
-// Derivatives of the smooth dynamics of an instant, without a step.
+// Derivatives of the smooth dynamics at one instant, without a step.
 //
 //   u = M(q) a + n(q, w) + joint forces(q, w) - wrenches - drag(q, w)
 #pragma once
@@ -12,13 +12,14 @@ class SmoothDerivator {
  public:
   explicit SmoothDerivator(const Model& model);
 
-  /// At the kinematics of (q, w) in ws.data, which are left as they are, a (nv) and wrenches.
+  /// Computes the derivatives at a (nv) and these wrenches. ws.data has the kinematics of (q, w),
+  /// which are left unchanged.
   void compute(const Model& model, EffectSet effects, const VectorRef& w, const VectorRef& a,
                const std::vector<ExternalWrench>& wrenches, const Workspace::Impl& ws);
 
-  MatrixX dq, dw;  ///< nv x nv: by a displacement at q, by w; bodies' forces alone
-  MatrixX mass;    ///< nv x nv: M, and rotors
-  /// nv: dampers, springs and servos, by the coordinate and by its velocity.
+  MatrixX dq, dw;  ///< nv x nv: by a displacement at q and by w, without joint forces
+  MatrixX mass;    ///< nv x nv: M with rotor inertia
+  /// Dampers, springs and servos (nv): derivatives by their coordinate and by its velocity.
   VectorX stiffness, damping;
 
  private:

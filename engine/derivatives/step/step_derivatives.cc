@@ -21,14 +21,14 @@ struct DerivativeScratch {
   InverseDerivator inverse;
   DifferenceScratch differences;
   SparseSolver solver;
-  // Of other integrators than semi-implicit Euler.
+  // For integrators other than semi-implicit Euler.
   std::optional<SmoothDerivator> smooth;
   std::optional<RungeKuttaDerivator> runge_kutta;
   std::optional<ConstrainedMidpoint> midpoint;
-  std::optional<CenterTerms> center;  ///< where there are free groups
-  // Of steps that displace.
+  std::optional<CenterTerms> center;  ///< set if there are free groups
+  // For steps that displace bodies.
   std::optional<DisplacementDerivator> displacement;
-  bool impulses = false;  ///< the last step was one of the midpoint rule with constraints
+  bool impulses = false;  ///< the last step was a midpoint step with constraints
   State start;
   VectorX r;  ///< nv
 };
@@ -40,7 +40,7 @@ DerivativeScratch& scratch_of(const Model& model, Workspace::Impl& ws) {
   return *ws.derivatives;
 }
 
-/// Null where the step has no free groups.
+/// Returns null if the step has no free groups.
 CenterTerms* center_terms(const Model& model, const Workspace::Impl& ws,
                           DerivativeScratch& scratch) {
   if (ws.free_groups.groups().empty()) return nullptr;
@@ -48,7 +48,7 @@ CenterTerms* center_terms(const Model& model, const Workspace::Impl& ws,
   return &*scratch.center;
 }
 
-/// What w+ and the displacement velocity p of a step make of q_next = q (+) h (w+ + p).
+/// Computes the derivatives of q_next = q (+) h (w+ + p), p the displacement velocity of the step.
 void chain_displacement(const Model& model, double h, const VectorRef& v_next,
                         const DisplacementDerivator& by, VectorX& r, ForwardDerivatives& d) {
   r = h * (v_next + by.p);
@@ -62,8 +62,8 @@ void chain_displacement(const Model& model, double h, const VectorRef& v_next,
   add_map(model, RotationMap::kP, r, d.dq_dq);
 }
 
-/// q_next = q (+) h w moves by P dq + h Q dw: w is v_next, of the midpoint rule the mean of both
-/// ends, or what impulses make of it.
+/// Computes the derivatives of q_next = q (+) h w, which are P dq + h Q dw. w is v_next; under the
+/// midpoint rule it is the mean of v and v_next, or with constraints that of ConstrainedMidpoint.
 void chain_configuration(const InverseArguments& of, const ConstrainedMidpoint* impulses,
                          VectorX& r, ForwardDerivatives& d) {
   const Model& model = of.model;
@@ -103,7 +103,7 @@ bool differentiate_runge_kutta(const StepContext& start, const Input& input, Wor
   return true;
 }
 
-/// In closed form. False if something acts that has none.
+/// Computes d in closed form. Returns false if something acts that has none.
 bool differentiate(const InverseArguments& of, Workspace::Impl& ws, DerivativeScratch& scratch,
                    InverseDerivatives& d) {
   if (of.options.integrator == Integrator::kSemiImplicitEuler)
@@ -116,7 +116,7 @@ bool differentiate(const InverseArguments& of, Workspace::Impl& ws, DerivativeSc
   return true;
 }
 
-/// Whether laws change within a smoothing length: all but those of equalities.
+/// Whether some law changes within a smoothing length: all do but those of equalities.
 bool has_kinks(const ConstraintSet& constraints) {
   const auto kinked = [](const auto& row) { return row.law.type != contact::LawType::kEquality; };
   return std::any_of(constraints.pairs.begin(), constraints.pairs.end(), kinked) ||
@@ -133,7 +133,7 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
                               VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& out, InverseDerivatives& d,
                               DerivativeMethod method,
-                              double difference_step) {  // Parameters: all it depends on
+                              double difference_step) {  // Parameters: those of step_inverse
   step_inverse(model, options, q, v, q_next, v_next, known, workspace, out);
   if (out.fault.any()) return fill_with_nan(model.nv(), d);
   Workspace::Impl& ws = workspace.impl();
@@ -150,7 +150,7 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
   const InverseArguments alone{slowed, options, q, v, q_next, w, known, effects};
   const bool closed = analytic && differentiate(alone, ws, scratch, d);
   d.by_differences = analytic && !closed;
-  // Differences of a midpoint step with constraints know of the correction.
+  // Differences of a midpoint step with constraints include the correction.
   if (center != nullptr && (closed || !scratch.impulses))
     center->correct_inverse(of, scratch.impulses ? &*scratch.midpoint : nullptr, ws, d);
   if (closed) return;
@@ -158,7 +158,7 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
                           ? difference_step
                           : suitable_difference_step(options, has_kinks(ws.constraints));
   const bool extrapolated = method != DerivativeMethod::kCentralDifferences;
-  // Of Euler's steps by v+ it is found all the same.
+  // For Euler steps du/dv+ was found in closed form.
   const bool by_v_next = !analytic || options.integrator != Integrator::kSemiImplicitEuler;
   if (!scratch.impulses)
     return difference_step_inverse(of, workspace, {step, extrapolated, by_v_next},
@@ -171,7 +171,7 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
                               VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& inverse, InverseDerivatives& d_inverse,
                               ForwardDerivatives& d,
-                              DerivativeMethod method) {  // Parameters: all it depends on
+                              DerivativeMethod method) {  // Parameters: those of step_inverse
   const int nv = model.nv();
   MatrixX* const all[] = {&d.dv_dq, &d.dv_dv, &d.dv_du, &d.dq_dq, &d.dq_dv, &d.dq_du};
   for (MatrixX* m : all)

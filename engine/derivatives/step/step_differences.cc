@@ -7,10 +7,10 @@
 namespace counterpoint {
 namespace {
 
-/// Velocities change by no more than this [m/s, rad/s].
+/// Largest difference step of velocities [m/s, rad/s].
 constexpr double kMaxVelocityStep = 1e-4;
 
-/// d(:, k) = (u(+s) - u(-s)) / (2 s), u(shift) being left in scratch.plus or minus by `invert`.
+/// Sets d(:, k) = (u(+s) - u(-s)) / (2 s); invert(k, shift, out) leaves u(shift) in `out`.
 template <class Invert>
 void difference_columns(int nv, double step, DifferenceScratch& scratch, MatrixX& d,
                         const Invert& invert) {

@@ -1,5 +1,4 @@
-// Derivatives of the inverse step by differences of the whole of it: the reference for those in
-// closed form.
+// Derivatives of the inverse step by differences of the whole step: the reference for closed forms.
 #pragma once
 
 #include "counterpoint/engine/derivatives.h"
@@ -7,28 +6,29 @@
 
 namespace counterpoint {
 
-/// Scratch of these differences: grown, then reused.
+/// Scratch memory of the differences, which grows and is reused.
 struct DifferenceScratch {
   VectorX q, v, v_next, direction;
   Inverse plus, minus;
-  MatrixX wide;  ///< of the larger step
+  MatrixX wide;  ///< derivative with the larger step
 };
 
 struct DifferenceOptions {
   double step;        ///< [m, rad]
   bool extrapolated;  ///< from steps s and 2 s
-  bool by_v_next;     ///< du/dv+ too, else it stays
+  bool by_v_next;     ///< whether to compute du/dv+; else it stays
 };
 
-/// As step_inverse_derivatives by differences, without `out`.
+/// Computes step_inverse_derivatives by differences, without `out`.
 void difference_step_inverse(const InverseArguments& of, Workspace& workspace,
                              const DifferenceOptions& how, DifferenceScratch& scratch,
                              InverseDerivatives& d);
 
-/// That of velocities [m/s, rad/s] beside one of configurations [m, rad].
+/// Returns the step of velocities [m/s, rad/s] for a step of configurations [m, rad]; h [s].
 double velocity_difference_step(double step, double h);
 
-/// The step [m, rad] that suits the smoothing of a scene's constraints, if it has any.
+/// Returns a difference step [m, rad] suitable for the smoothing of the constraints, if there are
+/// any.
 double suitable_difference_step(const SimulationOptions& options, bool constrained);
 
 }  // namespace counterpoint
