@@ -46,8 +46,8 @@ struct Kinematics {
   std::vector<SpatialInertia> inertia;
 };
 
-/// Velocity-dependent (Coriolis, centrifugal, gyroscopic) forces in the form that rnea and aba take:
-/// none, or for each body those at (q, v), or their mean over the step.
+/// Velocity-dependent (Coriolis, centrifugal, gyroscopic) forces in the form that rnea and aba
+/// take: none, or for each body those at (q, v), or their mean over the step.
 struct VelocityForces {
   explicit VelocityForces(const Model& model);
 
@@ -77,8 +77,8 @@ struct ExternalForces {
   }
 };
 
-/// The velocity product that accelerations start from: c, or zero where the velocity-dependent force
-/// is not the one at (q, v).
+/// The velocity product that accelerations start from: c, or zero where the velocity-dependent
+/// force is not the one at (q, v).
 inline Motion velocity_product(const Kinematics& at, const VelocityForces& velocity, int body) {
   return velocity.is_instantaneous(body) ? at.c[body] : Motion();
 }

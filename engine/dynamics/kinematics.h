@@ -36,8 +36,8 @@ void compute_body_velocities(const Model& model, const VectorRef& v, const Kinem
 /// into A (num_bodies). Requires compute_velocities.
 void compute_velocity_accelerations(const Model& model, const Kinematics& at,
                                     std::vector<Motion>& A);
-/// The same without the velocity products of bodies whose velocity-dependent force `velocity` has in
-/// another form (velocity_product of data.h).
+/// The same without the velocity products of bodies whose velocity-dependent force `velocity` has
+/// in another form (velocity_product of data.h).
 void compute_velocity_accelerations(const Model& model, const Kinematics& at,
                                     const VelocityForces& velocity, std::vector<Motion>& A);
 
