@@ -1,4 +1,4 @@
-# Makes contact/ a project of its own, with the flags of the whole.
+# Makes contact/ a project of its own, with the compiler flags of the whole project.
 project(counterpoint_contact VERSION 0.1.0 LANGUAGES CXX
         DESCRIPTION "Convex, smooth, invertible contact: laws and solver")
 set(CMAKE_CXX_STANDARD 20)

@@ -1,5 +1,5 @@
-# Installation of contact/ when it is built alone: find_package(counterpoint_contact) then makes
-# counterpoint::contact. In the whole project cmake/CounterpointInstall.cmake does it.
+# Installs contact/ when it is built alone: find_package(counterpoint_contact) then provides
+# counterpoint::contact. In the whole project cmake/CounterpointInstall.cmake installs it.
 include(CMakePackageConfigHelpers)
 set(headers ${COUNTERPOINT_PUBLIC_HEADERS})
 list(FILTER headers INCLUDE REGEX "^contact/")

@@ -1,4 +1,4 @@
-# The tests of contact/ when it is built alone; in the whole project tests/CMakeLists.txt makes them.
+# Defines the tests of contact/ when it is built alone; otherwise tests/CMakeLists.txt does.
 enable_testing()
 find_package(GTest REQUIRED)
 include(GoogleTest)

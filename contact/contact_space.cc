@@ -14,6 +14,7 @@ bool sizes_agree(const ContactSpaceProblem& problem) {
   return problem.A.rows() == n && problem.A.cols() == n && problem.c.size() == n;
 }
 
+// Euclidean distance of (normal, tangential) from the cone tangential <= mu normal.
 double cone_distance(double normal, double tangential, double mu) {
   if (tangential <= mu * normal) return 0.0;
   if (mu * tangential <= -normal) return std::hypot(normal, tangential);
@@ -70,7 +71,7 @@ ContactSpaceSolution solve_contact_space(const ContactSpaceProblem& problem,
   }
   VectorX w = VectorX::Zero(out.rank);
   Settings exact = settings;
-  exact.soften_after = 0;  // the inverse knows the laws of `options` alone
+  exact.soften_after = 0;  // the inverse knows only the laws of `options`
   Solver solver;
   out.report = solver.solve(bodiless, exact, w, out.f);
   compute_constraint_velocity(bodiless, w, out.v);
@@ -99,7 +100,7 @@ ContactSpaceResiduals contact_space_residuals(const ContactSpaceProblem& problem
     const double shift = coulomb ? mu * v_t : 0.0;
     const double v_n = v[3 * i] + shift;
     out.primal = std::max(out.primal, cone_distance(f[3 * i], f_t, mu));
-    // The dual cone v_N >= mu |v_T| is the cone of coefficient 1 / mu, or the half-space v_N >= 0.
+    // The dual cone v_N >= mu |v_T| has the coefficient 1 / mu; for mu = 0 it is v_N >= 0.
     const double dual = mu > 0.0 ? cone_distance(v_n, v_t, 1.0 / mu) : std::max(0.0, -v_n);
     out.dual = std::max(out.dual, dual);
     const double power = f.segment<3>(3 * i).dot(v.segment<3>(3 * i)) + f[3 * i] * shift;

@@ -8,7 +8,7 @@
 namespace counterpoint::contact {
 namespace {
 
-// y = J w + b of one constraint.
+// Computes y = J w + b of one constraint.
 void constraint_velocity(const Problem& problem, int constraint, const Eigen::Ref<const VectorX>& w,
                          double* y) {
   const Law& law = problem.law(constraint);
@@ -36,7 +36,7 @@ void check_cone(const Law& law, const double* y, const double* f, Residuals& out
   }
   phi = std::sqrt(phi);
   z = std::sqrt(z);
-  // The exact shift, not the smoothed one: these are the hard laws.
+  // The shift is exact, not smoothed: residuals refer to the hard laws.
   const double normal = law.coulomb ? y[0] + z : y[0];
   if (law.coulomb) power += f[0] * z;
   out.primal = std::max(out.primal, phi - f[0]);

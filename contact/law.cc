@@ -10,7 +10,7 @@
 namespace counterpoint::contact {
 namespace {
 
-// phi_N = n, phi_T = -b z_T.
+// Computes f = D phi with phi_N = n and phi_T = -b z_T.
 void friction_impulse(const Law& law, double n, double b, const double* y, double* f) {
   f[0] = n;
   for (int i = 1; i < law.rows; ++i) {
@@ -19,12 +19,13 @@ void friction_impulse(const Law& law, double n, double b, const double* y, doubl
   }
 }
 
-// Of -phi in (normal, along z_T) and across z_T.
+// Slopes of -phi in the directions (normal, along z_T), and across z_T.
 struct FrictionSlopes {
   double normal, radial, across, radial_normal, normal_radial;
 };
 
-// G = D Gz D, D = diag(1, mu_1, mu_2, ...), Gz the slope in z; e: direction of z_T.
+// Computes G = D Gz D, D = diag(1, mu_1, mu_2, ...), where Gz = -dphi/dz has the given slopes; e:
+// unit vector along z_T.
 void friction_hessian(const Law& law, const FrictionSlopes& slope, const double* e,
                       double* hessian) {
   const int n = law.rows;
@@ -60,7 +61,8 @@ Slope cone_slope(const Law& law, const Cone& cone, const double* d) {
                                             cone.b * (square - radial * radial)};
 }
 
-/// Without slopes, which are most of the divisions: what is not used the compiler leaves out.
+/// Computes the impulse alone: the compiler leaves out the unused slopes, which need most of the
+/// divisions.
 void coulomb_impulse(const Law& law, const double* y, double* f) {
   const double rho = normal_regularizer(law);
   const CoulombAt<double> at(y[0], de_saxce_shift(law, y), rho, rho, scaled_slip_speed(law),
@@ -69,8 +71,8 @@ void coulomb_impulse(const Law& law, const double* y, double* f) {
   lean_impulse(law, f);
 }
 
-// f = -2 F y / (s1 + s2): the clamp of -y / r to [-F, F], written as a difference of two scalar
-// laws at y -+ r F and freed of its cancellation.
+// Dry friction f = -2 F y / (s1 + s2), the smoothed clamp of -y / r to [-F, F]: the difference of
+// two scalar laws at y -+ r F, written without cancellation.
 struct DryFriction {
   double bound, y, lambda1, lambda2;
   ScalarLaw law1, law2;
@@ -95,17 +97,18 @@ struct DryFriction {
       const double denominator = s1 * s2 * (lambda2 * s1 + lambda1 * s2);
       return c * 2.0 * y * bound / denominator;
     }
-    return law1.a - law2.a;  // one of the two is about 1 / r, the other about 0
+    return law1.a - law2.a;  // one of them is about 1 / r, the other about 0
   }
   double potential(const Law& law) const {
-    // With g = (s - lambda)/(2 r) the quadratic parts of the two potentials cancel to -F y.
+    // The difference of the two scalar laws is f + F, so the potential is p1 - p2 + F y.
     const double r = law.regularizer, k = law.smoothing;
     return scalar_potential(lambda1, law1, r, k) - scalar_potential(lambda2, law2, r, k) +
            bound * y;
   }
 };
 
-// Without smoothing: what a servo with a bound gives, whose regularizer is one over its gains.
+// Returns whether the law is a motor, that is dry friction without smoothing: a servo with a
+// bounded impulse, whose regularizer is the inverse of its gains.
 bool is_motor(const Law& law) {
   return law.type == LawType::kDryFriction && !(law.smoothing > 0.0);
 }
@@ -131,7 +134,7 @@ bool is_valid(const Law& law) {
 }
 
 bool is_finite(const Law& law) {
-  // x - x is zero, or NaN: no branches.
+  // x - x is zero for finite x, else NaN; the sum needs no branches.
   double sum = (law.regularizer - law.regularizer) + (law.smoothing - law.smoothing) +
                (law.bound - law.bound);
   for (const double mu : law.friction) sum += mu - mu;

@@ -8,7 +8,7 @@
 namespace counterpoint::contact {
 namespace {
 
-// x - x is zero, or NaN where x is not finite.
+// Returns whether all numbers are finite: x - x is zero for finite x, else NaN.
 COUNTERPOINT_WIDE bool all_finite(const double* x, std::ptrdiff_t count) {
   Four sums[2] = {};
   std::ptrdiff_t i = 0;

@@ -8,14 +8,15 @@
 namespace counterpoint::contact {
 namespace {
 
-// Of the scalar law: dg/dk = 1 / s and dg/dr = -g^2 / s, from r g + lambda = k / g.
+// Derivatives of the scalar law, from r g + lambda = k / g: dg/dk = 1 / s and dg/dr = -g^2 / s.
 double by_smoothing(const ScalarLaw& law) { return 1.0 / law.s; }
 double by_regularizer(const ScalarLaw& law) { return -law.g * law.g / law.s; }
 
-// df/dmu_j of f = D phi(D y) with -dphi_i/dz_j = b d_ij + (along - b) t_i t_j and -dphi_N/dz_j =
-// normal t_j: the outer D, then the inner one by y_j = dz_j / dmu_j.
+// Computes df/dmu_j of f = D phi(D y), with -dphi_i/dz_j = b d_ij + (along - b) t_i t_j and
+// -dphi_N/dz_j = normal t_j. The inner D contributes dz_j/dmu_j = y_j, the outer D adds phi_j.
+// Parameters: law, point, slopes and result.
 void friction_columns(const Law& law, const Rows& y, const double* t, double b, double along,
-                      double normal, RowsSquare& out) {  // Parameters: matrices and their places
+                      double normal, RowsSquare& out) {
   out.resize(law.rows, law.rows - 1);
   for (int j = 1; j < law.rows; ++j) {
     out(0, j - 1) = -normal * t[j] * y[j];
@@ -27,7 +28,7 @@ void friction_columns(const Law& law, const Rows& y, const double* t, double b, 
   }
 }
 
-// f along the normal and along z_T.
+// Returns f with these components of phi: `normal`, and `radial` along t, the direction of z_T.
 Rows normal_and_radial(const Law& law, const double* t, double normal, double radial) {
   Rows out(law.rows);
   out[0] = normal;
@@ -50,13 +51,13 @@ Rows scaled_slip_speed_derivative(const Law& law, const CoulombCone& cone) {
   return normal_and_radial(law, cone.e, 0.0, -p_by_v);
 }
 
-// With F(p) = (rho + v / n) p + (k / n) p / (n - p) - t: dp/drho = -p dp/dt, dp/dv = -p / n dp/dt
-// and dp/dk = -p / (n u) dp/dt at fixed n, where dp/dt / u = 1 / s of the slack.
+// Implicit differentiation of F(p) = (rho + v / n) p + (k / n) p / (n - p) - t = 0 at fixed n:
+// dp/drho = -p dp/dt, dp/dv = -p / n dp/dt and dp/dk = -p / (n u) dp/dt, where dp/dt / u = 1 / s of
+// the slack.
 void coulomb_sensitivity(const Law& law, const Rows& y, Sensitivity& out, Rows& by_rho) {
   const CoulombCone cone = coulomb_cone(law, y.data());
   const double n_by_k = 1.0 / cone.n_root, n_by_rho = -cone.n * cone.n / cone.n_root;
-  // Open and without load, n = k / z_N to first order, and the share u / n is g(t - v + z_N; v,
-  // z_N).
+  // Open contact without load: n = k / z_N to first order in k, and u / n = g(t - v + z_N; v, z_N).
   const double v = scaled_slip_speed(law);
   const double p_by_k = cone.b > 0.0 ? cone.p_by_n * n_by_k - cone.p / (cone.n * cone.u_root)
                                      : (1.0 - ScalarLaw(cone.t - v + y[0], v, y[0]).g) / y[0];

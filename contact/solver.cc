@@ -19,7 +19,7 @@ Status check(const Problem& problem, const Eigen::Ref<VectorX>& w) {
   return Status::kConverged;
 }
 
-// Room for islands that are softened in one solve.
+// Number of softened islands in one solve for which memory is reserved.
 constexpr size_t kUsualSoftened = 16;
 
 }  // namespace
@@ -53,7 +53,7 @@ struct Solver::Impl {
 };
 
 Solver::Solver() : impl_(std::make_unique<Impl>()) {
-  // Longer histories than any seen so far would otherwise allocate in the middle of a run.
+  // Reserves memory, so that a longer history than before does not allocate in the middle of a run.
   impl_->report.residual_history.reserve(kUsualHistory);
   impl_->report.softened.reserve(kUsualSoftened);
 }
@@ -80,7 +80,7 @@ void Solver::Impl::solve_island(const Problem& problem, const Settings& settings
   for (const auto& c : system.constraints()) {
     std::copy(f.data() + c.row, f.data() + c.row + c.law.rows, impulse.data() + c.global_row);
   }
-  report.status = std::max(report.status, result.status);  // the later, the worse
+  report.status = std::max(report.status, result.status);  // the later in the enum, the worse
   const Newton::Totals& totals = island_solver.totals();
   if (report.residual_history.empty() || result.iterations > report.iterations) {
     report.iterations = result.iterations;
@@ -121,7 +121,7 @@ const Report& Solver::solve(const Problem& problem, const Settings& settings, Ei
   for (int island = 0; island < m.islands.count(); ++island) {
     m.solve_island(problem, settings, island, w, impulse);
   }
-  // Blocks that no constraint touches simply fly.
+  // Blocks without constraints move freely, w+ = w*.
   for (int b = 0; b < problem.num_blocks(); ++b) {
     if (m.islands.constrained(b)) continue;
     const int start = problem.block_start(b), n = problem.block_size(b);

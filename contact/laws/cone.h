@@ -1,5 +1,5 @@
-// Convex friction at one velocity: the spectral decomposition that impulse, potential, Hessian and
-// sensitivities share. Internal to the law.
+// Convex friction at one velocity: the spectral decomposition shared by impulse, potential, Hessian
+// and sensitivities. Internal to the law.
 #pragma once
 
 #include <algorithm>
@@ -10,13 +10,13 @@
 
 namespace counterpoint::contact {
 
-/// At one velocity z_N, t = |z_T|, or at four. Real: double or Four, with the same bits.
+/// Convex law at one velocity z_N, t = |z_T|, or at four. Real: double or Four, with the same bits.
 template <class Real>
 struct ConvexAt {
   ScalarLawOf<Real> plus, minus;  ///< at the eigenvalues z_N +- t
   Real n{};                       ///< normal impulse
   Real b{};                       ///< phi_T = -b z_T
-  Real mean{}, difference{};      ///< -dn/dz_N = -dp/dt, and -dn/dt = -dp/dz_N, p along z_T
+  Real mean{}, difference{};      ///< -dn/dz_N = -dp/dt, and -dn/dt = -dp/dz_N, p: phi along z_T
 
   COUNTERPOINT_INTO_EACH ConvexAt(const Real& z_N, const Real& t, const Real& rho, const Real& k)
       : plus(z_N + t, rho, k), minus(z_N - t, rho, k) {
@@ -28,11 +28,11 @@ struct ConvexAt {
   }
 };
 
-/// With any number of friction rows.
+/// Convex law with any number of friction rows.
 struct Cone : ConvexAt<double> {
   double z[kMaxRows];                ///< scaled velocity; z[0] is the normal
-  double e[kMaxRows] = {};           ///< direction of z_T; e[0] unused
-  double lambda_plus, lambda_minus;  ///< eigenvalues
+  double e[kMaxRows] = {};           ///< unit vector along z_T; e[0] unused
+  double lambda_plus, lambda_minus;  ///< z_N +- t
   double rho;
 
   Cone(const Law& law, const double* y) : Cone(law, scale(law, y)) {}

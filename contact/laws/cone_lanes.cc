@@ -5,14 +5,14 @@
 namespace counterpoint::contact {
 namespace {
 
-// z = D y.
+// Computes z = D y.
 COUNTERPOINT_INTO_EACH void gather_scaled(const ConeFour& c, const Four* mu, const double* y_all,
                                           ThreeRows& z) {
   gather(y_all, c.row, z);
   for (int i = 0; i < 2; ++i) z.row[i + 1] = mu[i] * z.row[i + 1];
 }
 
-// Four laws, the scaled velocities, and t = |z_T|.
+// Four laws with their scaled velocities z and t = |z_T|.
 struct Scaled {
   Four rho, slip, k, mu[2], t;
   ThreeRows z;

@@ -1,5 +1,5 @@
-// Contacts with friction of three rows, the common law, four at a time. The same functions as of
-// one contact (coulomb.h, cone.h), so that the bits are the same, which the inverse relies on.
+// Contacts with three rows, the most common ones, evaluated four at a time. They use the functions
+// of a single contact (coulomb.h, cone.h), so the bits are the same; the inverse relies on that.
 #pragma once
 
 #include <vector>
@@ -11,24 +11,24 @@
 
 namespace counterpoint::contact {
 
-/// Four contacts, number by number. Where fewer are left the others are copies of the first one:
-/// they may be computed and stored like it, and only do not count in sums.
+/// Four contacts, one array per quantity. Where fewer are left, the others are copies of the first
+/// one: they are computed and stored like it and are left out only of sums.
 struct ConeFour {
-  int row[4] = {};      ///< first local row
-  int hessian[4] = {};  ///< start of G
+  int row[4] = {};      ///< first row in the island
+  int hessian[4] = {};  ///< start of G in the island's Hessians
   double live[4] = {};  ///< 1, or 0 for a copy
   double rho[4] = {}, slip[4] = {}, k[4] = {};
   double mu[2][4] = {};
   double inverse_mass[4] = {};
 };
 
-/// An island's contacts of one kind: with exact Coulomb friction, or with convex friction.
+/// Contacts of an island with the same friction: exact Coulomb or convex.
 class ConeLanes {
  public:
   explicit ConeLanes(bool coulomb) : coulomb_(coulomb) {}
   void clear();
   void reserve(size_t count) { fours_.reserve((count + 3) / 4); }
-  /// Does this law belong here?
+  /// Returns whether the law belongs here.
   bool takes(const Law& law) const {
     return law.type == LawType::kFrictionCone && law.coulomb == coulomb_ && law.rows == 3 &&
            !leans(law);
@@ -38,11 +38,11 @@ class ConeLanes {
   bool coulomb() const { return coulomb_; }
   const std::vector<ConeFour>& fours() const { return fours_; }
 
-  /// Impulses f at the velocities y, both by rows of the island.
+  /// Computes the impulses f at the velocities y, both by rows of the island.
   void impulses(const double* y, double* f) const;
-  /// G at y.
+  /// Computes the Hessians G at y.
   void hessians(const double* y, double* hessian) const;
-  /// Sum of the slopes (problem.h) at y along dy.
+  /// Returns the sum of the slopes (problem.h) at y along dy.
   Slope slope(const double* y, const double* dy) const;
 
  private:
@@ -51,24 +51,24 @@ class ConeLanes {
   std::vector<ConeFour> fours_;
 };
 
-/// An island's contacts of both kinds.
+/// Contacts of an island with either kind of friction.
 class FrictionLanes {
  public:
   void clear() {
     coulomb_.clear();
     convex_.clear();
   }
-  /// Room for so many contacts of either kind: softer laws change from one to the other.
+  /// Reserves memory for `count` contacts of each kind, since softening changes the kind.
   void reserve(size_t count) {
     coulomb_.reserve(count);
     convex_.reserve(count);
   }
-  /// False if the law is of neither kind.
+  /// Returns false if the law is of neither kind.
   bool add(const Law& law, double inverse_mass, int row, int hessian);
   const ConeLanes& coulomb() const { return coulomb_; }
   const ConeLanes& convex() const { return convex_; }
 
-  /// As of ConeLanes.
+  /// The same sums and arrays as in ConeLanes, over both kinds.
   void impulses(const double* y, double* f) const {
     coulomb_.impulses(y, f);
     convex_.impulses(y, f);
@@ -83,7 +83,7 @@ class FrictionLanes {
   ConeLanes coulomb_{true}, convex_{false};
 };
 
-/// Of three rows each, scattered among the rows of an island.
+/// Three rows of each of four contacts, gathered from the rows of an island.
 struct ThreeRows {
   Four row[3];
 };
@@ -99,7 +99,7 @@ COUNTERPOINT_INTO_EACH void scatter(const Four& from, const int* first, double* 
   for (int i = 0; i < 4; ++i) to[first[i]] = values[i];
 }
 
-/// Slopes in (normal, along t), and the multiple of one across t.
+/// Slopes in (normal, along t), and across t as a multiple of the identity.
 struct SlopeFour {
   Four normal, radial, across, radial_normal, normal_radial{};
 };
@@ -109,7 +109,8 @@ COUNTERPOINT_INTO_EACH void slopes_of(const CoulombAt<Four>& cone, SlopeFour& to
 COUNTERPOINT_INTO_EACH void slopes_of(const ConvexAt<Four>& cone, SlopeFour& to) {
   to = {cone.mean, cone.mean, cone.b, cone.difference, cone.difference};
 }
-/// G = D H D at its place in `hessian`, where H has these slopes.
+/// Writes G = D H D to its place in `hessian`, where H has these slopes and t is the direction of
+/// z_T.
 COUNTERPOINT_INTO_EACH void scatter_hessian(const ConeFour& c, const SlopeFour& slope,
                                             const Four* t, double* hessian) {
   Four mu[2];

@@ -1,16 +1,16 @@
 // Exact Coulomb friction at one velocity. Internal to the law.
 //
-// In scaled coordinates z_i = mu_i y_i, f_i = mu_i phi_i, with t = |z_T|, one regularizer rho, a
-// slip speed v and smoothing k, the normal impulse n does not depend on friction, and friction is
-// bounded by n:
+// Scaled coordinates are z_i = mu_i y_i and f_i = mu_i phi_i, with t = |z_T|, one regularizer rho,
+// a slip speed v and smoothing k. The normal impulse n does not depend on friction, and it bounds
+// friction:
 //
 //   n = g(z_N)                       the scalar law (scalar_law.h)
 //   phi_T = -b z_T,   p = b t        solves   r p + (k / n) p / (n - p) = t,   r = rho + v / n
 //
-// that is, with the slack u = n - p, the scalar law again: u = g(t - r n + k / n; r, k),
-// b = n / (r n + k / u). k -> 0: b = min(1 / r, n / t), the clamp of -z_T / r to |phi_T| <= n: it
-// sticks up to t = rho n + v. rho phi + z is a function of phi alone, so the law of rho at z is the
-// law of any sigma at z - (sigma - rho) phi (mixed_system.h).
+// With the slack u = n - p this is the scalar law again: u = g(t - r n + k / n; r, k) and
+// b = n / (r n + k / u). In the limit k -> 0, b = min(1 / r, n / t): -z_T / r clamped to
+// |phi_T| <= n, which sticks up to t = rho n + v. Since rho phi + z is a function of phi alone, the
+// law with rho at z is the law with any sigma at z - (sigma - rho) phi (mixed_system.h).
 #pragma once
 
 #include <cmath>
@@ -20,7 +20,7 @@
 
 namespace counterpoint::contact {
 
-/// At one velocity, or at four. Real: double or Four, with the same bits.
+/// Coulomb law at one velocity, or at four. Real: double or Four, with the same bits.
 template <class Real>
 struct CoulombAt {
   Real n{};        ///< normal impulse
@@ -43,11 +43,11 @@ struct CoulombAt {
     const Real r = n > 0.0 ? rho + v / n : rho;
     const Real lambda = (t - held) + push;
     const ScalarLawOf<Real> slack(lambda, r, k);
-    // k / u, on the side that does not cancel.
+    // k / u in the form without cancellation.
     const Real sum = 0.5 * (slack.s + lambda), ratio = 2.0 * r * k / (slack.s - lambda);
     const Real m = lambda >= 0.0 ? sum : ratio;
     const Real half = Real{} + 0.5, none{};
-    const auto loaded = (n > 0.0) & (push < 1e100);  // no load, no friction
+    const auto loaded = (n > 0.0) & (push < 1e100);  // without load there is no friction
     b = loaded ? n / (held + m) : none;
     p = b * t;
     p_slope = loaded ? slack.a : none;
@@ -58,16 +58,17 @@ struct CoulombAt {
   }
 };
 
-/// With any number of friction rows.
+/// Coulomb law with any number of friction rows.
 struct CoulombCone : CoulombAt<double> {
   double t = 0.0;           ///< |z_T|
-  double e[kMaxRows] = {};  ///< direction of z_T; e[0] unused
+  double e[kMaxRows] = {};  ///< unit vector along z_T; e[0] unused
 
-  /// z: scaled velocity, `rows` numbers; rho_N, rho: regularizers of normal and friction.
+  /// z: scaled velocity, `rows` numbers; rho_N, rho: regularizers of normal and friction [1/kg]; v:
+  /// scaled slip speed [m/s]; k: smoothing [J].
   CoulombCone(const double* z, int rows, double rho_N, double rho, double v, double k)
       : CoulombCone(z, rows, length(z, rows), rho_N, rho, v, k) {}
 
-  /// out = -dphi/dz x.
+  /// Computes out = -dphi/dz x.
   void apply_slope(const double* x, int rows, double* out) const {
     double radial = 0.0;
     for (int i = 1; i < rows; ++i) radial += e[i] * x[i];
@@ -80,7 +81,7 @@ struct CoulombCone : CoulombAt<double> {
   CoulombCone(const double* z, int rows, double length_T, double rho_N, double rho, double v,
               double k)
       : CoulombAt(z[0], length_T, rho_N, rho, v, k),
-        t(length_T) {  // Parameters: figures of the law
+        t(length_T) {  // Parameters: numbers of the law
     const double inverse = t > 0.0 ? 1.0 / t : 0.0;
     for (int i = 1; i < rows; ++i) e[i] = z[i] * inverse;
   }
@@ -91,7 +92,7 @@ struct CoulombCone : CoulombAt<double> {
   }
 };
 
-/// Of a law with exact Coulomb friction, at its own regularizer; y: law.rows numbers [m/s].
+/// Evaluates exact Coulomb friction at the law's own regularizer; y: law.rows numbers [m/s].
 inline CoulombCone coulomb_cone(const Law& law, const double* y) {
   double z[kMaxRows] = {y[0]};
   for (int i = 1; i < law.rows; ++i) z[i] = law.friction[i - 1] * y[i];

@@ -1,11 +1,11 @@
-// The one scalar function behind every inequality of contact: smoothed max(0, -lambda) / r.
+// Scalar law behind every inequality of contact: max(0, -lambda) / r, smoothed.
 //
 //   g(lambda) = (s - lambda) / (2 r) = 2 k / (s + lambda),      s = sqrt(lambda^2 + 4 r k)
 //   g solves     r g + lambda = k / g                           g > 0 for k > 0
 //   p(lambda)    p' = -g, p'' = g / s                           the convex potential of g
 //
-// k -> 0 is the projection max(0, -lambda) / r, r -> 0 the log barrier k / lambda (lambda > 0
-// only).
+// In the limit k -> 0 it is the projection max(0, -lambda) / r, for r -> 0 the gradient k / lambda
+// of a log barrier (lambda > 0 only).
 #pragma once
 
 #include <cmath>
@@ -15,11 +15,11 @@
 
 namespace counterpoint::contact {
 
-/// g, its slope and s = sqrt(lambda^2 + 4 r k) at one lambda, or at four. No cancellation on either
-/// side of zero. Real: double or Four, with the same bits.
+/// g, its slope and s at one lambda, or at four, without cancellation on either side of zero. Real:
+/// double or Four, with the same bits.
 template <class Real>
 struct ScalarLawOf {
-  Real g{};  ///< impulse
+  Real g{};  ///< impulse [N s]
   Real s{};  ///< [m/s]
   Real a{};  ///< -g' = g / s >= 0
 
@@ -30,7 +30,7 @@ struct ScalarLawOf {
     s = s < size ? size : s;
     const Real above = lambda < 0.0 ? s - lambda : 2.0 * k;
     const Real below = lambda < 0.0 ? 2.0 * r : s + lambda;
-    // lambda = 0 and r k = 0: the corner, with the mean of the slopes on its sides.
+    // At the corner lambda = 0, r k = 0 the slope is the mean of those on its sides.
     const Real infinite = Real{} + std::numeric_limits<double>::infinity();
     g = below > 0.0 ? above / below : (k > 0.0 ? infinite : Real{});
     a = below > 0.0 ? g / s : 0.5 / r;
@@ -38,7 +38,7 @@ struct ScalarLawOf {
 };
 using ScalarLaw = ScalarLawOf<double>;
 
-/// p(lambda) [J], up to a constant that depends on k only.
+/// Returns p(lambda) [J] up to a constant that depends on k only.
 inline double scalar_potential(double lambda, const ScalarLaw& law, double r, double k) {
   const double barrier = k > 0.0 ? k * std::log(law.g) : 0.0;
   return barrier - law.g * (0.5 * r * law.g + lambda);

@@ -46,7 +46,7 @@ void BlockFactorization::lay_out() {
   if (can_pivot()) dense_.reserve(static_cast<size_t>(size_) * size_);
 }
 
-// The fronts, their panels and the rows below each.
+// Lays out the fronts, their panels and the rows below each.
 void BlockFactorization::lay_out_rows() {
   fronts_.clear();
   rows_.clear();
@@ -81,11 +81,11 @@ void BlockFactorization::lay_out_rows() {
   }
   lower_.resize(panel);
   common_.reserve(panel);
-  upper_.reserve(panel);  // which the first LU would else allocate in the middle of a run
+  upper_.reserve(panel);  // else the first LU would allocate in the middle of a run
 }
 
-// A front's rest goes to its parent at once, so that only those of its ancestors, which gather, are
-// there beside it.
+// Lays out the Schur complements (`rest`). A front adds its own to its parent at once, so only
+// those of its ancestors, which accumulate, exist beside it.
 void BlockFactorization::lay_out_rests() {
   std::ptrdiff_t most = 0;
   for (int f = static_cast<int>(fronts_.size()) - 1; f >= 0; --f) {
@@ -107,13 +107,13 @@ void BlockFactorization::lay_out_rests() {
   upper_rests_.reserve(most);
 }
 
-// Where the front's rows are among its parent's.
+// Finds the places of the front's rows among its parent's.
 void BlockFactorization::lay_out_runs(Front& front) {
   front.runs_begin = static_cast<int>(runs_.size());
   if (front.parent >= 0) {
     const Front& parent = fronts_[front.parent];
     const int* above = rows_.data() + parent.rows_begin;
-    int place = 0;  // in the parent's rows below
+    int place = 0;  // index in the parent's rows below
     for (int i = 0; i < front.shape.below; ++i) {
       const int position = rows_[front.rows_begin + i];
       int to = position - parent.first;
@@ -157,7 +157,7 @@ BlockFactorization::Block BlockFactorization::block(int i, int j) const {
           front.shape.leading};
 }
 
-// The rest of a front goes to its parent: into the columns there, and into the rest there.
+// Adds the Schur complement of a front to the columns and the rest of its parent.
 void BlockFactorization::add_rest(const Front& front, std::vector<double>& panels,
                                   std::vector<double>& rests) const {
   if (front.parent < 0) return;
@@ -216,7 +216,7 @@ bool BlockFactorization::factor_lu() {
   }
   growth_ = 0.0;
   for (int i = 0; i < size_; ++i) {
-    // Not a number counts as large, too.
+    // NaN counts as large, too.
     const double growth = growth_of_[i] / std::abs(diagonal_[i]);
     if (!(growth <= growth_)) growth_ = growth;
   }
@@ -233,7 +233,7 @@ void BlockFactorization::keep_diagonal() {
   }
 }
 
-// In the order of elimination, as the panels have it.
+// Assembles the dense matrix in the order of elimination, which the panels have, and factors it.
 bool BlockFactorization::factor_pivoted() {
   kind_ = Kind::kPivoted;
   const std::ptrdiff_t n = size_;
@@ -257,7 +257,7 @@ bool BlockFactorization::factor_pivoted() {
 }
 
 void BlockFactorization::solve(double* x) const {
-  // Blocks are small: copies by loops, not by calls.
+  // Blocks are small: loops copy them faster than calls.
   for (size_t b = 0; b < sizes_.size(); ++b) {
     double* to = x_.data() + first_[b];
     const double* from = x + start_[b];
@@ -281,7 +281,7 @@ void BlockFactorization::solve(double* x) const {
   }
 }
 
-// x_ becomes the solution; `right` holds what stands right of the diagonal, transposed.
+// Solves in place of x_; `right` holds the entries right of the diagonal, transposed.
 void BlockFactorization::solve_fronts(bool scaled, const std::vector<double>& right) const {
   double* below = below_.data();
   for (const Front& front : fronts_) {

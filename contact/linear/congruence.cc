@@ -6,7 +6,7 @@
 namespace counterpoint::contact {
 namespace {
 
-// As many rows of a block as there are Lanes: block += A' H, A and H of N rows.
+// Adds A' H to as many rows of a block as Lanes holds; A and H have N rows.
 template <int N, class Lanes>
 COUNTERPOINT_INTO_EACH void add_outer_lanes(const double* a, const double* h, int leading,
                                             int num_columns, double* block, int block_leading) {
@@ -37,7 +37,7 @@ COUNTERPOINT_INTO_EACH void add_outer(const CongruencePlace& place, const double
   if (n - i == 1) add_outer_lanes<N, double>(a + i, h, leading, columns, block + i, ld);
 }
 
-// out = G J, or G' J.
+// Computes out = G J, or G' J.
 template <int N, bool kTransposed>
 COUNTERPOINT_INTO_EACH void multiply_rows(const double* g, const double* jacobian, int leading,
                                           double* out) {
@@ -55,7 +55,7 @@ COUNTERPOINT_INTO_EACH void multiply_rows(const double* g, const double* jacobia
   }
 }
 
-template <int N>  // Parameters: matrices and their places
+template <int N>  // Parameters: matrices, sizes and results
 COUNTERPOINT_INTO_EACH void add_congruence_of(int leading, const double* jacobian, const double* g,
                                               std::span<const CongruencePlace> places,
                                               double* scratch, double* lower, double* upper) {

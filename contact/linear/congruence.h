@@ -1,4 +1,4 @@
-// J'GJ of one constraint, into the blocks of a matrix. It never allocates.
+// Product J'GJ of one constraint, added to the blocks of a matrix. It never allocates.
 #pragma once
 
 #include <cstddef>
@@ -6,7 +6,7 @@
 
 namespace counterpoint::contact {
 
-/// Where a part of J'GJ goes: two ranges of columns of J, and a column-major block.
+/// Destination of a part of J'GJ: two ranges of columns of J, and a column-major block.
 struct CongruencePlace {
   std::ptrdiff_t offset;
   int leading;
@@ -15,9 +15,10 @@ struct CongruencePlace {
   bool diagonal;  ///< both ranges are the same
 };
 
-/// For every place, block[i, j] += (J' G J)[i, j]. J: rows x columns, row-major, and G: rows x
-/// rows. `upper`: also J' G' J into the blocks there, but the diagonal ones, where lower has it
-/// all. leading: of J, in whole fours, zero after the last column. scratch: 2 rows leading.
+/// Adds J'GJ: block[i, j] += (J' G J)[i, j] at every place. J: rows x columns, row-major; G: rows x
+/// rows. If `upper` is given, J' G' J is added to the blocks there, except to diagonal ones, which
+/// `lower` holds completely. leading: row length of J, a multiple of four, zero after the last
+/// column. scratch: 2 rows leading numbers.
 void add_congruence(int rows, int leading, const double* jacobian, const double* g,
                     std::span<const CongruencePlace> places, double* scratch, double* lower,
                     double* upper);  // Parameters: matrices and their places

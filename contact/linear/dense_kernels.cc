@@ -10,14 +10,15 @@
 namespace counterpoint::contact {
 namespace {
 
-// Columns finished at a time; a multiple of four: rows that a tile takes too many are padding.
+// Columns finished at a time. A multiple of four, so the surplus rows of a tile are padding.
 constexpr int kColumns = 4;
-// Large fronts are taken in parts that stay in the cache: so many columns together, so many
-// products at once. No order of summation changes.
+// Large fronts are processed in parts that stay in the cache: kPart columns together, kProducts
+// products at once. The order of summation does not change.
 constexpr int kPart = 32, kProducts = 64;
 
-// A tile of kLanes times four rows and kCount columns: c -= a b', b' by rows of b; or c = -a b'.
-template <int kLanes, int kCount>  // Parameters: matrices and their places
+// Updates a tile of kLanes times four rows and kCount columns, c -= a b', where b has a row for
+// each column of c; with `fresh` c = -a b'.
+template <int kLanes, int kCount>  // Parameters: matrices with their strides
 COUNTERPOINT_INTO_EACH void subtract_tile(const double* a, int lda, const double* b, int ldb,
                                           double* c, int ldc, int k, bool fresh) {
   Four sum[kCount][kLanes];
@@ -43,8 +44,8 @@ COUNTERPOINT_INTO_EACH void subtract_tile(const double* a, int lda, const double
   }
 }
 
-// kCount columns of m rows, up to three rows more.
-template <int kCount>  // Parameters: matrices and their places
+// Updates kCount columns of m rows, and up to three rows of padding.
+template <int kCount>  // Parameters: matrices with their strides
 COUNTERPOINT_INTO_EACH void subtract_columns(const double* a, int lda, const double* b, int ldb,
                                              double* c, int ldc, int m, int k, bool fresh) {
   int i = 0;
@@ -52,7 +53,7 @@ COUNTERPOINT_INTO_EACH void subtract_columns(const double* a, int lda, const dou
   if (i < m) subtract_tile<1, kCount>(a + i, lda, b, ldb, c + i, ldc, k, fresh);
 }
 
-// Parameters: matrices and their places.
+// Calls subtract_columns for `count` columns. Parameters: matrices with their strides.
 COUNTERPOINT_INTO_EACH void subtract_some(int count, const double* a, int lda, const double* b,
                                           int ldb, double* c, int ldc, int m, int k, bool fresh) {
   switch (count) {
@@ -67,19 +68,18 @@ COUNTERPOINT_INTO_EACH void subtract_some(int count, const double* a, int lda, c
   }
 }
 
-// Column j -= the columns p from `first` to j times other[j, p] each; also in its rows from `first`
-// to j, which are of no matter.
-COUNTERPOINT_INTO_EACH void subtract_earlier(
-    const double* columns, const double* other, int ld, int first, int j, int rows,
-    double* column) {  // Parameters: matrices and their places
+// Subtracts from column j the columns p = first ... j - 1, each times other[j, p]; also in the rows
+// `first` to j - 1, whose values are unused. Parameters: factors and range.
+COUNTERPOINT_INTO_EACH void subtract_earlier(const double* columns, const double* other, int ld,
+                                             int first, int j, int rows, double* column) {
   if (j == first) return;
   const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(first) * ld;
   subtract_columns<1>(columns + begin + first, ld, other + begin + j, ld, column + first, ld,
                       rows - first, j - first, false);
 }
 
-// The lower trapezoid of c -= a b', `columns` of m rows from the diagonal down.
-// Parameters: matrices and their places.
+// Updates the lower trapezoid of c -= a b': `columns` columns of m rows from the diagonal down.
+// Parameters: matrices with their strides.
 COUNTERPOINT_INTO_EACH void subtract_lower(const double* a, const double* b, int ld, double* c,
                                            int ldc, int m, int columns, int k, bool fresh) {
   for (int p = 0; p < k; p += kProducts) {
@@ -92,7 +92,7 @@ COUNTERPOINT_INTO_EACH void subtract_lower(const double* a, const double* b, int
   }
 }
 
-// As many rows of a column as there are Lanes += those of kCount columns, times b each.
+// Adds kCount columns, each times its b, to as many rows of `column` as Lanes holds.
 template <int kCount, class Lanes>
 COUNTERPOINT_INTO_EACH void add_lanes(double* column, const double* a, int lda, const double* b) {
   Lanes to, part[kCount];
@@ -120,7 +120,7 @@ COUNTERPOINT_INTO_EACH void add_columns_of(double* column, const double* a, int 
   if (i < m) add_lanes<kCount, double>(column + i, a + i, lda, b);
 }
 
-// column[0..m) += sum over k of a[:, k] * b[k].
+// Computes column[0..m) += sum over k of a[:, k] * b[k].
 COUNTERPOINT_INTO_EACH void add_columns(double* column, const double* a, int lda, const double* b,
                                         int m, int k) {
   int p = 0;
@@ -130,7 +130,7 @@ COUNTERPOINT_INTO_EACH void add_columns(double* column, const double* a, int lda
     add_columns_of<1>(column, a + static_cast<std::ptrdiff_t>(p) * lda, lda, b + p, m);
 }
 
-// The dot products of kCount columns with x, four lanes each and what is over.
+// Computes the dot products of kCount columns with x: four lanes each, then the remaining rows.
 template <int kCount>
 COUNTERPOINT_INTO_EACH void multiply_columns(const double* a, int lda, const double* x, int m,
                                              double* out) {
@@ -153,7 +153,7 @@ COUNTERPOINT_INTO_EACH void multiply_columns(const double* a, int lda, const dou
     out[j] = ((sum[j][0] + sum[j][1]) + (sum[j][2] + sum[j][3])) + over[j];
 }
 
-// own[first, first + count) less the products of those columns with x.
+// Subtracts from own[0 ... count) the dot products of `count` columns with x.
 COUNTERPOINT_INTO_EACH void subtract_products(const double* a, int lda, const double* x, int m,
                                               int count, double* own) {
   double sum[kColumns];
@@ -203,9 +203,9 @@ COUNTERPOINT_WIDE bool factor_front_cholesky(const FrontShape& shape, double* pa
 
 namespace {
 
-// Column j of both factors after what the columns from `first` on have taken from it.
-COUNTERPOINT_INTO_EACH bool finish_lu_column(const FrontShape& shape, int first, int j,
-                                             double* l,  // Parameters: rows
+// Finishes column j of L and U': subtracts the columns `first` to j - 1, divides L by the pivot and
+// accumulates the growth. False if the pivot is zero (or NaN). Parameters: factors and results.
+COUNTERPOINT_INTO_EACH bool finish_lu_column(const FrontShape& shape, int first, int j, double* l,
                                              double* u, double* inverse, double* growth) {
   const int rows = shape.cols + shape.below, ld = shape.leading;
   double* const below = l + static_cast<std::ptrdiff_t>(j) * ld;
@@ -215,7 +215,7 @@ COUNTERPOINT_INTO_EACH bool finish_lu_column(const FrontShape& shape, int first,
   const double pivot = below[j];
   if (!(std::abs(pivot) > 0.0)) return false;
   const double scale = inverse[j] = 1.0 / pivot;
-  Four above, after;  // rows of the pivot and before it do not grow
+  Four above, after;  // the rows up to the pivot's do not grow
   load(growth + first, above);
   for (int i = first; i < rows; i += 4) {
     Four b, r, g;

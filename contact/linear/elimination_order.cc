@@ -5,12 +5,13 @@
 namespace counterpoint::contact {
 namespace {
 
-// A front joins its parent where the zeros that this makes cost fewer operations than a front of
-// its own, and than each entry of its rest that is moved.
+// A front is merged into its parent if the operations on the zeros that this creates are fewer than
+// kFrontCost, the cost of a separate front, plus kMoveCost for each entry of its Schur complement
+// that would be moved.
 constexpr double kFrontCost = 600.0;
 constexpr double kMoveCost = 6.0;
 
-// Multiplications and additions of a front's elimination.
+// Returns the number of multiplications and additions of a front's elimination.
 double operations(double weight, double below_weight) {
   const double rows = weight + below_weight;
   const auto squares = [](double n) { return n * (n + 1.0) * (2.0 * n + 1.0) / 6.0; };
@@ -40,7 +41,7 @@ void EliminationOrder::compute(const std::vector<int>& weights,
   raw_pivot_.clear();
   build_graph(couples);
   least_ = 0;
-  // From the back, so that of equal degrees the lowest number comes first.
+  // Inserts from the back, so that the lowest number comes first among equal degrees.
   for (int i = static_cast<int>(n) - 1; i >= 0; --i) {
     int degree = 0;
     for (int k = 0; k < length_[i]; ++k) degree += weight_[graph_[start_[i] + k]];
@@ -101,7 +102,7 @@ int EliminationOrder::least_degree_node() {
   return head_[least_];
 }
 
-// The nodes of `node` go with those of `into`.
+// Merges `node`, with the nodes merged into it, into `into`.
 void EliminationOrder::absorb(int node, int into) {
   member_next_[member_last_[into]] = node;
   member_last_[into] = member_last_[node];
@@ -117,7 +118,7 @@ void EliminationOrder::eliminate(int pivot) {
   hashes_.clear();
   for (int k = begin; k < element_end_[pivot]; ++k) update(rows_[k], pivot);
   merge_indistinguishable();
-  // What is left of the row makes the new element.
+  // The remaining nodes of the row form the new element.
   int end = begin;
   element_weight_[pivot] = 0;
   for (int k = begin; k < element_end_[pivot]; ++k) {
@@ -136,7 +137,7 @@ void EliminationOrder::eliminate(int pivot) {
   keep_front(pivot);
 }
 
-// All that is still there of what the pivot touches, marked; its elements are absorbed.
+// Collects and marks the live neighbours of the pivot, and absorbs its elements.
 void EliminationOrder::gather_pivot_row(int pivot) {
   ++stamp_;
   mark_[pivot] = stamp_;
@@ -160,7 +161,7 @@ void EliminationOrder::gather_pivot_row(int pivot) {
   element_end_[pivot] = static_cast<int>(rows_.size());
 }
 
-// For every element that meets the pivot's row: the weight of its nodes outside it.
+// Finds, for every element that meets the pivot's row, the weight of its nodes outside that row.
 void EliminationOrder::count_outside(int pivot) {
   for (int k = element_begin_[pivot]; k < element_end_[pivot]; ++k) {
     const int i = rows_[k];
@@ -176,9 +177,10 @@ void EliminationOrder::count_outside(int pivot) {
   }
 }
 
-// A node of the pivot's row: its elements and neighbours anew, its degree less the row itself, and
-// a hash of them. One that touches nothing else is eliminated with the pivot. The new list is no
-// longer than the old one, since the pivot or an element absorbed by it has gone.
+// Updates a node of the pivot's row: rebuilds its list of elements and neighbours, its degree
+// without the row itself, and a hash of the list. A node that touches nothing else is eliminated
+// with the pivot. The new list is no longer than the old one, since the pivot or an element
+// absorbed by it has gone.
 void EliminationOrder::update(int node, int pivot) {
   int* list = graph_.data() + start_[node];
   scratch_.clear();
@@ -195,7 +197,7 @@ void EliminationOrder::update(int node, int pivot) {
     if (outside_[e] > 0) {
       keep(e, outside_[e]);
     } else {
-      element_parent_[e] = pivot;  // wholly inside the row
+      element_parent_[e] = pivot;  // aggressive absorption: wholly inside the row
     }
   }
   const int elements = static_cast<int>(scratch_.size());
@@ -231,14 +233,15 @@ void EliminationOrder::merge_indistinguishable() {
   }
 }
 
-// The lists of `a` are marked.
+// Returns whether both have the same list; that of `a` is marked.
 bool EliminationOrder::indistinguishable(int a, int b) {
   if (length_[a] != length_[b] || num_elements_[a] != num_elements_[b]) return false;
   const int* list = graph_.data() + start_[b];
   return std::all_of(list, list + length_[b], [&](int i) { return mark_[i] == stamp_; });
 }
 
-// The rows by node, as they are now: nodes merged later may lie outside.
+// Stores the front of a pivot. Its rows are stored by node, as they are now: nodes merged later may
+// lie outside.
 void EliminationOrder::keep_front(int pivot) {
   front_of_pivot_[pivot] = static_cast<int>(raw_.size());
   Front front;
@@ -255,7 +258,7 @@ void EliminationOrder::keep_front(int pivot) {
   weight_[pivot] = 0;
 }
 
-// Small fronts into their parents. Parents come after their children here.
+// Merges small fronts into their parents. Parents come after their children here.
 void EliminationOrder::merge_fronts() {
   const int count = static_cast<int>(raw_.size());
   merged_into_.assign(count, -1);
@@ -277,7 +280,7 @@ void EliminationOrder::merge_fronts() {
   }
 }
 
-// In postorder.
+// Numbers the fronts in postorder and assigns the nodes to them.
 void EliminationOrder::number_fronts() {
   const int count = static_cast<int>(raw_.size());
   const auto keeper = [&](int f) {
@@ -314,7 +317,7 @@ void EliminationOrder::number_fronts() {
     const int parent = keeper(front.parent);
     front.parent = parent >= 0 ? new_number_[parent] : -1;
   }
-  // Nodes of each front, by counting.
+  // Sorts the nodes by front (counting sort).
   const int num_fronts = static_cast<int>(fronts_.size());
   front_begin_.assign(num_fronts + 1, 0);
   const int n = static_cast<int>(weight_.size());

@@ -7,7 +7,7 @@
 namespace counterpoint::contact {
 namespace {
 
-// A base's velocities stay together, whatever zeros its axes make.
+// The velocities of a floating base stay together, whatever zeros its axes make.
 constexpr int kBase = 6;
 
 }  // namespace
@@ -24,7 +24,7 @@ void Limbs::find(const double* mass, int n) {
   words_ = (n + 63) / 64;
   known_.swap(entries_);
   entries_.assign(static_cast<size_t>(n) * words_, 0);
-  known_.reserve(entries_.size());  // the next one will need it
+  known_.reserve(entries_.size());  // the next call swaps the two
   for (int i = 0; i < n; ++i) {
     const double* row = mass + static_cast<std::ptrdiff_t>(i) * n;
     for (int w = 0; 64 * w < i; ++w) {
@@ -34,7 +34,7 @@ void Limbs::find(const double* mass, int n) {
       entries_[static_cast<size_t>(i) * words_ + w] = bits;
     }
   }
-  if (entries_ == known_) return;  // as it was the last time
+  if (entries_ == known_) return;  // the pattern of the last call
   sizes_.clear();
   couples_.clear();
   filled_ = entries_;
@@ -42,7 +42,8 @@ void Limbs::find(const double* mass, int n) {
   find_couples();
 }
 
-// The parent of a velocity is the last one before it that its row touches, fill included.
+// Finds parents and limbs. The parent of a velocity is the last earlier one in its row, fill
+// included.
 void Limbs::find_branchings(int n) {
   parent_.assign(n, -1);
   num_children_.assign(n, 0);
@@ -72,7 +73,8 @@ void Limbs::find_couples() {
   start_.resize(count + 1);
   start_[0] = 0;
   for (int g = 0; g < count; ++g) start_[g + 1] = start_[g] + sizes_[g];
-  // filled_ has served: its first row takes the entries of all rows of a limb.
+  // The first row of filled_, which is no longer needed, collects the entries of all rows of a
+  // limb.
   for (int g = 0; g < count; ++g) {
     uint64_t* all = filled_.data();
     for (int w = 0; w < words_; ++w) all[w] = 0;

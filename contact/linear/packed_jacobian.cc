@@ -14,20 +14,22 @@ namespace {
 using Constraint = PackedJacobian::Constraint;
 using Strip = PackedJacobian::Strip;
 
-// Where the numbers of J belong.
+// Constraints and strips: the layout of the entries of J.
 struct Layout {
   std::span<const Constraint> constraints;
   const Strip* strips;
 };
 
-// A column's room: three rows are four lanes of which one is zero.
+// Doubles per column: three rows take four lanes, one of which is zero.
 constexpr int lanes(int rows) { return rows == 3 ? 4 : rows; }
-// A contact takes all six columns of a free body if it has so many.
+// A contact stores all six columns of a free body if the range of nonzero ones has kMostOfSix or
+// more.
 constexpr int kFreeBody = 6, kMostOfSix = 4;
 
-// What is taken of the numbers of J and x.
+// Policies of the products: entries of J and x with their signs, or their absolute values, whose
+// products are added to the result.
 struct AsTheyAre {
-  static constexpr bool kAdds = false;  // to what is there
+  static constexpr bool kAdds = false;  // the result is overwritten
   template <class Real>
   COUNTERPOINT_INTO_EACH static void take(Real&) {}
 };
@@ -39,7 +41,7 @@ struct Sizes {
   }
 };
 
-// y = J x of a constraint. Sums run over the columns one after the other, row by row apart.
+// Computes y = J x of a constraint. Each row is summed in the order of the columns.
 template <class Of, int N>
 COUNTERPOINT_INTO_EACH void multiply_one(const Constraint& c, const Strip* strips,
                                          const double* columns, const double* x, double* out) {
@@ -124,7 +126,7 @@ COUNTERPOINT_WIDE void add_sizes(const Layout& layout, const double* by_column, 
   multiply_each<Sizes>(layout, by_column, x, out);
 }
 
-// out += J' f for a few columns: as many as there are in Lanes. square += its weighted square.
+// Adds J' f to as many columns as Lanes holds; square += its weighted square.
 template <int N, class Lanes>
 COUNTERPOINT_INTO_EACH void add_lanes(const double* rows, int leading, const double* f,
                                       const double* weight, double* out, Lanes& square) {
@@ -153,7 +155,7 @@ template <int N>
 COUNTERPOINT_INTO_EACH void add_transposed_one(
     const Constraint& c, const Strip* strips, const double* rows, const double* f,
     const double* weight, double* out,
-    Squares& squares) {  // Parameters: matrices and their places
+    Squares& squares) {  // Parameters: constraint, vectors and sums
   const int leading = c.leading;
   for (const Strip* s = strips + c.first_strip; s != strips + c.end_strip; rows += s->size, ++s) {
     double* to = out + s->velocity;
@@ -186,7 +188,7 @@ COUNTERPOINT_WIDE double add_transposed_all(const Layout& layout, const double* 
          ((squares.two[0] + squares.two[1]) + squares.one);
 }
 
-// out += |J|' e for a few columns, row after row.
+// Adds |J|' e to as many columns as Lanes holds, row after row.
 template <int N, class Lanes>
 COUNTERPOINT_INTO_EACH void add_size_lanes(const double* rows, int leading, const double* e,
                                            double* out) {
@@ -217,7 +219,7 @@ COUNTERPOINT_WIDE void add_sizes_transposed(const Layout& layout, const double* 
       });
 }
 
-// Columns first ... last - 1 of N rows of `width`, one after the other.
+// Packs the columns first ... last - 1 of N rows of length `width`, column-major.
 template <int N>
 void pack_columns(const double* __restrict jacobian, int width, int first, int last,
                   double* __restrict out) {
@@ -227,7 +229,7 @@ void pack_columns(const double* __restrict jacobian, int width, int first, int l
   }
 }
 
-// The same columns as N rows of `leading`, zeros at their ends.
+// Packs the same columns row-major: N rows of length `leading`, with zeros at their ends.
 template <int N>
 void pack_rows(const double* __restrict by_column, int num_columns, int leading,
                double* __restrict out) {
@@ -242,7 +244,8 @@ void grow(std::vector<double>& values, int size) {
   if (values.size() < needed) values.resize(std::max(needed, 2 * values.size()));
 }
 
-// Sums of the sizes in each column: zero where all are. Rows one after the other, `width` long.
+// Sums the absolute values in each column, to find zero columns. The matrix is row-major, `width`
+// wide.
 void add_column_sizes(const double* __restrict rows, int num_rows, int width,
                       double* __restrict sums) {
   for (int j = 0; j < width; ++j) sums[j] = std::abs(rows[j]);

@@ -1,4 +1,4 @@
-// The number of rows of a constraint as a constant.
+// Number of rows of a constraint as a compile-time constant.
 #pragma once
 
 #include "counterpoint/contact/linear/wide.h"
@@ -8,7 +8,7 @@ namespace counterpoint::contact {
 template <int N>
 struct RowCount {};
 
-/// Calls visit(RowCount<rows>()): the number of rows as a constant, for loops that are unrolled.
+/// Calls visit(RowCount<rows>()) if rows is 1 ... 6: a constant, so that loops are unrolled.
 template <class Visit>
 COUNTERPOINT_INTO_EACH void with_rows(int rows, Visit visit) {
   switch (rows) {

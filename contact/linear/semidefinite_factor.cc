@@ -9,9 +9,9 @@ int factor_semidefinite(const MatrixX& A, double tolerance, MatrixX& factor) {
   const int n = static_cast<int>(A.rows());
   factor.setZero(n, n);
   const VectorX original = A.diagonal();
-  VectorX diagonal = original;  // what is left of it
+  VectorX diagonal = original;  // diagonal of the Schur complement
   std::vector<bool> done(n, false);
-  // Of its own diagonal; negative where the row is used up or zero from the start.
+  // Remaining share of a diagonal entry; negative where the row is used or was zero from the start.
   const auto share = [&](int i) {
     return done[i] || !(original[i] > 0.0) ? -1.0 : diagonal[i] / original[i];
   };

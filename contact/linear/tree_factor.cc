@@ -7,7 +7,8 @@
 namespace counterpoint::contact {
 namespace {
 
-// Where a Jacobian ends, the way down begins with zeros.
+// Returns whether all lanes are zero. The right side is zero for velocities beyond those of a
+// Jacobian.
 COUNTERPOINT_INTO_EACH bool is_zero(double x) { return x == 0.0; }
 COUNTERPOINT_INTO_EACH bool is_zero(const Four& x) {
   return x[0] == 0.0 && x[1] == 0.0 && x[2] == 0.0 && x[3] == 0.0;

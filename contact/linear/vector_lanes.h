@@ -1,5 +1,5 @@
-// Four doubles at once, for functions marked COUNTERPOINT_WIDE: without AVX the compiler makes two
-// halves of each operation, with the same bits.
+// Vectors of four doubles, for functions marked COUNTERPOINT_WIDE. Without AVX the compiler splits
+// each operation into two halves, with the same bits.
 #pragma once
 
 #include <cmath>
@@ -15,10 +15,10 @@ namespace counterpoint::contact {
 using Four = double __attribute__((vector_size(32)));
 using Two = double __attribute__((vector_size(16)));
 
-/// As many in whole fours.
+/// Rounds `count` up to a multiple of four.
 constexpr int in_fours(int count) { return (count + 3) & ~3; }
 
-// By copies: they are at any address.
+// Loads and stores copy bytes: addresses need no alignment.
 COUNTERPOINT_INTO_EACH void load(const double* from, Four& to) {
   std::memcpy(&to, from, sizeof to);
 }
@@ -32,7 +32,7 @@ COUNTERPOINT_INTO_EACH void store(const Two& from, double* to) {
 COUNTERPOINT_INTO_EACH void load(const double* from, double& to) { to = *from; }
 COUNTERPOINT_INTO_EACH void store(const double& from, double* to) { *to = from; }
 
-/// A column of as many as both parts have.
+/// Column of both parts: six doubles are four and two, three are two and one.
 template <class Top, class Bottom>
 struct Parts {
   Top top;
@@ -52,8 +52,8 @@ COUNTERPOINT_INTO_EACH void store(const Parts<Top, Bottom>& from, double* to) {
   store(from.bottom, to + from.kTop);
 }
 
-/// Square roots. In halves, which take no longer together than a whole, because the wide
-/// instruction cannot be named in a function that is compiled twice.
+/// Computes the square root; of four doubles in halves, which take no longer than a whole, because
+/// the wide instruction cannot be named in a function that is compiled twice.
 COUNTERPOINT_INTO_EACH void square_root(double x, double& out) { out = std::sqrt(x); }
 COUNTERPOINT_INTO_EACH void square_root(const Four& x, Four& out) {
   double values[4];
@@ -66,7 +66,7 @@ COUNTERPOINT_INTO_EACH void square_root(const Four& x, Four& out) {
   load(values, out);
 }
 
-/// out = A x, six by six, column by column without gaps.
+/// Computes out = A x for a 6 x 6 matrix, column-major without padding.
 COUNTERPOINT_INTO_EACH void multiply_six(const double* a, const double* x, double* out) {
   Six column[6], sum;
   for (int j = 0; j < 6; ++j) load(a + 6 * j, column[j]);
@@ -81,7 +81,7 @@ COUNTERPOINT_INTO_EACH void multiply_six(const double* a, const double* x, doubl
   store(sum, out);
 }
 
-/// sum += a b.
+/// Computes sum += a b.
 template <class Lanes>
 COUNTERPOINT_INTO_EACH void add_product(const Lanes& a, double b, Lanes& sum) {
   sum += a * b;

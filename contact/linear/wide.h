@@ -1,8 +1,8 @@
-// Functions compiled twice, the one with the machine's wide registers chosen when the program
-// starts. Elementwise work only: then both give the same bits (no fused multiply-add).
+// Functions compiled twice; the version for the machine's wide registers is chosen when the program
+// starts. They do elementwise work only, so both give the same bits (no fused multiply-add).
 #pragma once
 
-// Not under the address sanitizer, which is not up yet when the choice is made.
+// Not used with the address sanitizer, which is not initialized yet when the choice is made.
 #if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__AVX2__) && \
     !defined(__SANITIZE_ADDRESS__)
 #define COUNTERPOINT_WIDE __attribute__((target_clones("avx2", "default")))
@@ -10,10 +10,10 @@
 #define COUNTERPOINT_WIDE
 #endif
 
-// What such functions share becomes part of each of their two versions.
+// Marks helpers of such functions: they are inlined into both versions.
 #define COUNTERPOINT_INTO_EACH __attribute__((always_inline)) inline
 
-// Before short loops over arrays of registers: left as loops they would keep the arrays in memory.
+// Unrolls short loops over arrays of registers; as loops they would keep the arrays in memory.
 #if defined(__clang__)
 #define COUNTERPOINT_UNROLL _Pragma("unroll")
 #else

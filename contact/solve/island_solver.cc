@@ -9,55 +9,59 @@
 namespace counterpoint::contact {
 namespace {
 
-// sigma of the mixed method as a share of the inverse mass at a constraint, without smoothing, and
-// along a path of it.
+// Ratio of sigma in the mixed method to the inverse mass at a constraint: without added smoothing,
+// and along a path of smoothing.
 constexpr double kSigma = 1.0, kPathSigma = 0.2;
 
-// Most steps of the mixed method: at first, and each time after so many sweeps of Gauss and Seidel,
-// without smoothing and along a path of it.
+// Limits on steps of the mixed method: kWarmSteps at first; then, in each turn, steps without added
+// smoothing and steps along a path of smoothing, after a number of Gauss-Seidel sweeps.
 constexpr int kWarmSteps = 8;
 constexpr struct {
   int sweeps, near_steps, path_steps;
 } kTurns[] = {{15, 4, 0}, {60, 0, 40}, {240, 12, 40}};
-// Before a path so many sweeps with its first smoothing, which is the square of this share of the
-// scale of the residual: with more of it what the sweeps have found is lost.
+// A path starts after kSmoothSweeps sweeps with its first smoothing, which is the square of kSmooth
+// times the scale of the residual: more smoothing would lose the result of the earlier sweeps.
 constexpr int kSmoothSweeps = 10;
 constexpr double kSmooth = 0.01;
-// Where softer laws are no answer paths may take so many, also from nothing with several sigma and
-// a first smoothing of this share of the residual.
+// Limits where softer laws are not allowed: steps of a path; the sigmas of paths that start without
+// impulses, and their first smoothing as a share of the residual.
 constexpr int kLongPathSteps = 400;
 constexpr double kSigmasFromNothing[] = {0.2, 3.0, 0.05};
 constexpr double kMuchSmooth = 0.316;
-// What sweeps of Gauss and Seidel leave unchanged, as a share of the scale of the residual, or of
-// what they smooth.
+// Changes of an impulse that sweeps skip, as a share of the scale of the residual or, on a path, of
+// the square root of the smoothing.
 constexpr double kNegligible = 1e-7, kNegligibleSmooth = 1e-3;
-// Islands of free bodies begin with sweeps from so many rows on, unless the residual is below this.
+// Islands of free bodies with kManyRows rows or more begin with sweeps, unless the relative
+// residual is below kNearShare.
 constexpr int kManyRows = 60, kFreeBodySize = 6, kFirstSweeps = 10;
 constexpr double kNearShare = 1e-2;
-// Newton's method on velocities goes on while a stage of so many steps brings the residual, small
-// enough at the start, to that share.
+// Newton's method on velocities starts if the relative residual is below kNearly, and continues
+// while each stage of kStageSteps steps reduces it to kContraction of its value, for about
+// kFinishSteps steps. These also limit the steps that finish a mixed method.
 constexpr double kNearly = 0.3, kContraction = 0.1;
 constexpr int kStageSteps = 3, kFinishSteps = 20;
-// What a step with the last factors of the mixed method leaves of the residual where that arrived.
+// Expected share of the residual after a velocity step with the last factors of a mixed method that
+// has converged.
 constexpr double kMixedContraction = 1e-3;
-// It also goes on from where a mixed method ended unsolved, if the residual there is below this:
-// kinks as narrow as the regularizers see what the widened ones do not, which of several lightly
-// loaded corners slips.
+// Relative residual below which Newton's method on velocities also continues from an unsolved mixed
+// method: only its laws, which are not widened, resolve which of several lightly loaded corners
+// slips.
 constexpr double kUseful = 3e-2;
 
-// Softer laws are convex. First by a little, so that what stands on light bodies does not sink into
-// them and jam: Newton's method then has so many steps. Then their cones get this compliance: hard
-// enough that what stands for some steps does not sink (by 4e-3 g h^2), soft enough that Newton's
-// method takes some ten steps; where masses differ by 1e8 some hundred. At most so many times
-// softer than the own.
+// Softer laws are convex. First they are only kLittleSofter times softer, for kLittleSteps Newton
+// steps, so that bodies standing on light ones do not sink into them and jam. Then contacts get the
+// compliance kSoftCompliance: hard enough that a body standing on them for a few steps hardly sinks
+// (4e-3 g h^2), soft enough that Newton's method takes about ten steps, or a hundred where masses
+// differ by 1e8. kSoftest limits the factor.
 constexpr double kLittleSofter = 32.0, kSoftCompliance = 4e-3, kSoftest = 32768.0;
 constexpr int kLittleSteps = 80, kConvexSteps = 500;
-// Where rounding hides the minimum, so many times softer again, until next to nothing but inertia
-// is left, whose minimum is found in a step.
+// Where rounding hides the minimum, laws become kSofterAgain times softer repeatedly, until almost
+// only inertia is left, whose minimum takes one step.
 constexpr double kSofterAgain = 1024.0, kNothingLeft = 1e30;
 
-// Where softer laws are no answer they are the start of a way back to the own: in at most so many
-// stages, at first all of it at once; shorter by this share of the logarithm where a stage fails.
+// Where softer laws are not allowed, they start a continuation back to the given laws in at most
+// kMostStages stages: at first all in one; after a failure a stage is shortened to kStageShrink of
+// its logarithm.
 constexpr int kMostStages = 40;
 constexpr double kStageShrink = 0.4;
 constexpr int kBackSteps = 60;
@@ -91,13 +95,13 @@ int IslandSolver::allowed(int steps) const {
   return std::clamp(budget_ - newton_.totals().iterations, 0, steps);
 }
 
-// Newton's method on velocities from w_; keeps the best point. True if it arrives.
+// Runs Newton's method on velocities from w_ and keeps the best point. True if it converges.
 bool IslandSolver::finish(int max_iterations, double contraction) {
   last_ = newton_.run(tolerance_, allowed(max_iterations), w_, f_, contraction);
   return keep_best();
 }
 
-// Goes on where the last finish() or resume() ended.
+// Continues where the last finish() or resume() ended.
 bool IslandSolver::resume(int max_iterations) {
   last_ = newton_.resume(tolerance_, allowed(max_iterations), w_, f_);
   return keep_best();
@@ -105,7 +109,7 @@ bool IslandSolver::resume(int max_iterations) {
 
 bool IslandSolver::keep_best() {
   const bool arrived = succeeded(last_.status);
-  // A solution gives way to another one only: residuals of different laws say nothing together.
+  // A solution is replaced only by another one: residuals of different laws are not comparable.
   const bool better = !succeeded(best_.status) && last_.residual < best_.residual;
   if (arrived || best_w_.empty() || better) {
     best_ = last_;
@@ -115,8 +119,8 @@ bool IslandSolver::keep_best() {
   return arrived;
 }
 
-// Goes on while the residual falls fast. That it is small says little by itself: it is relative to
-// the island's momentum, and joints with friction have but a small share in a body's fall.
+// Continues while the residual falls fast. A small residual alone says little: it is relative to
+// the island's momentum, of which joints with friction have only a small share in a falling body.
 bool IslandSolver::run_velocity() {
   w_ = start_;
   bool arrived = resume(0);
@@ -136,7 +140,7 @@ void IslandSolver::start_mixed(double sigma) {
   mixed_system_.guess(guess_, point_.phi);
 }
 
-// What a mixed method found, finished by Newton's method on velocities.
+// Finishes the result of a mixed method by Newton's method on velocities.
 bool IslandSolver::finish_mixed(const MixedNewton::Result& result) {
   newton_.count(result.iterations);
   if (!result.solved && !(result.residual < kUseful)) return false;
@@ -148,9 +152,10 @@ bool IslandSolver::run_near(int max_iterations) {
   return finish_mixed(mixed_newton_.run_near(mixed_system_, allowed(max_iterations), point_));
 }
 
-// Many free bodies: their sweeps are cheap beside Newton's steps, not so those of a tree, all of
-// which answers to each impulse. And from nothing sweeps take the loads of a tower from level to
-// level, with friction by more than Newton's method can mend.
+// Returns whether to begin with sweeps. They are cheap beside Newton steps for many free bodies,
+// but not for a tree, all of which responds to each impulse. With Coulomb friction they need a
+// guess: without one they carry the loads of a tower from level to level and leave more error in
+// friction than Newton's method can correct.
 bool IslandSolver::sweeps_pay() const {
   const auto& blocks = system_->blocks();
   const auto& constraints = system_->constraints();
@@ -161,9 +166,9 @@ bool IslandSolver::sweeps_pay() const {
          (!system_->unsymmetric() || std::any_of(constraints.begin(), constraints.end(), is_known));
 }
 
-// Along a path of smoothing that begins near the point.
+// Runs the mixed method along a path of smoothing that begins near the point.
 bool IslandSolver::run_path(int max_iterations) {
-  residual();  // for the scale
+  residual();  // sets the scale
   const double start = smoothing(kSmooth);
   mixed_system_.begin(*system_, kPathSigma);
   sweeps_.run(kSmoothSweeps, start, kNegligibleSmooth * std::sqrt(start), point_);
@@ -171,13 +176,14 @@ bool IslandSolver::run_path(int max_iterations) {
   return finish_mixed(mixed_newton_.run_path(mixed_system_, steps, start, point_));
 }
 
-// Of each law [J], if the square root of all together is a share of the scale of the residual.
+// Returns the smoothing of each law [J] whose sum over the laws is the square of `share` times the
+// scale of the residual.
 double IslandSolver::smoothing(double share) {
   const double size = share * mixed_system_.scale();
   return size * size / std::max(1, mixed_system_.num_laws());
 }
 
-// The residual, relative to its scale.
+// Returns the residual relative to its scale.
 double IslandSolver::residual() {
   const double norm = mixed_system_.residual(point_);
   return norm / mixed_system_.scale();
@@ -191,8 +197,8 @@ void IslandSolver::sweep(int count, double enough) {
   sweeps_.run(count, 0.0, kNegligible * mixed_system_.scale(), point_);
 }
 
-// From the impulses of the last step. Newton's method converges fast where it knows which contacts
-// carry and slide; sweeps find that from almost anywhere.
+// Starts from the impulses of the last step. Newton's method converges fast once it knows which
+// contacts carry and slide; sweeps find that from almost anywhere.
 bool IslandSolver::run_mixed() {
   start_mixed(kSigma);
   if (sweeps_pay() && !(residual() < kNearShare)) sweep(kFirstSweeps, kNearShare);
@@ -205,7 +211,7 @@ bool IslandSolver::run_mixed() {
   return exact_ && run_from_nothing();
 }
 
-// From the impulses that would stop each constraint by itself, with more smoothing.
+// Starts from the impulses that would stop each constraint by itself, with more smoothing.
 bool IslandSolver::run_from_nothing() {
   std::fill(guess_.begin(), guess_.end(), std::numeric_limits<double>::quiet_NaN());
   for (const double sigma : kSigmasFromNothing) {
@@ -224,7 +230,8 @@ void IslandSolver::set_softness(Softness softness) {
   system_->laws_changed();
 }
 
-// How much softer: as soft as kSoftCompliance, whatever the own is of contacts and limits.
+// Returns the factor, at most kSoftest, that brings the softest contact or limit to
+// kSoftCompliance.
 double IslandSolver::softer_factor() const {
   double softest = 0.0;
   for (const auto& c : system_->constraints())
@@ -241,7 +248,7 @@ bool IslandSolver::solve_softer(double factor, int max_iterations) {
   return finish(max_iterations);
 }
 
-// Softer laws, whose cost has a minimum that a line search finds from anywhere.
+// Solves with softer laws, whose cost has a minimum that a line search finds from anywhere.
 bool IslandSolver::run_softer() {
   own_.clear();
   for (const auto& c : system_->constraints()) own_.push_back(c.law);
@@ -255,7 +262,7 @@ bool IslandSolver::run_softer() {
   if (!exact_) return arrived;
   if (arrived) walk_back();
   if (!softness_.any()) return true;
-  // The best point of all, judged by the own laws.
+  // The result is the best point of all, judged by the given laws.
   set_softness({});
   w_ = best_w_;
   best_w_.clear();
@@ -264,7 +271,7 @@ bool IslandSolver::run_softer() {
   return (!w_.empty() && finish(0)) || succeeded(best_.status);
 }
 
-// From the softest laws to the own ones, by shorter and longer stages.
+// Continues from the softest laws back to the given ones; the length of the stages adapts.
 void IslandSolver::walk_back() {
   point_.w = best_w_;
   mixed_system_.begin(*system_, kSigma);

@@ -1,5 +1,5 @@
-// Solves one island by a sequence of methods, and by softer laws where none of them finds the
-// solution (README.md, The solver).
+// Solver of one island: a sequence of methods, then softer laws if none of them finds the solution
+// (README.md, The solver).
 #pragma once
 
 #include <vector>
@@ -18,14 +18,15 @@ class IslandSolver {
   struct Result {
     Status status = Status::kConverged;
     int iterations = 0;
-    double residual = 0.0;              ///< relative, as Report says
-    Method method = Method::kVelocity;  ///< that solved it, or the last one tried
-    Softness softness;                  ///< of the laws solved
+    double residual = 0.0;              ///< relative, as in Report
+    Method method = Method::kVelocity;  ///< method that solved it, or the last one tried
+    Softness softness;                  ///< softness of the laws solved
   };
 
-  /// w: start on entry, answer on return, the best point seen if there is none. f: impulses guessed
-  /// on entry, NaN in the first row of a constraint where nothing is known; those at w on return.
-  /// Both in the island's numbering. The system's laws are those that were solved.
+  /// Solves an island. w: start on entry; solution on return, or the best point seen if there is
+  /// none. f: guessed impulses on entry, NaN in the first row of a constraint without a guess;
+  /// impulses at w on return. Both are in the island's numbering. On return the system's laws are
+  /// those that were solved.
   Result solve(IslandSystem& system, const Settings& settings, std::vector<double>& w,
                std::vector<double>& f);
   const Newton::Totals& totals() const { return newton_.totals(); }
@@ -62,13 +63,13 @@ class IslandSolver {
 
   IslandSystem* system_ = nullptr;
   double tolerance_ = 0.0;
-  bool exact_ = false;      ///< softer laws are no answer
-  int budget_ = 0;          ///< Newton steps in all, so far granted
-  int max_iterations_ = 0;  ///< and at most
+  bool exact_ = false;      ///< softer laws are not allowed
+  int budget_ = 0;          ///< Newton steps granted so far, in all
+  int max_iterations_ = 0;  ///< limit of budget_
   Softness softness_;
   Newton::Result last_, best_;
   std::vector<double> start_, guess_, w_, f_, best_w_, best_f_, own_best_w_;
-  std::vector<Law> own_;  ///< the laws that were given
+  std::vector<Law> own_;  ///< the given laws
   MixedSystem::Point point_, here_;
 };
 

@@ -9,11 +9,11 @@
 namespace counterpoint::contact {
 namespace {
 
-// LU without pivoting is good enough where rounding is amplified by less than this: Newton's
-// direction then has ten correct digits of its step.
+// Largest growth of LU without pivoting that is accepted: Newton's direction then has about ten
+// correct digits.
 constexpr double kMostGrowth = 1e5;
-// A normal along which nothing can move has an inverse mass of round-off: not less than this share
-// of the island's largest is taken for it.
+// Smallest inverse mass at a constraint as a share of the island's largest: along a normal in which
+// nothing can move it would be round-off.
 constexpr double kLeastInverseMass = 1e-9;
 
 }  // namespace
@@ -125,7 +125,7 @@ void IslandSystem::load_constraints(const Problem& problem, std::span<const int>
   }
 }
 
-// The pattern of M + J'GJ by groups and its order.
+// Finds the pattern of M + J'GJ by groups and its elimination order.
 void IslandSystem::analyze() {
   factorization_.begin_structure(group_sizes_);
   const int num_groups = static_cast<int>(groups_.size());
@@ -144,7 +144,7 @@ void IslandSystem::analyze() {
   }
   factorization_.end_structure();
   placed_ = false;
-  // Room for what place() will need, so that it does not allocate in the middle of a run.
+  // Reserves memory for place(), so that it does not allocate in the middle of a run.
   size_t places = 0, scratch = 0;
   for (const auto& c : jacobian_.constraints()) {
     const size_t strips = c.end_strip - c.first_strip;
@@ -156,7 +156,7 @@ void IslandSystem::analyze() {
   scratch_.resize(std::max(scratch, scratch_.size()));
 }
 
-// Where the parts of M and J'GJ go: once an island, and not where none of its steps factors.
+// Finds the destinations of the parts of M and J'GJ: once per island, and only if a step factors.
 void IslandSystem::place() {
   if (placed_) return;
   placed_ = true;
@@ -285,7 +285,7 @@ void IslandSystem::add_absolute(const double* e, double* out) const {
   jacobian_.add_absolute_transposed(e, out);
 }
 
-// Once an island, too.
+// Assembles M, once per island.
 void IslandSystem::assemble_mass() {
   factorization_.set_zero(false);
   double* lower = factorization_.lower({0, 0});
@@ -295,7 +295,7 @@ void IslandSystem::assemble_mass() {
   mass_ready_ = true;
 }
 
-// M + J'GJ, with an unsymmetric G both triangles of it.
+// Assembles M + J'GJ, both triangles if G is unsymmetric.
 void IslandSystem::assemble(const double* hessian, bool unsymmetric) {
   if (!mass_ready_) assemble_mass();
   factorization_.set_common(unsymmetric);
@@ -305,7 +305,7 @@ void IslandSystem::assemble(const double* hessian, bool unsymmetric) {
     const Constraint& c = constraints_[i];
     const PackedJacobian::Constraint& packed = jacobian_.constraints()[i];
     const double* g = hessian + c.hessian;
-    // Open contacts far away.
+    // Open contacts far away have G = 0.
     if (std::all_of(g, g + packed.rows * packed.rows, [](double x) { return x == 0.0; })) continue;
     add_congruence(packed.rows, packed.leading, jacobian_.by_row(packed), g,
                    std::span(places_).subspan(c.first_place, c.end_place - c.first_place),

@@ -17,8 +17,8 @@ void Islands::compute(const Problem& problem, bool split) {
     sets_.join(block, other);
     island_of_[other] = kConstrained;
   }
-  // Number the islands by their lowest block, then sort blocks and constraints into them by
-  // counting.
+  // Numbers the islands by their lowest block, then sorts blocks and constraints into them
+  // (counting sort).
   int count = 0;
   block_range_.assign(1, 0);
   for (int b = 0; b < num_blocks; ++b) {
@@ -37,14 +37,14 @@ void Islands::compute(const Problem& problem, bool split) {
   }
   blocks_.resize(block_range_.back());
   constraints_.resize(num_constraints);
-  // Fill from the back: every range start ends where it began.
+  // Filling from the back moves the end of each range to its start.
   for (int b = num_blocks - 1; b >= 0; --b) {
     if (island_of_[b] >= 0) blocks_[--block_range_[island_of_[b] + 1]] = b;
   }
   for (int c = num_constraints - 1; c >= 0; --c) {
     constraints_[--constraint_range_[island_of_[problem.block(c, 0)] + 1]] = c;
   }
-  // Each entry i + 1 now holds the start of island i; shift back into place.
+  // Entry i + 1 now holds the start of island i; shifts it back into place.
   for (int i = 0; i < count; ++i) {
     block_range_[i] = block_range_[i + 1];
     constraint_range_[i] = constraint_range_[i + 1];

@@ -1,4 +1,4 @@
-// Islands: sets of velocity blocks that constraints connect, found by union-find.
+// Islands: sets of velocity blocks connected by constraints, found by union-find.
 #pragma once
 
 #include <span>
@@ -11,12 +11,13 @@ namespace counterpoint::contact {
 
 class Islands {
  public:
-  /// Islands are ordered by their lowest block, blocks and constraints inside by number. Blocks
-  /// without any constraint belong to none. `split` false: one island of all blocks.
+  /// Finds the islands, in the order of their lowest block; blocks and constraints inside are in
+  /// increasing order. Blocks without constraints belong to none. If `split` is false, all blocks
+  /// form one island.
   void compute(const Problem& problem, bool split);
 
   int count() const { return static_cast<int>(block_range_.size()) - 1; }
-  /// False for a block that no constraint touches.
+  /// Returns whether the block belongs to an island.
   bool constrained(int block) const { return island_of_[block] >= 0; }
   std::span<const int> blocks(int island) const { return range(blocks_, block_range_, island); }
   std::span<const int> constraints(int island) const {

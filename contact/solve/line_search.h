@@ -8,24 +8,24 @@
 namespace counterpoint::contact {
 
 struct LineSearchResult {
-  double step = 0.0;   ///< alpha
-  bool found = false;  ///< |phi'(alpha)| is small enough
+  double step = 0.0;   ///< step length alpha
+  bool found = false;  ///< whether |phi'(alpha)| is small enough
   int evaluations = 0;
 };
 
 /// Finds alpha > 0 with |phi'(alpha)| <= accuracy * |phi'(0)|, trying alpha = 1 first. `derivative`
-/// returns phi' and phi'' of a convex phi as a Slope; phi'(0) < 0 is given.
+/// returns phi' and phi'' of a convex phi as a Slope; slope_at_zero is phi'(0) < 0.
 template <class Derivative>
 LineSearchResult search_line(const Derivative& derivative, double slope_at_zero, double accuracy) {
-  constexpr int kMaxEvaluations = 100;  // bisection of any bracket to round-off is done by then
-  constexpr double kLargestStep = 1e6;  // of Newton's; an island that wants more is unbounded
-  constexpr double kGrowth = 10.0;      // of the step, until the slope changes its sign
-  // Newton's steps may creep up to a kink from one side: a bracket that so many of them do not
-  // halve is halved.
+  constexpr int kMaxEvaluations = 100;  // bisection of any bracket reaches round-off before
+  constexpr double kLargestStep = 1e6;  // in Newton steps; beyond it phi counts as unbounded
+  constexpr double kGrowth = 10.0;      // growth of the step until phi' changes its sign
+  // Newton steps may creep up to a kink from one side: if kPatience of them do not halve the
+  // bracket, it is bisected.
   constexpr int kPatience = 3;
   const double goal = accuracy * std::abs(slope_at_zero);
-  double low = 0.0, high = 0.0;  // high = 0: not bracketed yet
-  double width = 0.0;            // of the bracket when it was last seen to be half as wide
+  double low = 0.0, high = 0.0;  // high = 0: no bracket yet
+  double width = 0.0;            // width of the bracket when it had last halved
   int since = 0;
   double alpha = 1.0;
   LineSearchResult out;

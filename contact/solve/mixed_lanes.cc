@@ -21,7 +21,7 @@ COUNTERPOINT_INTO_EACH void store_operator(const SlopeFour& from, MixedFour::Ope
   store(from.normal_radial, to.normal_radial);
 }
 
-// Four laws, widened and smoothed.
+// Four laws, widened, with `center` added to their smoothing.
 struct Widened {
   Four k, slip, rho, sigma, sigma_T;
 

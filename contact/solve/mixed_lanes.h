@@ -1,4 +1,4 @@
-// What the mixed method computes of contacts of three rows (mixed_system.h), four at a time.
+// Contacts of three rows in the mixed method (mixed_system.h), evaluated four at a time.
 #pragma once
 
 #include <vector>
@@ -7,36 +7,36 @@
 
 namespace counterpoint::contact {
 
-/// Four contacts, number by number.
+/// Four contacts, one array per quantity.
 struct MixedFour {
   double sigma[4], sigma_T[4];
   double error[3][4];  ///< F_sigma(x) - phi
-  double t[2][4];      ///< unit, friction part of x
-  /// A = -F' and B = inv(1 - (sigma - rho) A), in (normal, along t), a multiple of one across t.
-  /// normal_radial is zero where friction is exact.
+  double t[2][4];      ///< unit vector along the friction part of x
+  /// A = -F' and B = inv(1 - (sigma - rho) A) in the directions (normal, along t), and across t as
+  /// a multiple of the identity. normal_radial is zero for exact friction.
   struct Operator {
     double normal[4], radial[4], across[4], radial_normal[4], normal_radial[4];
   };
   Operator A, B;
 };
 
-/// Of an island's contacts of one kind.
+/// Contacts of an island with the same friction.
 class MixedLanes {
  public:
   void reserve(int num_constraints);
-  /// The contacts as they are now; sigma_share as in MixedSystem::begin.
+  /// Takes the contacts with their present laws; sigma_share as in MixedSystem::begin.
   void begin(const ConeLanes& lanes, double sigma_share);
   int count() const { return lanes_ != nullptr ? lanes_->count() : 0; }
 
-  /// F(D y), by rows.
+  /// Computes phi = F_sigma(D y), by rows; center: smoothing added to every law [J].
   void impulses(const double* y, double center, double* phi);
-  /// Errors of phi at y, and A; returns the sum of sigma |error|^2.
+  /// Computes the errors of phi at y, and A; returns the sum of sigma |error|^2 [J].
   double evaluate(const double* y, const double* phi, double center);
-  /// G = D B A D, and B.
+  /// Computes G = D B A D, and B.
   void hessians(double* hessian);
-  /// D B error, by rows.
+  /// Computes rhs = D B error, by rows.
   void right_side(double* rhs);
-  /// dphi = B (error - A D dy), by rows.
+  /// Computes dphi = B (error - A D dy), by rows.
   void step(const double* dy, double* dphi);
 
  private:

@@ -6,24 +6,27 @@
 namespace counterpoint::contact {
 namespace {
 
-// Relative residual of a solution: what is left is for Newton's method on velocities.
+// Relative residual of a solution; Newton's method on velocities reduces it further.
 constexpr double kTolerance = 1e-9;
-// Halvings of a step that does not bring the residual down; the last one is taken all the same.
+// Required decrease of the residual, and largest number of halvings of a step; the last one is
+// accepted in any case.
 constexpr double kResidualDecrease = 1e-3;
 constexpr int kNearHalvings = 4, kPathHalvings = 5;
-// A near start is given up where so many steps leave the residual above this share of its terms.
+// A near start is given up if kGateSteps steps leave the relative residual above kGate.
 constexpr int kGateSteps = 4;
 constexpr double kGate = 0.3;
-// Below this residual loads that are too small are raised, at most so much in a step.
+// Below this relative residual, loads that are too small are raised, at most by kMostRaise in a
+// step.
 constexpr double kRaiseBelow = 1e-5, kMostRaise = 100.0;
-// A point is near enough to the path where the square of its residual is below this share of the
-// smoothing. Then that falls by a factor: by less of it where a step was enough, by more where it
-// took many.
+// A point is near enough to the path if the square of its residual is below kNear of the smoothing.
+// The smoothing then falls by a factor, which decreases if one step was enough and increases if
+// more than three were needed.
 constexpr double kNear = 0.1;
 constexpr double kFirstFactor = 0.3, kLeastFactor = 1e-4, kMostFactor = 0.5;
-// Smoothing this small, as a share of the square of the scale, is none.
+// Smoothing below this share of the square of the scale counts as none.
 constexpr double kNoSmoothing = 1e-20;
-// So many steps that do not come near the path: back to more smoothing, but not for ever.
+// After kPatience steps that do not come near the path, smoothing is raised again, at most
+// kMaxRaises times.
 constexpr int kPatience = 10, kMaxRaises = 3;
 constexpr double kRaise = 100.0, kRaiseFromNone = 1e-2;
 
@@ -31,7 +34,8 @@ constexpr double kRaise = 100.0, kRaiseFromNone = 1e-2;
 
 void MixedNewton::reserve(const IslandSystem& system) { step_.reserve(system); }
 
-// One step, halved until the residual falls, at most max_halvings times; false if singular.
+// Takes one step, halved until the residual falls, at most max_halvings times. False if the matrix
+// is singular.
 bool MixedNewton::advance(MixedSystem& system, int max_halvings, MixedSystem::Point& point,
                           double& norm) {
   if (!system.factor()) return false;

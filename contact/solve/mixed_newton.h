@@ -1,5 +1,5 @@
-// Newton's method on the mixed system: without smoothing from a start near the solution, and by
-// continuation in smoothing from any start.
+// Newton's method on the mixed system: without added smoothing from a start near the solution, and
+// by continuation in smoothing from any start.
 #pragma once
 
 #include "counterpoint/contact/solve/mixed_system.h"
@@ -14,16 +14,16 @@ class MixedNewton {
     double residual = 0.0;  ///< relative
   };
 
-  /// From a start that may be nearly right: no smoothing beyond that of the laws. Gives up when the
-  /// first steps do not bring the residual down.
+  /// Starts from a point that may be nearly right, without smoothing beyond that of the laws. Gives
+  /// up if the first steps do not reduce the residual.
   Result run_near(MixedSystem& system, int max_iterations, MixedSystem::Point& point);
 
-  /// From anywhere to the solution at the smoothing of the laws, from so much more smoothing [J] to
-  /// less and less.
+  /// Runs from any start to the solution at the smoothing of the laws: a continuation that begins
+  /// with `smoothing` [J] added to each law and decreases it.
   Result run_path(MixedSystem& system, int max_iterations, double smoothing,
                   MixedSystem::Point& point);
 
-  /// As MixedSystem::reserve.
+  /// Same as MixedSystem::reserve.
   void reserve(const IslandSystem& system);
 
  private:

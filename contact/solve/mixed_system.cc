@@ -73,7 +73,7 @@ void MixedSystem::guess(const std::vector<double>& f, std::vector<double>& phi) 
   }
 }
 
-// Errors of all laws, their A and the sum of their squares; returns that sum.
+// Evaluates the errors of all laws and their A; returns the weighted sum of squares of the errors.
 double MixedSystem::evaluate_laws(const double* y, const double* phi_all) {
   law_square_ = 0.0;
   for (MixedLanes& lanes : lanes_) law_square_ += lanes.evaluate(y, phi_all, center);
@@ -91,7 +91,7 @@ double MixedSystem::evaluate_laws(const double* y, const double* phi_all) {
   return law_square_;
 }
 
-// The other residual, and the scale; returns the norm of both.
+// Evaluates the momentum residual and the scale; returns the norm of both residuals.
 double MixedSystem::momentum_residual(const Point& point) {
   for (size_t i = 0; i < f_.size(); ++i) f_[i] = scales_[i] * point.phi[i];
   for (const WideLaw& law : laws_) lean_impulse(*law.law, f_.data() + law.row);
@@ -126,7 +126,7 @@ bool MixedSystem::raise_loads(double most, Point& point) const {
     const double rho = own_regularizer(c.law);
     const double k = c.law.smoothing + center, z = y_[c.row];
     double* phi = point.phi.data() + c.row;
-    // Beyond the law's kink, and Newton's step would double it.
+    // Raises only a load beyond the law's kink that Newton's step would about double.
     if (!(c.inverse_mass * phi[0] * phi[0] > k) || (z + rho * phi[0]) * phi[0] > 0.5 * k) continue;
     const double factor = std::min(most, ScalarLaw(z, rho, k).g / phi[0]);
     if (factor < 2.0) continue;
@@ -154,7 +154,7 @@ double MixedSystem::trial(const Point& point, const Point& d, double step) {
 double MixedSystem::accept(const Point& d, Point& point) {
   std::swap(point.phi, phi_trial_);
   for (size_t i = 0; i < point.w.size(); ++i) point.w[i] += step_ * d.w[i];
-  // Not y + step J d, whose rounding would add up over the steps.
+  // Not y + step J d, whose rounding errors would accumulate over the steps.
   system_->constraint_velocity(point.w.data(), y_.data());
   return momentum_residual(point);
 }
@@ -177,7 +177,7 @@ bool MixedSystem::factor() {
   return system_->factor(hessian_.data(), system_->unsymmetric());
 }
 
-// M dw - J'D dphi = dual,  dphi + A (D J dw - (sigma - rho) dphi) = error.
+// Solves M dw - J'D dphi = dual, dphi + A (D J dw - (sigma - rho) dphi) = error.
 void MixedSystem::direction(Point& out) {
   for (MixedLanes& lanes : lanes_) lanes.right_side(rhs_.data());
   for (const WideLaw& law : laws_) {

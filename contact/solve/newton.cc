@@ -10,31 +10,32 @@ namespace counterpoint::contact {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-// |phi'(alpha)| / |phi'(0)| at which the line search is content. A step costs a factorization, a
-// line search evaluation costs one pass over the rows.
+// |phi'(alpha)| / |phi'(0)| at which the line search stops. A step costs a factorization, an
+// evaluation of the line search one pass over the rows.
 constexpr double kLineSearchAccuracy = 0.1;
-// Scales [sqrt J] whose squares underflow: what moves so slowly is at rest.
+// Scale [sqrt J] whose square underflows: an island with less momentum is at rest.
 constexpr double kNothing = 1e-140;
-// Residuals this many times the round-off estimate cannot be told from zero.
+// Residuals up to this multiple of the round-off estimate cannot be distinguished from zero.
 constexpr double kFloorFactor = 4.0;
-// Those below this share of it are round-off for sure: no step is spent to see that they fall no
-// more. The estimate is a bound; what rounding leaves is about a tenth of it. Steps with old
-// factors that still bring the residual down are cheap: they go on to a smaller share.
+// Residuals below these shares of the estimate are certainly round-off: no step is spent to see
+// that they fall no more. The estimate is a bound; rounding leaves about a tenth of it. Steps with
+// old factors that still reduce the residual are cheap and continue to the smaller share.
 constexpr double kSureFloor = 0.25, kSureFloorReused = 0.15;
-// Round-off is not looked for in relative residuals above this, unless a step did not go well.
+// Above this relative residual round-off is not considered, unless a step failed.
 constexpr double kLargestSureFloor = 1e-7;
-// A given start of a smaller relative residual is not compared with the free velocity, which
-// has not been found to have less (docs/measurements/constants.md).
+// A given start with a smaller relative residual is not compared with the free velocity, which was
+// never found to have less (docs/measurements/constants.md).
 constexpr double kGoodStart = 0.1;
-// A step goes on without new factors, and whole without a search, where the last one left at most
-// this share of the residual; without new factors only if so many like it would end the solve.
+// If the last step left at most kFast of the residual, the next one is taken whole, without a line
+// search; it also reuses the factors if kMostReused such steps would end the solve.
 constexpr double kFast = 0.2;
 constexpr int kMostReused = 4;
-// Steps on a residual that is no gradient: how often to halve, and the share of the predicted
-// decrease that must come.
+// Steps on a residual that is not a gradient: largest number of halvings, and the share of the
+// predicted decrease that is required.
 constexpr int kMaxHalvings = 10;
 constexpr double kSufficientDecrease = 1e-3;
-// Such steps are given up when this many in a row have not brought the residual down to this share.
+// Such steps are given up if kMilestonePatience in a row do not reduce the residual to kProgress of
+// its value.
 constexpr int kMilestonePatience = 8;
 constexpr double kProgress = 0.95;
 
@@ -66,7 +67,7 @@ void Newton::choose_start(std::vector<double>& w, std::vector<double>& f) {
   if (given < kGoodStart * scale) return;
   const double* free = system_->free_velocity();
   trial_.assign(free, free + w.size());
-  // What is known of the given start is put aside.
+  // Puts the values at the given start aside.
   const auto exchange = [&] {
     y_.swap(y_trial_);
     f.swap(y_step_);
@@ -84,7 +85,8 @@ void Newton::choose_start(std::vector<double>& w, std::vector<double>& f) {
   scale_ = scale;
 }
 
-// y, f, gradient (or, with Coulomb laws, residual), its norm and the scale of its terms, all at w.
+// Evaluates y, f, the gradient (or, with Coulomb laws, residual), its norm and the scale of its
+// terms at w.
 void Newton::evaluate_residual(const std::vector<double>& w, std::vector<double>& f) {
   const double* free = system_->free_velocity();
   const double* inverse = system_->inverse_diagonal();
@@ -112,8 +114,8 @@ void Newton::evaluate_residual(const std::vector<double>& w, std::vector<double>
   linearized_ = recorded_ = false;
 }
 
-// Norm of the residual that rounding alone explains: y is known to eps |J||w|, hence f to |G| times
-// that, and M(w - w*) to eps |M||w|.
+// Returns the norm of the residual that rounding alone explains: y is known to eps |J||w|, hence f
+// to |G| times that, and M(w - w*) to eps |M||w|.
 double Newton::roundoff_floor(const std::vector<double>& w) {
   linearize();
   system_->velocity_roundoff(w.data(), y_trial_.data());
@@ -138,7 +140,7 @@ double Newton::roundoff_floor(const std::vector<double>& w) {
   return std::sqrt(square);
 }
 
-// G of all laws at the point of the residual.
+// Evaluates G of all laws at the point of the residual.
 void Newton::linearize() {
   if (linearized_) return;
   linearized_ = true;
@@ -150,6 +152,8 @@ void Newton::linearize() {
   }
 }
 
+// Returns whether simplified Newton steps, with the present factors and the last contraction, would
+// soon converge (E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", IV.8).
 bool Newton::factors_suffice(double tolerance) const {
   return contraction_ <= kFast && residual_ * std::pow(contraction_, kMostReused) <= tolerance;
 }
@@ -164,7 +168,8 @@ void Newton::solve_direction() {
   system_->solve(step_.data());
 }
 
-// False where no step brings the residual down: a step with the last factors may fail.
+// Takes a step along step_. False if none reduces the residual, except with reused factors: new
+// ones may help.
 bool Newton::advance(std::vector<double>& w, std::vector<double>& f, bool reused) {
   const double before = gradient_norm_;
   bool moved = contraction_ <= kFast && take_step(1.0, before, w, f);
@@ -177,7 +182,7 @@ bool Newton::advance(std::vector<double>& w, std::vector<double>& f, bool reused
   return moved || reused;
 }
 
-// Goes alpha of the step, and stays where it was if the residual is not below the one there.
+// Moves w by alpha step_, and back if that does not reduce the residual enough.
 bool Newton::take_step(double alpha, double before, std::vector<double>& w,
                        std::vector<double>& f) {
   trial_ = w;
@@ -190,7 +195,7 @@ bool Newton::take_step(double alpha, double before, std::vector<double>& w,
   return false;
 }
 
-// The zero of the residual's component along step_: with a cost, where that is least.
+// Finds the zero of the residual's component along step_: with a cost, its minimum.
 LineSearchResult Newton::search_step() {
   LineSearchResult nowhere;
   const double at_zero = dot(gradient_, step_);
@@ -222,8 +227,8 @@ bool Newton::advance_cost(std::vector<double>& w) {
   return found.found;
 }
 
-// To the zero along the step if the residual is smaller there, else halves the step until it is;
-// leaves w where it was if it never is.
+// Moves to the zero along the step if the residual is smaller there, else halves the step until it
+// is; leaves w unchanged if it never is.
 bool Newton::advance_residual(std::vector<double>& w, std::vector<double>& f) {
   const double before = gradient_norm_;
   // The zero of the residual along the step is usually far better than the full step.
@@ -242,9 +247,9 @@ void Newton::record() {
   totals_.residual_history.push_back(residual_);
 }
 
-// A step with new factors that did not reduce the residual, or a line search lost in noise:
-// round-off, or failure? A start that no such step has followed yet must be round-off for sure, and
-// is asked only where the answer may be yes.
+// Decides whether the residual is round-off. It is in doubt after a step with new factors that did
+// not halve it, or after a step that failed. Otherwise, for instance at the start, it must be
+// round-off for certain, which is tested only where the answer may be yes.
 bool Newton::at_floor(bool moved, bool reused, double best, const std::vector<double>& w) {
   const bool in_doubt = !moved || (!reused && gradient_norm_ > 0.5 * best);
   if (!in_doubt && residual_ > kLargestSureFloor) return false;

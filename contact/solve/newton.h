@@ -1,8 +1,8 @@
 // Newton's method on the next velocity of one island, at the present smoothing of its laws.
 //
 // Without Coulomb laws the residual M(w - w*) - J'f(Jw + b) is the gradient of a convex cost:
-// Cholesky, and a line search for its zero along the direction, which cannot fail but to round-off.
-// With Coulomb laws it is no gradient: LU, and steps halved until the norm of the residual falls.
+// Cholesky, and a line search for the zero of its component along the direction, which fails only
+// by round-off. With Coulomb laws it is not a gradient: LU, and steps halved until its norm falls.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@
 
 namespace counterpoint::contact {
 
-/// Room for the steps of a solve: histories do not allocate in the middle of a run.
+/// Number of steps of a solve for which histories reserve memory.
 inline constexpr std::size_t kUsualHistory = 256;
 
 class Newton {
@@ -21,7 +21,7 @@ class Newton {
   struct Result {
     Status status = Status::kConverged;
     int iterations = 0;
-    double residual = 0.0;  ///< relative, as Report says
+    double residual = 0.0;  ///< relative, as in Report
   };
   struct Totals {
     int iterations = 0;
@@ -29,19 +29,19 @@ class Newton {
     std::vector<double> residual_history;
   };
 
-  /// Begins with an island: sizes memory, forgets the totals.
+  /// Begins with an island: sizes the memory and resets the totals.
   void begin(IslandSystem& system);
-  /// Replaces w by the free velocity if that has the smaller residual: a contact at rest starts
-  /// well from the last velocity, a flight from the free one.
-  /// f: room for impulses. resume() then starts there.
+  /// Replaces w by the free velocity if that has the smaller residual: the last velocity is a good
+  /// start for a contact at rest, the free one for a flight. f: memory for the impulses. resume()
+  /// then starts there.
   void choose_start(std::vector<double>& w, std::vector<double>& f);
-  /// At most `max_iterations` factorizations towards a relative residual of `tolerance`. w: start
-  /// on entry, answer on return; f: impulses at w. contraction: share of the residual that a step
-  /// with the system's present factors is expected to leave; 1 where they are of no use.
+  /// Takes at most `max_iterations` factorizations towards a relative residual of `tolerance`. w:
+  /// start on entry, answer on return; f: impulses at w. contraction: expected share of the
+  /// residual after a step with the system's present factors; 1 where they are of no use.
   Result run(double tolerance, int max_iterations, std::vector<double>& w, std::vector<double>& f,
              double contraction = 1.0);
-  /// Goes on where the last run or choose_start() ended, with its w, f and laws: nothing is
-  /// computed anew.
+  /// Continues where the last run() or choose_start() ended, with its w, f and laws, without
+  /// another evaluation.
   Result resume(double tolerance, int max_iterations, std::vector<double>& w,
                 std::vector<double>& f);
 
@@ -66,13 +66,13 @@ class Newton {
 
   IslandSystem* system_ = nullptr;
   bool unsymmetric_ = false;
-  bool evaluated_ = false;   ///< the residual kept inside is that of the point at hand
-  bool linearized_ = false;  ///< and so is the Hessian
-  bool recorded_ = false;    ///< it is in the histories
+  bool evaluated_ = false;   ///< the residual kept inside is that of the present point
+  bool linearized_ = false;  ///< the Hessian, too
+  bool recorded_ = false;    ///< the residual is in the history
   std::vector<double> difference_, momentum_, gradient_, step_, mass_step_, trial_;
   std::vector<double> y_, y_step_, y_trial_, hessian_;
   double gradient_norm_ = 0.0, scale_ = 0.0, residual_ = 0.0;
-  double contraction_ = 1.0;  ///< residual after over that before the last step
+  double contraction_ = 1.0;  ///< residual after the last step over that before
   Totals totals_;
 };
 

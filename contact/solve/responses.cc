@@ -28,7 +28,7 @@ COUNTERPOINT_WIDE void add_response(int rows, const double* values, int size, co
                 __attribute__((always_inline)) { add_rows<N>(values, size, f, w); });
 }
 
-// Four rows at a time.
+// Rows solved at a time.
 constexpr int kLanes = 4;
 
 }  // namespace
@@ -76,7 +76,7 @@ void Responses::velocity(const double* f, double* w) {
   for (size_t i = 0; i < n; ++i) w[i] = system_->free_velocity()[i] + scratch_[i];
 }
 
-// Strips of one block follow one another.
+// Finds the response to a constraint. Strips of the same block are adjacent.
 void Responses::find(int constraint) {
   const auto& jacobian = system_->jacobian();
   const auto& c = jacobian.constraints()[constraint];
@@ -95,8 +95,8 @@ void Responses::find(int constraint) {
   known.num_parts = static_cast<int>(parts_.size()) - known.first_part;
 }
 
-// Of the block that strips first ... end - 1 are of, whose first column that is; its share of what
-// the constraint feels of itself, too. Returns the column after the last.
+// Finds the response of the velocity block of the strips first ... end - 1, which start at `column`
+// of J, and adds its share of J_c inv(M) J_c'. Returns the column after the last.
 int Responses::find_part(int constraint, int first, int end, int column) {
   const auto& jacobian = system_->jacobian();
   const auto& c = jacobian.constraints()[constraint];

@@ -16,8 +16,8 @@ void Sweeps::begin(const IslandSystem& system) {
   ready_ = false;
 }
 
-// How far a constraint moves by its own impulses: the sums of the rows of A_c bound its
-// eigenvalues.
+// Sets sigma to a bound on the constraint's response to its own impulses: the row sums of A_c bound
+// its eigenvalues.
 void Sweeps::find_widths(int constraint) {
   WideLaw& law = laws_[constraint];
   const double* own = responses_.own(constraint);
@@ -34,13 +34,13 @@ void Sweeps::find_widths(int constraint) {
   }
 }
 
-// True if its impulse changes.
+// Updates one constraint. Returns whether its impulse changes.
 bool Sweeps::visit(int constraint, double smoothing, double negligible, MixedSystem::Point& point) {
   WideLaw& law = laws_[constraint];
   double x[kMaxRows], df[kMaxRows];
   system_->constraint_velocity(constraint, point.w.data(), x);
   double* phi = point.phi.data() + law.row;
-  if (is_one_sided(law.law->type) && x[0] > 0.0) {  // open, and loaded by nothing
+  if (is_one_sided(law.law->type) && x[0] > 0.0) {  // open and without load
     const double root = std::sqrt(system_->constraints()[constraint].inverse_mass);
     double load = 0.0;
     for (int r = 0; r < law.rows; ++r) load = std::max(load, std::abs(phi[r]));

@@ -1,11 +1,11 @@
-// Sweeps of Gauss and Seidel over the constraints of an island.
+// Gauss-Seidel sweeps over the constraints of an island.
 //
 // One constraint after the other takes the impulse that its widened law (mixed_system.h) gives at
-// the velocities of the moment, with sigma what the constraint feels of itself, A_c = J_c inv(M)
-// J_c'. A sweep costs little and finds, from almost anywhere, roughly which contacts carry and
-// slide; what is left converges slowly and is for Newton's method (M. Silcowitz, S. Niebe, K.
+// the present velocities, with sigma from the constraint's own response A_c = J_c inv(M) J_c'. A
+// sweep costs little and finds, from almost anywhere, roughly which contacts carry and slide; the
+// remaining error converges slowly and is left to Newton's method (M. Silcowitz, S. Niebe, K.
 // Erleben, "Projected Gauss-Seidel subspace minimization method for interactive rigid body
-// dynamics", 2010, divide the work like this).
+// dynamics", 2010, divide the work in this way).
 #pragma once
 
 #include <vector>
@@ -18,14 +18,14 @@ namespace counterpoint::contact {
 
 class Sweeps {
  public:
-  /// Takes the memory that an island needs.
+  /// Reserves the memory that an island needs.
   void reserve(const IslandSystem& system);
-  /// Takes the island with its laws as they are now.
+  /// Takes the island with its present laws.
   void begin(const IslandSystem& system);
-  /// The velocity becomes that of the impulses: w = w* + inv(M) J'f. To be called before run().
+  /// Sets the velocity to that of the impulses, w = w* + inv(M) J'f. Must be called before run().
   void start(MixedSystem::Point& point);
-  /// `count` sweeps, there and back, with laws of so much more smoothing [J]. Changes of an impulse
-  /// below `negligible` [sqrt J] are not made.
+  /// Runs `count` sweeps, each forward and backward, with `smoothing` [J] added to every law.
+  /// Changes of an impulse below `negligible` [sqrt J] are skipped.
   void run(int count, double smoothing, double negligible, MixedSystem::Point& point);
 
  private:

@@ -10,7 +10,7 @@
 namespace counterpoint::contact {
 namespace {
 
-// x becomes the impulse of exact friction at the smoothing k [J].
+// Replaces x by the impulse of exact friction at the smoothing k [J].
 inline CoulombCone take_coulomb(const WideLaw& law, double k, double* x) {
   const CoulombCone cone(x, law.rows, law.sigma, law.sigma_T, scaled_slip_speed(*law.law), k);
   x[0] = cone.n;
@@ -29,8 +29,9 @@ WideLaw::WideLaw(const IslandSystem::Constraint& c, double sigma_of_normal)
   const bool friction = c.law.type == LawType::kFrictionCone;
   std::fill_n(scale, rows, 1.0);
   for (int r = 1; friction && r < rows; ++r) scale[r] = c.law.friction[r - 1];
-  // Friction knows nothing of the normal velocity in exact Coulomb laws: it may be widened by
-  // itself. z_T = mu y_T moves with mu^2 of what the normal does; half of that way serves best.
+  // With exact Coulomb friction the normal impulse does not depend on friction, which may therefore
+  // have its own sigma. The inverse mass along z_T = mu y_T is mu^2 times that of the normal; the
+  // factor mu, halfway between, works best.
   widen(sigma_of_normal,
         c.law.coulomb ? std::max(rho, sigma_of_normal) * c.law.friction[0] : sigma_of_normal);
 }
@@ -40,7 +41,7 @@ void WideLaw::widen(double normal, double friction) {
   sigma_T = std::max(rho, friction);
 }
 
-// x becomes F_sigma(x); A and t of the law are those at x.
+// Replaces x by F_sigma(x); A and t of the law become those at x.
 void WideLaw::evaluate(double center, double* x) {
   const double k = law->smoothing + center;
   switch (law->type) {
@@ -71,8 +72,8 @@ void WideLaw::evaluate(double center, double* x) {
   }
 }
 
-// Sweeps visit contacts often and need no derivatives, which cost four divisions: the compiler
-// leaves out what is not asked for.
+// Evaluates the impulse alone, since sweeps visit contacts often and need no derivatives, which
+// cost four divisions: the compiler leaves out unused results.
 void WideLaw::impulse(double center, double* x) {
   if (law->type != LawType::kFrictionCone || !law->coulomb) return evaluate(center, x);
   take_coulomb(*this, law->smoothing + center, x);
@@ -105,7 +106,7 @@ void WideLaw::apply(const Operator& op, const double* x, double* out) const {
   for (int i = 1; i < rows; ++i) out[i] = op.across * x[i] + radial * t[i];
 }
 
-// inv(1 - (sigma - rho) A).
+// Returns inv(1 - (sigma - rho) A).
 WideLaw::Operator WideLaw::widening() const {
   const double d = sigma - rho, d_T = sigma_T - rho;
   const double nn = 1.0 - d * A.normal, rr = 1.0 - d_T * A.radial;

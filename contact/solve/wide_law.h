@@ -1,4 +1,4 @@
-// One constraint's law, widened (mixed_system.h), with its derivatives.
+// Law of one constraint, widened (mixed_system.h), with its derivatives.
 #pragma once
 
 #include "counterpoint/contact/problem.h"
@@ -6,42 +6,42 @@
 
 namespace counterpoint::contact {
 
-/// rho of a law: the regularizer of its first row, before it is widened [1/kg].
+/// Returns rho of a law [1/kg]: the regularizer of its first row, before it is widened.
 double own_regularizer(const Law& law);
 
 struct WideLaw {
-  /// -F' or inv(1 - (sigma - rho) A) in the directions of normal and friction: lower triangular in
-  /// (normal, radial), a multiple of one across the radial direction.
+  /// -F' or inv(1 - (sigma - rho) A) in the directions (normal, radial), and a multiple of the
+  /// identity across the radial direction. normal_radial is zero for exact friction.
   struct Operator {
     double normal = 0.0, radial = 0.0, across = 0.0;
     double radial_normal = 0.0, normal_radial = 0.0;
   };
 
-  /// sigma of the normal [1/kg]; that of friction follows from it.
+  /// sigma_of_normal: sigma of the normal row [1/kg]; that of friction follows from it.
   WideLaw(const IslandSystem::Constraint& c, double sigma_of_normal);
-  /// Other sigmas, not below rho.
+  /// Sets other sigmas [1/kg], not below rho.
   void widen(double normal, double friction);
   double wide(int r) const { return r > 0 ? sigma_T : sigma; }
 
-  /// x becomes F_sigma(x) at a smoothing larger by `center` [J]; A and t are those at x.
+  /// Replaces x by F_sigma(x) at a smoothing larger by `center` [J]; A and t are those at x.
   void evaluate(double center, double* x);
-  /// The same, but A and t may stay what they were.
+  /// Same, but A and t may stay unchanged.
   void impulse(double center, double* x);
   void apply(const Operator& op, const double* x, double* out) const;
-  /// The impulse f [N s] of scaled impulses phi, linearly; both `rows` numbers, and may be the
-  /// same.
+  /// Computes the impulse f [N s] of scaled impulses phi, a linear map; both are `rows` long and
+  /// may be the same array.
   void unscale(const double* phi, double* f) const {
     for (int r = 0; r < rows; ++r) f[r] = scale[r] * phi[r];
     lean_impulse(*law, f);
   }
-  /// inv(1 - (sigma - rho) A).
+  /// Returns inv(1 - (sigma - rho) A).
   Operator widening() const;
 
   const Law* law;
   int row, rows, hessian;
   double rho = 0.0, sigma = 0.0, sigma_T = 0.0;
   double scale[kMaxRows];   ///< D
-  double t[kMaxRows] = {};  ///< unit, friction part of x; t[0] unused
+  double t[kMaxRows] = {};  ///< unit vector along the friction part of x; t[0] unused
   Operator A, B;
 
  private:
