@@ -3,10 +3,10 @@
 #include <algorithm>
 
 #include "counterpoint/engine/diagnosis/failure_cause.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/aba.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/forces/drag.h"
-#include "counterpoint/engine/forces/effort_limits.h"
 #include "counterpoint/engine/forces/joint_forces.h"
 #include "counterpoint/engine/forces/servos.h"
 

@@ -288,8 +288,8 @@ void ClosureDerivator::add_share_slope(const Model& model, double slope, int bod
 }
 
 void ClosureDerivator::compute(const Model& model, const ContactOptions& options, double h,
-                               const Closure& closure, const PairConstraint& pair, const Kinematics& data,
-                               bool aimed) {
+                               const Closure& closure, const PairConstraint& pair,
+                               const Kinematics& data, bool aimed) {
   const bool turns = pair.first == 3, distance = closure.type == ClosureType::kDistance;
   const Side a = side(model, pair.body_a, -1.0, closure.X_AC, pair.position, data);
   const Side b = side(model, pair.body_b, 1.0, closure.X_BC, pair.position, data);
@@ -345,7 +345,8 @@ void ClosureDerivator::add_to(MatrixX& out, double scale, const Columns& slopes)
       out(coordinates[i], coordinates[j]) += scale * jacobian.col(i).dot(slopes.col(j));
 }
 
-ContactMotion closure_motion(const Closure& closure, const PairConstraint& pair, const Kinematics& data) {
+ContactMotion closure_motion(const Closure& closure, const PairConstraint& pair,
+                             const Kinematics& data) {
   const Vector3 to_b = data.X_WB[closure.body_b] * closure.X_BC.translation - pair.position;
   Eigen::Matrix<double, 3, 6> anchor;
   anchor << -skew(to_b), Matrix3::Identity();

@@ -102,6 +102,7 @@ class ClosureDerivator {
 
 /// Returns how the place of a closure's rows, and their frame, follow a displacement of B relative
 /// to A.
-ContactMotion closure_motion(const Closure& closure, const PairConstraint& pair, const Kinematics& data);
+ContactMotion closure_motion(const Closure& closure, const PairConstraint& pair,
+                             const Kinematics& data);
 
 }  // namespace counterpoint

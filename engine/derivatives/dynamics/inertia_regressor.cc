@@ -47,7 +47,7 @@ void InertiaRegressor::set_motion(const Model& model, const double* v, const dou
 }
 
 void InertiaRegressor::compute(const Model& model, const VectorRef& v, const VectorRef& a,
-                               const Vector3& gravity, const Kinematics& data, MatrixX& Y) {
+                               const Vector3& gravity, const Data& data, MatrixX& Y) {
   set_motion(model, data.has_coriolis ? v.data() : nullptr, a.data(), gravity, data);
   const int columns = 10 * model.num_joints();
   if (Y.rows() != model.nv() || Y.cols() != columns) Y.resize(model.nv(), columns);

@@ -18,7 +18,7 @@ class InertiaRegressor {
   /// carried weight. If data.has_coriolis is false, velocity-dependent forces are left out; mean
   /// forces are ignored. Needs compute_poses. Nothing is allocated once Y has its size.
   void compute(const Model& model, const VectorRef& v, const VectorRef& a, const Vector3& gravity,
-               const Kinematics& data, MatrixX& Y);
+               const Data& data, MatrixX& Y);
 
   /// Adds `factor` times Y times a change of one body's inertial parameters to tau (nv). Needs
   /// set_motion at the same poses.

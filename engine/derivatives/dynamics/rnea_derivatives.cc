@@ -6,7 +6,7 @@ RneaDerivator::RneaDerivator(const Model& model)
     : sweep_(model), responds_(model.num_bodies(), 0), zero_(VectorX::Zero(model.nv())) {}
 
 void RneaDerivator::compute(const Model& model, const VectorRef& v, const VectorRef& a,
-                            const Vector3& gravity, const Kinematics& data, RneaDerivatives& out) {
+                            const Vector3& gravity, const Data& data, RneaDerivatives& out) {
   const int nv = model.nv();
   const bool one = model.num_trees() == 1;
   for (MatrixX* m : {&out.dq, &out.dv, &out.da}) {

@@ -17,7 +17,7 @@ class RneaDerivator {
   /// Velocity-dependent forces are included if data.has_coriolis; mean forces are ignored. Needs
   /// compute_poses, compute_inertias. Nothing is allocated once `out` has its size.
   void compute(const Model& model, const VectorRef& v, const VectorRef& a, const Vector3& gravity,
-               const Kinematics& data, RneaDerivatives& out);
+               const Data& data, RneaDerivatives& out);
 
  private:
   TreeSweep sweep_;

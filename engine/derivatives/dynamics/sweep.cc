@@ -326,8 +326,8 @@ bool TreeSweep::add_carried_weight(const Model& model, const Tree& tree, const K
   return !all.empty();
 }
 
-void TreeSweep::run(const Model& model, const Tree& tree, const Kinematics& data, const SweepInput& in,
-                    SweepOutput out) {
+void TreeSweep::run(const Model& model, const Tree& tree, const Kinematics& data,
+                    const SweepInput& in, SweepOutput out) {
   go_out(model, tree, data, in);
   bool respond = false;
   for (int i = tree.body_begin; i < tree.body_end; ++i) {

@@ -53,8 +53,8 @@ void add_wrench_responses(const Model& model, const std::vector<ExternalWrench>&
   }
 }
 
-void add_drag_responses(const Model& model, const std::vector<Motion>& V_next, const Kinematics& data,
-                        ForceResponses& out) {
+void add_drag_responses(const Model& model, const std::vector<Motion>& V_next,
+                        const Kinematics& data, ForceResponses& out) {
   for (const BodyDrag& link : model.drags())
     add_link(model, link, V_next[link.body], false, data, out);
 }

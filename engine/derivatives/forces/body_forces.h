@@ -14,8 +14,8 @@ void add_wrench_responses(const Model& model, const std::vector<ExternalWrench>&
                           const Kinematics& data, ForceResponses& out);
 
 /// Adds drag (drag.h) at the bodies' velocities at the start of a step, data.V, and at its end.
-void add_drag_responses(const Model& model, const std::vector<Motion>& V_next, const Kinematics& data,
-                        ForceResponses& out);
+void add_drag_responses(const Model& model, const std::vector<Motion>& V_next,
+                        const Kinematics& data, ForceResponses& out);
 /// Adds drag with both velocities equal to data.V; all of the response is by the velocity at the
 /// start.
 void add_drag_responses(const Model& model, const Kinematics& data, ForceResponses& out);

@@ -43,8 +43,8 @@ void EqualityPrediction::group(const Step& step) {
 /// rows_v_ and in_second_.
 void EqualityPrediction::add_equalities(const Step& step, const Stage& stage) {
   const ConstraintSet& equalities = step.predictor.equalities();
-  const ConstraintSet& all = step.ws.constraints;
-  const Kinematics& data = step.ws.data;
+  const ConstraintSet& all = *step.inverted.constraints;
+  const Kinematics& data = step.inverted.at();
   PairResponse response;
   for (size_t i = 0; i < equalities.pairs.size(); ++i) {
     PairConstraint pair = equalities.pairs[i];
@@ -84,9 +84,10 @@ void EqualityPrediction::sweep(const Step& step, const Stage& stage, InverseDeri
     const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
     if (step.predicted[t] && stage.in != nullptr)
       at_(part) = 0.5 * (step.v(part) + (*stage.in)(part));
-    if (tree.body_end - tree.body_begin == 1 && step.ws.data.has_mean_force[tree.body_begin])
+    if (tree.body_end - tree.body_begin == 1 &&
+        step.inverted.start.velocity_forces().has_mean_force[tree.body_begin])
       at_(part).setZero();
-    sweep_.run(model, tree, step.ws.data, in, to);
+    sweep_.run(model, tree, step.inverted.at(), in, to);
     if (!step.predicted[t]) continue;
     // At v, dn/dv = 2 B(v, .); dn/dv is linear in the velocity.
     if (stage.in == nullptr) {
@@ -104,21 +105,21 @@ void EqualityPrediction::differentiate(const Step& step, const Stage& stage,
                                        InverseDerivatives& out) {
   const int nv = step.model.nv();
   for (MatrixX* m : {&out.dq, &out.dv, &out.dv_next, &rows_q_, &rows_v_}) m->setZero(nv, nv);
-  compute_body_velocities(step.model, *stage.out, step.ws.data, V_);
+  compute_body_velocities(step.model, *stage.out, step.inverted.at(), V_);
   forces_.begin();
-  for (int n = 0; n < step.ws.start.free_flight().num_flyers(); ++n) {
-    const int i = step.ws.start.free_flight().body(n);
-    forces_.add_load(i, step.ws.data.mean_force[i] * -1.0);
+  for (int n = 0; n < step.inverted.start.free_flight().num_flyers(); ++n) {
+    const int i = step.inverted.start.free_flight().body(n);
+    forces_.add_load(i, step.inverted.start.velocity_forces().mean_force[i] * -1.0);
   }
   add_equalities(step, stage);
   sweep(step, stage, out);
   out.dq += rows_q_;
   out.dv += rows_v_;
-  add_flight_derivatives(step.model, step.h, step.v, step.gravity, step.ws.start.free_flight(),
-                         step.ws.data, out);
+  add_flight_derivatives(step.model, step.h, step.v, step.gravity,
+                         step.inverted.start.free_flight(), step.inverted.at(), out);
   add_joint_force_derivatives(step.model, step.effects.without({Effect::kServos}), step.h, out);
   add_joint_row_derivatives(step.options, step.predictor.equalities().joints, *stage.out,
-                            step.ws.finder.weights(), out);
+                            step.inverted.finder.weights(), out);
 }
 
 /// Adds the remaining terms of B(v, w) = n((v + w) / 2) - n((v - w) / 2), w = w1, and those of the
@@ -132,7 +133,8 @@ void EqualityPrediction::add_between(const Step& step) {
     const Tree& tree = step.model.trees()[t];
     const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
     at_(part) = 0.5 * (step.v(part) - step.predictor.first_velocity()(part));
-    sweep_.run(step.model, tree, step.ws.data, in, {between_.dq, between_.dv, between_.dv_next});
+    sweep_.run(step.model, tree, step.inverted.at(), in,
+               {between_.dq, between_.dv, between_.dv_next});
     block(tree, first_.dv) -= block(tree, between_.dv_next) / step.h;
     block(tree, second_.dv) -= block(tree, between_.dv_next) / step.h;
     if (step.predicted[t]) block(tree, second_.dq) -= block(tree, between_.dq);
@@ -150,19 +152,20 @@ void EqualityPrediction::add_last(const Step& step, const VectorX& other, bool a
     const Tree& tree = step.model.trees()[t];
     const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
     at_(part) = 0.5 * (step.v(part) - other(part));
-    sweep_.run(step.model, tree, step.ws.data, in, {between_.dq, between_.dv, between_.dv_next});
+    sweep_.run(step.model, tree, step.inverted.at(), in,
+               {between_.dq, between_.dv, between_.dv_next});
     block(tree, d.dq) -= block(tree, between_.dq);
     block(tree, d.dv) -= block(tree, in_last_);
   }
   if (step.predictor.equalities().pairs.empty()) return;
   step.closures.aim(step.model, step.h, step.q, step.predictor.velocity());
-  const ConstraintSet& all = step.ws.constraints;
+  const ConstraintSet& all = *step.inverted.constraints;
   for (const int index : step.predictor.equality_closures()) {
     const PairConstraint& pair = all.pairs[all.contacts.size() + static_cast<size_t>(index)];
     if (!step.predictor.aims(step.model, pair)) continue;
     const Closure& closure = step.model.closures()[all.closures[index]];
-    step.closures.compute(step.model, step.options.contact, step.h, closure, pair, step.ws.data,
-                          true);
+    step.closures.compute(step.model, step.options.contact, step.h, closure, pair,
+                          step.inverted.at(), true);
     const double scale = 1.0 / (pair.law.regularizer * step.h);
     if (!at_rest) step.closures.add_to(d.dq, scale, step.closures.by_q);
     step.closures.add_to(d.dv, scale, step.closures.by_v);
@@ -212,8 +215,9 @@ bool EqualityPrediction::close(const Step& step, int first, bool at_rest, Invers
   return true;
 }
 
-bool EqualityPrediction::add(const InverseArguments& of, const Given& given, Workspace::Impl& ws,
-                             ClosureDerivator& closures, InverseDerivatives& d) {
+bool EqualityPrediction::add(const InverseArguments& of, const Given& given,
+                             const InvertedStep& inverted, ClosureDerivator& closures,
+                             InverseDerivatives& d) {
   const auto& [predictor, predicted, other, at_rest] = given;
   const Model& model = of.model;
   if (!predictor.any() || predictor.equalities().empty()) return true;
@@ -221,7 +225,7 @@ bool EqualityPrediction::add(const InverseArguments& of, const Given& given, Wor
   const Vector3 gravity =
       of.effects.has(Effect::kGravity) ? model.gravity() : Vector3(Vector3::Zero());
   const Step step{model,     of.options, of.effects, of.q,   of.v,   predictor,
-                  predicted, ws,         closures,   of.h(), gravity};
+                  predicted, inverted,   closures,   of.h(), gravity};
   const int nv = model.nv();
   for (MatrixX* m : {&A_, &X_, &Y_, &part_, &between_.dq, &between_.dv, &between_.dv_next})
     if (m->rows() != nv) m->setZero(nv, nv);

@@ -25,8 +25,8 @@
 #include "counterpoint/engine/derivatives/constraints/closure_derivatives.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/forces/force_responses.h"
+#include "counterpoint/engine/step/inverted_step.h"
 #include "counterpoint/engine/step/step_start.h"
-#include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint {
 
@@ -43,7 +43,7 @@ class EqualityPrediction {
   /// Adds the missing terms to d. On entry d has the results of the sweeps, taken over predicted
   /// trees at (v + other) / 2, with velocity-dependent forces B(v, other), and the responses of the
   /// equalities at their present biases. Returns false if these terms have no closed form.
-  bool add(const InverseArguments& of, const Given& given, Workspace::Impl& ws,
+  bool add(const InverseArguments& of, const Given& given, const InvertedStep& inverted,
            ClosureDerivator& closures, InverseDerivatives& d);
 
  private:
@@ -58,7 +58,7 @@ class EqualityPrediction {
     const VectorRef &q, &v;
     const VelocityPredictor& predictor;
     const std::vector<char>& predicted;
-    Workspace::Impl& ws;
+    const InvertedStep& inverted;
     ClosureDerivator& closures;
     double h;
     Vector3 gravity;

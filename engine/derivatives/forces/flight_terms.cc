@@ -5,8 +5,8 @@
 namespace counterpoint {
 
 void add_flight_derivatives(const Model& model, double h, const VectorRef& v,
-                            const Vector3& gravity, const FreeFlight& flight, const Kinematics& data,
-                            InverseDerivatives& d) {
+                            const Vector3& gravity, const FreeFlight& flight,
+                            const Kinematics& data, InverseDerivatives& d) {
   for (int n = 0; n < flight.num_flyers(); ++n) {
     const int i = flight.body(n);
     const Body& body = model.body(i);

@@ -11,7 +11,8 @@ namespace counterpoint {
 /// of a top on a ball joint. Uses extrapolated differences of mean_force alone, a function of three
 /// variables each.
 void add_flight_derivatives(const Model& model, double h, const VectorRef& v,
-                            const Vector3& gravity, const FreeFlight& flight, const Kinematics& data,
+                            const Vector3& gravity, const FreeFlight& flight,
+                            const Kinematics& data,
                             InverseDerivatives& d);  // Parameters: a state, forces and result
 
 }  // namespace counterpoint

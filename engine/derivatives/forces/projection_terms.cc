@@ -142,7 +142,7 @@ void ProjectionTerms::find_scale_gradient(const InverseArguments& of, const Tree
 
 // Long: one formula, whose terms share their factors.
 void ProjectionTerms::add(const InverseArguments& of, int t, bool predicted,
-                          const Workspace::Impl& ws, InverseDerivatives& d) {
+                          const InvertedStep& inverted, InverseDerivatives& d) {
   const Model& model = of.model;
   const EffectSet effects = of.effects;
   const VectorRef& v = of.v;
@@ -150,15 +150,15 @@ void ProjectionTerms::add(const InverseArguments& of, int t, bool predicted,
   const Tree& tree = model.trees()[t];
   const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
   const auto part = Eigen::seqN(begin, n);
-  const double share = ws.start.energy_projection().share(t),
-               scale = ws.start.energy_projection().scale(t);
-  const VectorX& plain = ws.start.energy_projection().plain_change();
-  const VectorX& rotors = rotor_inertia(model, effects, ws);
+  const double share = inverted.start.energy_projection().share(t),
+               scale = inverted.start.energy_projection().scale(t);
+  const VectorX& plain = inverted.start.energy_projection().plain_change();
+  const VectorX& rotors = inverted.start.rotor_inertia(model, effects);
   a_(part) = plain(part) / h;
   SweepInput in;
   in.v = v.data();
   in.a = a_.data();
-  sweep_.run(model, tree, ws.data, in, {dq_, dv_, da_});
+  sweep_.run(model, tree, inverted.at(), in, {dq_, dv_, da_});
   auto M = da_.block(begin, begin, n, n);
   const auto dyn_q = dq_.block(begin, begin, n, n), dyn_v = dv_.block(begin, begin, n, n);
   auto out_q = d.dq.block(begin, begin, n, n), out_v = d.dv.block(begin, begin, n, n);
@@ -172,16 +172,16 @@ void ProjectionTerms::add(const InverseArguments& of, int t, bool predicted,
   auto changed = changed_.segment(begin, n);
   if (predicted) {
     changed.noalias() = 0.5 * (dyn_v * moved_.segment(begin, n));
-    other_(part) = ws.start.energy_projection().change()(part) / share;
+    other_(part) = inverted.start.energy_projection().change()(part) / share;
   } else {
     changed.setZero();
-    other_(part) = ws.start.energy_projection().change()(part) / share - plain(part);
+    other_(part) = inverted.start.energy_projection().change()(part) / share - plain(part);
   }
   changed.noalias() += (1.0 / h) * M * other_.segment(begin, n);
   other_(part) = moved_(part);
   moved_(part) *= scale;
   find_scale_gradient(of, tree, scale, predicted, rotors);
-  find_share_gradient(model, tree, h, predicted, ws.data);
+  find_share_gradient(model, tree, h, predicted, inverted.at());
 
   const int columns = end_.at.floats ? 4 : 1;
   // Growth of energy and momentum with the scale: rows times (v + plain).

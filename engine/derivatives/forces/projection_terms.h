@@ -14,8 +14,8 @@
 #include "counterpoint/engine/derivatives/dynamics/kinetic_gradient.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
+#include "counterpoint/engine/step/inverted_step.h"
 #include "counterpoint/engine/step/step_start.h"
-#include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint {
 
@@ -26,7 +26,7 @@ class ProjectionTerms {
   /// Adds the derivatives of the forces of tree t, as the inverse step left them in `ws`, beyond
   /// those of (M + R)(a - change / h) + (1 - s) n; predicted: with B at fixed f
   /// in place of (1 - s) n.
-  void add(const InverseArguments& of, int t, bool predicted, const Workspace::Impl& ws,
+  void add(const InverseArguments& of, int t, bool predicted, const InvertedStep& inverted,
            InverseDerivatives& d);
 
  private:

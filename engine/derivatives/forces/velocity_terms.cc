@@ -7,26 +7,6 @@
 namespace counterpoint {
 namespace {
 
-/// While it lives, `data` has no external wrenches and no added inertia. Allocates nothing.
-class WithoutApplied {
- public:
-  explicit WithoutApplied(Data& data)
-      : data_(data), had_external_(std::exchange(data.has_external, false)) {
-    added_.swap(data.added);
-  }
-  ~WithoutApplied() {
-    added_.swap(data_.added);
-    data_.has_external = had_external_;
-  }
-  WithoutApplied(const WithoutApplied&) = delete;
-  WithoutApplied& operator=(const WithoutApplied&) = delete;
-
- private:
-  Data& data_;
-  bool had_external_;
-  std::vector<AddedInertia> added_;
-};
-
 bool is_linkage(const Tree& tree) { return tree.body_end - tree.body_begin > 1; }
 
 }  // namespace
@@ -49,30 +29,32 @@ VelocityTerms::VelocityTerms(const Model& model)
   bool any = false;
   for (const Tree& tree : model.trees()) any = any || is_linkage(tree);
   if (!any) return;
+  resting_data_.emplace(model);
   const int nv = model.nv();
   for (MatrixX* m : {&dq_, &dv_, &da_, &factor_, &solved_}) m->setZero(nv, nv);
 }
 
-void VelocityTerms::begin(const InverseArguments& of, Workspace::Impl& ws) {
+void VelocityTerms::begin(const InverseArguments& of, const InvertedStep& inverted) {
   const Model& model = of.model;
   std::fill(predictor_.begin(), predictor_.end(), nullptr);
   std::fill(has_ties_.begin(), has_ties_.end(), 0);
   resting_.forget();
-  mean_ = ws.data.has_coriolis && of.options.mean_velocity_forces;
+  mean_ = inverted.has_coriolis && of.options.mean_velocity_forces;
   if (!mean_) return;
   ranges_.clear();
   for (int t = 0; t < model.num_trees(); ++t) {
     const Tree& tree = model.trees()[t];
     if (!is_linkage(tree)) continue;
-    const bool known = ws.start.predictor().covers(t) || ws.start.predictor().knows(t);
-    if (ws.start.predictor().covers(t) || (known && ws.start.predictor().has(t))) {
-      predictor_[t] = &ws.start.predictor();
+    const bool known = inverted.start.predictor().covers(t) || inverted.start.predictor().knows(t);
+    if (inverted.start.predictor().covers(t) || (known && inverted.start.predictor().has(t))) {
+      predictor_[t] = &inverted.start.predictor();
     } else if (known) {
       ranges_.push_back({tree.body_begin, tree.body_end});
     }
   }
-  if (!ranges_.empty()) predict_resting(of, ws);
-  for (const VelocityPredictor* predictor : {&ws.start.predictor(), &std::as_const(resting_)}) {
+  if (!ranges_.empty()) predict_resting(of, inverted);
+  for (const VelocityPredictor* predictor :
+       {&inverted.start.predictor(), &std::as_const(resting_)}) {
     if (!predictor->any()) continue;
     for_each_constraint(model, predictor->equalities(), [&](int a, int b) {
       for (const int t : {a, b})
@@ -81,22 +63,24 @@ void VelocityTerms::begin(const InverseArguments& of, Workspace::Impl& ws) {
   }
 }
 
-void VelocityTerms::predict_resting(const InverseArguments& of, Workspace::Impl& ws) {
+void VelocityTerms::predict_resting(const InverseArguments& of, const InvertedStep& inverted) {
   const Model& model = of.model;
-  constraints_ = ws.start.constraints();
-  const Vector3& gravity = ws.start.gravity();
-  const WithoutApplied without(ws.data);
+  constraints_ = inverted.start.constraints();
+  const Vector3& gravity = inverted.start.gravity();
+  Data& data = *resting_data_;
+  static_cast<Kinematics&>(data) = inverted.at();
+  static_cast<VelocityForces&>(data) = inverted.start.velocity_forces();
   const StepContext at = of.context();
   resting_.find(at, VelocityPredictor::Of::kAllLinkages, of.h(), gravity, constraints_, ranges_,
-                ws.data);
-  resting_.refine(at, gravity, constraints_, ws.data);
+                data);
+  resting_.refine(at, gravity, constraints_, data);
   for (const BodyRange& bodies : ranges_) {
     const int t = model.body(bodies.begin).tree;
     if (resting_.covers(t)) predictor_[t] = &resting_;
   }
 }
 
-void VelocityTerms::prepare(const InverseArguments& of, int t, const Workspace::Impl& ws,
+void VelocityTerms::prepare(const InverseArguments& of, int t, const InvertedStep& inverted,
                             VectorX& v_at, VectorX& a_at, SweepInput& in) {
   const Tree& tree = of.model.trees()[t];
   const VectorRef& v = of.v;
@@ -105,14 +89,14 @@ void VelocityTerms::prepare(const InverseArguments& of, int t, const Workspace::
   if (!mean_ || !is_linkage(tree)) return;
   const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
   const bool covered = predictor_[t] != nullptr;
-  const double share = ws.start.energy_projection().share(t);
+  const double share = inverted.start.energy_projection().share(t);
   if (covered) f_(part) = predictor_[t]->velocity()(part);
   if (share > 0.0) {
-    a_at(part) -= ws.start.energy_projection().change()(part) / of.h();
+    a_at(part) -= inverted.start.energy_projection().change()(part) / of.h();
     if (covered) {
       kind_[t] = Kind::kBoth;
       other_(part) =
-          f_(part) - share * (v(part) + ws.start.energy_projection().plain_change()(part));
+          f_(part) - share * (v(part) + inverted.start.energy_projection().plain_change()(part));
       v_at(part) = 0.5 * (v(part) + other_(part));
       return;
     }
@@ -127,29 +111,30 @@ void VelocityTerms::prepare(const InverseArguments& of, int t, const Workspace::
   v_at(part) = 0.5 * (v(part) + f_(part));
 }
 
-bool VelocityTerms::add_equalities(const InverseArguments& of, Workspace::Impl& ws,
+bool VelocityTerms::add_equalities(const InverseArguments& of, const InvertedStep& inverted,
                                    ClosureDerivator& closures, InverseDerivatives& d) {
   if (!mean_) return true;
   bool known = true;
-  for (const VelocityPredictor* predictor : {&ws.start.predictor(), &std::as_const(resting_)}) {
+  for (const VelocityPredictor* predictor :
+       {&inverted.start.predictor(), &std::as_const(resting_)}) {
     for (size_t t = 0; t < predicted_.size(); ++t) predicted_[t] = predictor_[t] == predictor;
     const EqualityPrediction::Given given{*predictor, predicted_, other_, predictor == &resting_};
-    known = equality_prediction_.add(of, given, ws, closures, d) && known;
+    known = equality_prediction_.add(of, given, inverted, closures, d) && known;
   }
   return known;
 }
 
-void VelocityTerms::add(const InverseArguments& of, int t, Workspace::Impl& ws,
+void VelocityTerms::add(const InverseArguments& of, int t, const InvertedStep& inverted,
                         InverseDerivatives& d) {
   const Kind kind = kind_[t];
   if ((kind == Kind::kPredicted || kind == Kind::kBoth) && !has_ties_[t])
-    add_prediction(of, of.model.trees()[t], ws, d);
+    add_prediction(of, of.model.trees()[t], inverted, d);
   if (kind == Kind::kProjected || kind == Kind::kBoth)
-    projection_.add(of, t, kind == Kind::kBoth, ws, d);
+    projection_.add(of, t, kind == Kind::kBoth, inverted, d);
 }
 
 void VelocityTerms::add_prediction(const InverseArguments& of, const Tree& tree,
-                                   Workspace::Impl& ws, InverseDerivatives& d) {
+                                   const InvertedStep& inverted, InverseDerivatives& d) {
   const Model& model = of.model;
   const EffectSet effects = of.effects;
   const VectorRef& v = of.v;
@@ -160,13 +145,13 @@ void VelocityTerms::add_prediction(const InverseArguments& of, const Tree& tree,
   half_(part) = 0.5 * (v(part) - other_(part));
   in.v = half_.data();
   in.a = zero_.data();
-  sweep_.run(model, tree, ws.data, in, {dq_, dv_, da_});
+  sweep_.run(model, tree, inverted.at(), in, {dq_, dv_, da_});
   d.dq.block(begin, begin, n, n) -= dq_.block(begin, begin, n, n);
   a_f_(part) = (f_(part) - v(part)) / h;
   in.v = v.data();
   in.a = a_f_.data();
   if (effects.has(Effect::kGravity)) in.gravity = model.gravity();
-  sweep_.run(model, tree, ws.data, in, {dq_, dv_, da_});
+  sweep_.run(model, tree, inverted.at(), in, {dq_, dv_, da_});
   auto D = factor_.topLeftCorner(n, n), X = solved_.topLeftCorner(n, n);
   // B(v, .) is half of dn/dv; X' = h inv(M + D) B(v, .)'.
   D = da_.block(begin, begin, n, n);

@@ -11,6 +11,7 @@
 // vanish; their derivatives do not, and are those of the limit of the prediction.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "counterpoint/engine/derivatives.h"
@@ -18,8 +19,8 @@
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 #include "counterpoint/engine/derivatives/forces/equality_prediction.h"
 #include "counterpoint/engine/derivatives/forces/projection_terms.h"
+#include "counterpoint/engine/step/inverted_step.h"
 #include "counterpoint/engine/step/step_start.h"
-#include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint {
 
@@ -27,25 +28,25 @@ class VelocityTerms {
  public:
   explicit VelocityTerms(const Model& model);
 
-  /// Starts with an inverse step as it was left in `ws`.
-  void begin(const InverseArguments& of, Workspace::Impl& ws);
+  /// Starts with an inverse step as it was left in `inverted`.
+  void begin(const InverseArguments& of, const InvertedStep& inverted);
 
   /// Sets the arguments of the sweep over tree t: v_at = v and a_at = a (nv) on entry, changed in
   /// place.
-  void prepare(const InverseArguments& of, int t, const Workspace::Impl& ws, VectorX& v_at,
+  void prepare(const InverseArguments& of, int t, const InvertedStep& inverted, VectorX& v_at,
                VectorX& a_at, SweepInput& in);
 
   /// Adds the remaining terms of tree t after that sweep.
-  void add(const InverseArguments& of, int t, Workspace::Impl& ws, InverseDerivatives& d);
+  void add(const InverseArguments& of, int t, const InvertedStep& inverted, InverseDerivatives& d);
 
   /// Adds the remaining terms of trees under equalities after all sweeps, and those of closure rows
   /// with aimed bias. Returns false if they have no closed form.
-  bool add_equalities(const InverseArguments& of, Workspace::Impl& ws, ClosureDerivator& closures,
-                      InverseDerivatives& d);
+  bool add_equalities(const InverseArguments& of, const InvertedStep& inverted,
+                      ClosureDerivator& closures, InverseDerivatives& d);
   /// Whether the bias of a closure's rows is aimed (aims), or would be if its tree were not at
   /// rest.
-  bool aims(const Model& model, const PairConstraint& pair, const Workspace::Impl& ws) const {
-    return mean_ && ws.start.predictor().aims(model, pair);
+  bool aims(const Model& model, const PairConstraint& pair, const InvertedStep& inverted) const {
+    return mean_ && inverted.start.predictor().aims(model, pair);
   }
   bool aims_at_rest(const Model& model, const PairConstraint& pair) const {
     return resting_.aims(model, pair);
@@ -54,8 +55,8 @@ class VelocityTerms {
  private:
   enum class Kind : unsigned char { kPlain, kPredicted, kProjected, kBoth };
 
-  void predict_resting(const InverseArguments& of, Workspace::Impl& ws);
-  void add_prediction(const InverseArguments& of, const Tree& tree, Workspace::Impl& ws,
+  void predict_resting(const InverseArguments& of, const InvertedStep& inverted);
+  void add_prediction(const InverseArguments& of, const Tree& tree, const InvertedStep& inverted,
                       InverseDerivatives& d);
 
   TreeSweep sweep_;
@@ -68,6 +69,7 @@ class VelocityTerms {
   std::vector<char> has_ties_;                       ///< per tree: equalities act in its prediction
   std::vector<char> predicted_;                      ///< per tree, scratch
   VelocityPredictor resting_;                        ///< prediction of trees at rest
+  std::optional<Data> resting_data_;                 ///< kinematics and forces of that prediction
   std::vector<BodyRange> ranges_;                    ///< bodies of these trees
   ConstraintSet constraints_;                        ///< constraints on them
   ProjectionTerms projection_;

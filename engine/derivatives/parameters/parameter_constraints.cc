@@ -93,9 +93,9 @@ void project(const Model& model, int body, const Vector3& arm, const Force& at, 
 /// not known.
 bool ParameterConstraints::find_place(const PreparedParameter& p, const Model& model,
                                       const collision::Candidate& contact, double h,
-                                      const Workspace::Impl& ws, PlaceChange& out) {
-  const InverseWeights& weights = ws.finder.weights();
-  const Kinematics& data = ws.data;
+                                      const InvertedStep& inverted, PlaceChange& out) {
+  const InverseWeights& weights = inverted.finder.weights();
+  const Kinematics& data = inverted.at();
   out = PlaceChange();
   const Geometry& a = model.geometries()[static_cast<size_t>(contact.geometry_a)];
   const Geometry& b = model.geometries()[static_cast<size_t>(contact.geometry_b)];
@@ -112,7 +112,8 @@ bool ParameterConstraints::find_place(const PreparedParameter& p, const Model& m
   ContactMotion motion;
   motions_.begin();
   const collision::BodyMotions motions{data.V, weights.contact, h};
-  if (!motions_.find(model, data, ws.finder.collider(), motions, contact, share_b - 0.5, motion))
+  if (!motions_.find(model, data, inverted.finder.collider(), motions, contact, share_b - 0.5,
+                     motion))
     return false;
   const auto up = [&](const Geometry& g, int geometry) -> Vector3 {
     return data.X_WB[g.body].rotation * (g.X_BG.rotation * p.direction(geometry));
@@ -134,15 +135,16 @@ bool ParameterConstraints::find_place(const PreparedParameter& p, const Model& m
 /// fastest contact changes its sliding speed. Returns false if that contact's motion is not known.
 bool ParameterConstraints::find_slip(const PreparedParameter& p, const Model& model,
                                      const SimulationOptions& options, const PairConstraint& pair,
-                                     const Workspace::Impl& ws, double& out) {
+                                     const InvertedStep& inverted, double& out) {
   out = 0.0;
   if (pair.fastest < 0) return true;
   const auto fastest = static_cast<size_t>(pair.fastest);
-  const PairConstraint& source = ws.constraints.pairs[fastest];
+  const PairConstraint& source = inverted.constraints->pairs[fastest];
   PlaceChange place;
-  if (!find_place(p, model, ws.constraints.contacts[fastest], options.time_step, ws, place))
+  if (!find_place(p, model, inverted.constraints->contacts[fastest], options.time_step, inverted,
+                  place))
     return false;
-  const Sliding sliding(source, pair_bodies(source, ws.data, ws.velocity));
+  const Sliding sliding(source, pair_bodies(source, inverted.at(), *inverted.body_velocity));
   out = options.time_step / options.contact.slip_time *
         sliding.by_place(place.place, place.turn).value();
   return true;
@@ -150,12 +152,12 @@ bool ParameterConstraints::find_slip(const PreparedParameter& p, const Model& mo
 
 bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model& model,
                                         const SimulationOptions& options, EffectSet effects,
-                                        Workspace::Impl& ws, VectorOut du) {
-  const InverseWeights& weights = ws.finder.weights();
+                                        const InvertedStep& inverted, VectorOut du) {
+  const InverseWeights& weights = inverted.finder.weights();
   const LawSource of_all = source_of(p);
-  for (size_t i = 0; i < ws.constraints.contacts.size(); ++i) {
-    const PairConstraint& pair = ws.constraints.pairs[i];
-    const collision::Candidate& contact = ws.constraints.contacts[i];
+  for (size_t i = 0; i < inverted.constraints->contacts.size(); ++i) {
+    const PairConstraint& pair = inverted.constraints->pairs[i];
+    const collision::Candidate& contact = inverted.constraints->contacts[i];
     const Geometry& a = model.geometries()[static_cast<size_t>(contact.geometry_a)];
     const Geometry& b = model.geometries()[static_cast<size_t>(contact.geometry_b)];
     LawSource change = of_all;
@@ -164,12 +166,12 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
       change.material =
           only(effects, material_change(p, a, contact.geometry_a, b, contact.geometry_b));
     if (p.kind() == K::kGravity && !model.gravity().isZero(0.0))
-      change.fall =
-          pair.frame.col(0).dot(ws.finder.relative_fall(effects, pair)) / model.gravity().norm();
+      change.fall = pair.frame.col(0).dot(inverted.finder.relative_fall(effects, pair)) /
+                    model.gravity().norm();
     if (p.weights) change.alpha = p.weights->contact[pair.body_a] + p.weights->contact[pair.body_b];
     PlaceChange place;
-    if (!find_place(p, model, contact, options.time_step, ws, place)) return false;
-    if (!find_slip(p, model, options, pair, ws, change.slip_speed)) return false;
+    if (!find_place(p, model, contact, options.time_step, inverted, place)) return false;
+    if (!find_slip(p, model, options, pair, inverted, change.slip_speed)) return false;
     // Friction of bounces and of spinning patches is left to differences.
     if (contact::leans(pair.law) || pair.spins) return false;
     // The same for a bouncing ball whose place in the body moves: off the centre of mass its
@@ -180,7 +182,7 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
       return false;
     const Source source{only(effects, model.pair_material(contact.geometry_a, contact.geometry_b)),
                         weights.contact[pair.body_a] + weights.contact[pair.body_b], contact.gap};
-    add_contact(model, options, effects, pair, source, change, place, ws, du);
+    add_contact(model, options, effects, pair, source, change, place, inverted, du);
   }
   return true;
 }
@@ -189,13 +191,13 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
 void ParameterConstraints::add_contact(const Model& model, const SimulationOptions& options,
                                        EffectSet effects, const PairConstraint& pair,
                                        const Source& source, const LawSource& change,
-                                       const PlaceChange& place, Workspace::Impl& ws,
+                                       const PlaceChange& place, const InvertedStep& inverted,
                                        VectorOut du) {
   const double h = options.time_step;
-  const PairBodies bodies = pair_bodies(pair, ws.data, ws.velocity);
+  const PairBodies bodies = pair_bodies(pair, inverted.at(), *inverted.body_velocity);
   const Motion next = bodies.next_b - bodies.next_a, start = bodies.start_b - bodies.start_a;
   const int rows = pair.law.rows;
-  contact::Rows y = relative_velocity(pair, ws.data, ws.velocity);
+  contact::Rows y = relative_velocity(pair, inverted.at(), *inverted.body_velocity);
   for (int r = 0; r < rows; ++r) y[r] += pair.law.bias[static_cast<size_t>(r)];
   // Change of the rows as place and frame move.
   const auto moved = [&](const Motion& V) {
@@ -222,16 +224,16 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
     closed = !(gap > 0.0);
   }
   const Vector3 v = pair.frame.transpose() * start.linear;
-  const Bounce bounce = ws.finder.find_contact_bounce(model, options, effects, ws.data,
-                                                      {source.surface, pair, gap, v});
+  const Bounce bounce = inverted.finder.find_contact_bounce(model, options, effects, inverted.at(),
+                                                            {source.surface, pair, gap, v});
   const ContactStart from{source.surface, source.alpha, gap, v, bounce};
-  const LawOptions made_with = law_options(options, ws.finder.is_wedged(pair));
+  const LawOptions made_with = law_options(options, inverted.finder.is_wedged(pair));
   LawSlopes slopes = contact_law_slopes(made_with, h, from);
   if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
   if (!closed) dy[0] += slopes.gap * by_gap;
   dy[0] += slopes.v.dot(moved(start).head<3>());
-  dy[0] +=
-      slopes.fall * place.turn.cross(pair.frame.col(0)).dot(ws.finder.relative_fall(effects, pair));
+  dy[0] += slopes.fall *
+           place.turn.cross(pair.frame.col(0)).dot(inverted.finder.relative_fall(effects, pair));
   LawChange law = contact_law_change(made_with, h, from, change);
   if (!closed) law.smoothing += slopes.smoothing * by_gap;
   const contact::Rows f = contact::impulse(pair.law, y);
@@ -239,21 +241,21 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
   Force dW = pair_impulse(pair, impulse_change(pair.law, y, dy, law));
   dW.torque += place.turn.cross(W.torque) + place.place.cross(W.force);
   dW.force += place.turn.cross(W.force);
-  project(model, pair.body_b, bodies.arm_b, dW, -1.0 / h, ws.data, du);
-  project(model, pair.body_a, bodies.arm_a, dW, 1.0 / h, ws.data, du);
+  project(model, pair.body_b, bodies.arm_b, dW, -1.0 / h, inverted.at(), du);
+  project(model, pair.body_a, bodies.arm_a, dW, 1.0 / h, inverted.at(), du);
 }
 
 /// Adds the derivative by dry friction of coordinates that have none, hence no row.
 void ParameterConstraints::add_first_friction(const PreparedParameter& p, const Model& model,
                                               const SimulationOptions& options,
-                                              const VectorRef& v_next, const Workspace::Impl& ws,
+                                              const VectorRef& v_next, const InvertedStep& inverted,
                                               VectorOut du) {
   if (p.kind() != K::kDryFriction || !options.effects.has(Effect::kDryFriction)) return;
   for (const int i : p.parameter.targets) {
     if (model.dry_friction()[i] > 0.0) continue;
     const double h = options.time_step;
     const contact::Law law =
-        make_dry_friction_law(options.contact, h, ws.finder.weights().dof[i], 0.0);
+        make_dry_friction_law(options.contact, h, inverted.finder.weights().dof[i], 0.0);
     LawChange change;
     change.bound = h;
     du[i] -= impulse_change(law, contact::Rows::Constant(1, v_next[i]), contact::Rows::Zero(1),
@@ -264,9 +266,9 @@ void ParameterConstraints::add_first_friction(const PreparedParameter& p, const 
 
 void ParameterConstraints::add_joint_rows(const PreparedParameter& p,
                                           const SimulationOptions& options, const VectorRef& v_next,
-                                          const Workspace::Impl& ws, VectorOut du) {
-  const InverseWeights& weights = ws.finder.weights();
-  for (const JointConstraint& row : ws.constraints.joints) {
+                                          const InvertedStep& inverted, VectorOut du) {
+  const InverseWeights& weights = inverted.finder.weights();
+  for (const JointConstraint& row : inverted.constraints->joints) {
     double alpha = 0.0;
     LawSource source = source_of(p);
     contact::Rows y = contact::Rows::Constant(1, row.law.bias[0]);

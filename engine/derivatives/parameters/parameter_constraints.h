@@ -4,7 +4,7 @@
 #include "counterpoint/engine/derivatives/constraints/contact_motion.h"
 #include "counterpoint/engine/derivatives/parameters/law_change.h"
 #include "counterpoint/engine/derivatives/parameters/prepared_parameter.h"
-#include "counterpoint/engine/step/step_workspace.h"
+#include "counterpoint/engine/step/inverted_step.h"
 
 namespace counterpoint {
 
@@ -13,15 +13,15 @@ class ParameterConstraints {
   /// Adds the derivative of -J' f / h of all contacts by one parameter to du (nv), after
   /// step_inverse. Returns false if the change of a contact with the parameter has no closed form.
   bool add_contacts(const PreparedParameter& p, const Model& model,
-                    const SimulationOptions& options, EffectSet effects, Workspace::Impl& ws,
-                    VectorOut du);
+                    const SimulationOptions& options, EffectSet effects,
+                    const InvertedStep& inverted, VectorOut du);
   /// Adds the same of all rows on joint coordinates; add_first_friction: of dry friction at
   /// coordinates that have none yet.
   static void add_joint_rows(const PreparedParameter& p, const SimulationOptions& options,
-                             const VectorRef& v_next, const Workspace::Impl& ws, VectorOut du);
+                             const VectorRef& v_next, const InvertedStep& inverted, VectorOut du);
   static void add_first_friction(const PreparedParameter& p, const Model& model,
                                  const SimulationOptions& options, const VectorRef& v_next,
-                                 const Workspace::Impl& ws, VectorOut du);
+                                 const InvertedStep& inverted, VectorOut du);
 
  private:
   /// Derivatives of a contact's place, in W, by a parameter; `turn`: rotation of its frame.
@@ -35,15 +35,15 @@ class ParameterConstraints {
     double alpha = 0.0, gap = 0.0;
   };
   bool find_place(const PreparedParameter& p, const Model& model,
-                  const collision::Candidate& contact, double h, const Workspace::Impl& ws,
+                  const collision::Candidate& contact, double h, const InvertedStep& inverted,
                   PlaceChange& out);
   bool find_slip(const PreparedParameter& p, const Model& model, const SimulationOptions& options,
-                 const PairConstraint& pair, const Workspace::Impl& ws, double& out);
+                 const PairConstraint& pair, const InvertedStep& inverted, double& out);
   static void add_contact(const Model& model,
                           const SimulationOptions& options,  // Parameters: contact, changes
                           EffectSet effects, const PairConstraint& pair, const Source& source,
-                          const LawSource& change, const PlaceChange& place, Workspace::Impl& ws,
-                          VectorOut du);
+                          const LawSource& change, const PlaceChange& place,
+                          const InvertedStep& inverted, VectorOut du);
 
   ContactMotionFinder motions_;
 };

@@ -32,22 +32,22 @@ bool is_of_options(const StepParameter& parameter) {
 
 /// Whether everything that acts has a closed form by this parameter.
 bool is_closed(K kind, const Model& model, const SimulationOptions& options, const Input& known,
-               const Workspace::Impl& ws) {
+               EffectSet called, const InvertedStep& inverted) {
   if (options.integrator != Integrator::kSemiImplicitEuler) return false;
-  if (known.softening.any() && !ws.constraints.empty()) return false;
+  if (known.softening.any() && !inverted.constraints->empty()) return false;
   if (!known.taut_links.empty()) return false;
   const bool of_motion = changes_mass_matrix(kind) || kind == K::kGravity || kind == K::kDamping;
   const bool of_equalities = of_motion || kind == K::kCompliance || kind == K::kStabilization ||
                              kind == K::kMaxRecoverySpeed;
   // Predicted velocities depend on these parameters through the equalities.
-  if (of_equalities && has_equalities(ws.constraints)) return false;
+  if (of_equalities && has_equalities(*inverted.constraints)) return false;
   // The acceleration of a falling body whose weight is carried in part depends on its mass.
   if (changes_mass_matrix(kind) && !model.gravity_compensations().empty() &&
-      ws.called.has(Effect::kRestitution))
+      called.has(Effect::kRestitution))
     return false;
   for (int t = 0; of_motion && t < model.num_trees(); ++t) {
-    if (tree_terms(model, t, ws) != TreeTerms::kProjected) continue;
-    if (changes_mass_matrix(kind) || ws.start.predictor().covers(t)) return false;
+    if (tree_terms(model, t, inverted) != TreeTerms::kProjected) continue;
+    if (changes_mass_matrix(kind) || inverted.start.predictor().covers(t)) return false;
   }
   return true;
 }
@@ -122,6 +122,7 @@ void ParameterDerivator::inverse(
     return;
   }
   Workspace::Impl& ws = workspace.impl();
+  const InvertedStep inverted(ws);
   // The model does not call for effects of parameters that are zero, but their derivatives count.
   const EffectSet effects = options.effects;
   const bool analytic =
@@ -130,24 +131,28 @@ void ParameterDerivator::inverse(
   const VectorX none;
   const VectorRef no_pose(none);
   const InverseArguments of{model, options, q, v, no_pose, v_next, known, effects};
-  const bool free = analytic && !ws.free_groups.groups().empty();
+  const bool free = analytic && !inverted.free_groups.groups().empty();
   if (free && !impl_->center) impl_->center.emplace(model);
-  const VectorRef w = free ? VectorRef(impl_->center->find_step_velocity(of, ws)) : v_next;
+  const VectorRef w =
+      free ? VectorRef(impl_->center->find_step_velocity(of, ws.free_groups, ws.start.kinematics(),
+                                                         ws.inverse, ws.midpoint.w_m))
+           : v_next;
   const InverseArguments alone{model, options, q, v, no_pose, w, known, effects};
-  if (analytic) impl_->dynamics.add(impl_->prepared, alone, ws, d.du);
+  if (analytic) impl_->dynamics.add(impl_->prepared, alone, inverted, d.du);
   for (size_t k = 0; k < count; ++k) {
     const PreparedParameter& p = impl_->prepared[k];
     auto column = d.du.col(static_cast<Eigen::Index>(k));
-    if (analytic && is_closed(p.kind(), model, options, known, ws) &&
-        impl_->constraints.add_contacts(p, model, options, effects, ws, column)) {
-      ParameterConstraints::add_joint_rows(p, options, v_next, ws, column);
-      ParameterConstraints::add_first_friction(p, model, options, v_next, ws, column);
+    if (analytic && is_closed(p.kind(), model, options, known, ws.called, inverted) &&
+        impl_->constraints.add_contacts(p, model, options, effects, inverted, column)) {
+      ParameterConstraints::add_joint_rows(p, options, v_next, inverted, column);
+      ParameterConstraints::add_first_friction(p, model, options, v_next, inverted, column);
     } else {
       impl_->differentiate(k, of, column);
       d.by_differences[k] = 1;
     }
   }
-  if (free) impl_->center->correct_parameters(impl_->parameters, of, ws, d.by_differences, d.du);
+  if (free)
+    impl_->center->correct_parameters(impl_->parameters, of, inverted, d.by_differences, d.du);
 }
 
 }  // namespace counterpoint

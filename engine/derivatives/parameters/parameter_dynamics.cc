@@ -30,16 +30,16 @@ Vector6 stacked(const Force& f) {
 
 }  // namespace
 
-TreeTerms tree_terms(const Model& model, int t, const Workspace::Impl& ws) {
-  if (!ws.data.has_coriolis) return TreeTerms::kNone;
+TreeTerms tree_terms(const Model& model, int t, const InvertedStep& inverted) {
+  if (!inverted.has_coriolis) return TreeTerms::kNone;
   const Tree& tree = model.trees()[static_cast<size_t>(t)];
   if (tree.body_end - tree.body_begin == 1) {
-    for (int n = 0; n < ws.start.free_flight().num_flyers(); ++n)
-      if (ws.start.free_flight().body(n) == tree.body_begin) return TreeTerms::kNone;
+    for (int n = 0; n < inverted.start.free_flight().num_flyers(); ++n)
+      if (inverted.start.free_flight().body(n) == tree.body_begin) return TreeTerms::kNone;
     return TreeTerms::kPlain;
   }
-  if (ws.start.energy_projection().share(t) > 0.0) return TreeTerms::kProjected;
-  return ws.start.predictor().covers(t) ? TreeTerms::kPredicted : TreeTerms::kPlain;
+  if (inverted.start.energy_projection().share(t) > 0.0) return TreeTerms::kProjected;
+  return inverted.start.predictor().covers(t) ? TreeTerms::kPredicted : TreeTerms::kPlain;
 }
 
 ParameterDynamics::ParameterDynamics(const Model& model, size_t num_parameters)
@@ -53,7 +53,7 @@ ParameterDynamics::ParameterDynamics(const Model& model, size_t num_parameters)
       M_(dq_) {}
 
 void ParameterDynamics::add(const Parameters& parameters, const InverseArguments& of,
-                            Workspace::Impl& ws, MatrixX& du) {
+                            const InvertedStep& inverted, MatrixX& du) {
   const Model& model = of.model;
   const EffectSet effects = of.effects;
   const VectorRef &v = of.v, &v_next = of.v_next;
@@ -61,18 +61,18 @@ void ParameterDynamics::add(const Parameters& parameters, const InverseArguments
   const Vector3 gravity =
       effects.has(Effect::kGravity) ? model.gravity() : Vector3(Vector3::Zero());
   const Vector3 down = down_of(model, effects);
-  ws.acceleration = (v_next - v) / h;
+  acceleration_ = (v_next - v) / h;
   for (int t = 0; t < model.num_trees(); ++t) {
     const Tree& tree = model.trees()[static_cast<size_t>(t)];
-    const TreeTerms terms = tree_terms(model, t, ws);
+    const TreeTerms terms = tree_terms(model, t, inverted);
     regressor_.set_motion(model, terms == TreeTerms::kPlain ? v.data() : nullptr,
-                          ws.acceleration.data(), gravity, ws.data);
-    add_inertias(parameters, model, tree, ws.data, 1.0, du);
-    if (terms == TreeTerms::kPredicted) add_prediction(parameters, of, tree, gravity, ws, du);
+                          acceleration_.data(), gravity, inverted.at());
+    add_inertias(parameters, model, tree, inverted.at(), 1.0, du);
+    if (terms == TreeTerms::kPredicted) add_prediction(parameters, of, tree, gravity, inverted, du);
   }
-  regressor_.set_motion(model, nullptr, nullptr, down, ws.data);
-  add_gravity(parameters, model, moving_bodies(model), ws.data, du);
-  if (ws.data.has_coriolis) add_flyers(parameters, of, gravity, down, ws, du);
+  regressor_.set_motion(model, nullptr, nullptr, down, inverted.at());
+  add_gravity(parameters, model, moving_bodies(model), inverted.at(), du);
+  if (inverted.has_coriolis) add_flyers(parameters, of, gravity, down, inverted, du);
   for_each(parameters, K::kDamping, [&](const PreparedParameter& p, Eigen::Index k) {
     for (const int i : p.parameter.targets)
       if (effects.has(Effect::kDamping)) du(i, k) += v_next[i];
@@ -115,21 +115,21 @@ void ParameterDynamics::add_gravity(const Parameters& parameters, const Model& m
 /// dynamics with joint forces at the predicted acceleration (f - v) / h.
 void ParameterDynamics::find_prediction(const Parameters& parameters, const InverseArguments& of,
                                         const Tree& tree, const Vector3& gravity,
-                                        Workspace::Impl& ws) {
+                                        const InvertedStep& inverted) {
   const Model& model = of.model;
   const EffectSet effects = of.effects;
   const VectorRef& v = of.v;
   const double h = of.h();
-  const VectorX& f = ws.start.predictor().velocity();
+  const VectorX& f = inverted.start.predictor().velocity();
   const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
   const auto holds = [&](int i) { return i >= tree.v_begin && i < tree.v_end; };
   at_.setZero();
   at_(part) = (f(part) - v(part)) / h;
   by_prediction_.setZero();
-  regressor_.set_motion(model, v.data(), at_.data(), gravity, ws.data);
-  add_inertias(parameters, model, tree, ws.data, 1.0, by_prediction_);
-  regressor_.set_motion(model, nullptr, nullptr, down_of(model, effects), ws.data);
-  add_gravity(parameters, model, {tree.body_begin, tree.body_end}, ws.data, by_prediction_);
+  regressor_.set_motion(model, v.data(), at_.data(), gravity, inverted.at());
+  add_inertias(parameters, model, tree, inverted.at(), 1.0, by_prediction_);
+  regressor_.set_motion(model, nullptr, nullptr, down_of(model, effects), inverted.at());
+  add_gravity(parameters, model, {tree.body_begin, tree.body_end}, inverted.at(), by_prediction_);
   for_each(parameters, K::kDamping, [&](const PreparedParameter& p, Eigen::Index k) {
     for (const int i : p.parameter.targets)
       if (holds(i) && effects.has(Effect::kDamping)) by_prediction_(i, k) += f[i];
@@ -143,7 +143,7 @@ void ParameterDynamics::find_prediction(const Parameters& parameters, const Inve
 /// Adds dB(v, f) + B(v, df), f the predicted velocity, with (M + D) df / h = -by_prediction_.
 void ParameterDynamics::add_prediction(const Parameters& parameters, const InverseArguments& of,
                                        const Tree& tree, const Vector3& gravity,
-                                       Workspace::Impl& ws, MatrixX& du) {
+                                       const InvertedStep& inverted, MatrixX& du) {
   const Model& model = of.model;
   const EffectSet effects = of.effects;
   const VectorRef& v = of.v;
@@ -153,16 +153,16 @@ void ParameterDynamics::add_prediction(const Parameters& parameters, const Inver
   // B(v, f) = n((v + f) / 2) - n((v - f) / 2).
   for (const double sign : {1.0, -1.0}) {
     at_.setZero();
-    at_(part) = 0.5 * (v(part) + sign * ws.start.predictor().velocity()(part));
-    regressor_.set_motion(model, at_.data(), nullptr, Vector3::Zero(), ws.data);
-    add_inertias(parameters, model, tree, ws.data, sign, du);
+    at_(part) = 0.5 * (v(part) + sign * inverted.start.predictor().velocity()(part));
+    regressor_.set_motion(model, at_.data(), nullptr, Vector3::Zero(), inverted.at());
+    add_inertias(parameters, model, tree, inverted.at(), sign, du);
   }
-  find_prediction(parameters, of, tree, gravity, ws);
+  find_prediction(parameters, of, tree, gravity, inverted);
   // B(v, .) is half of dn/dv.
   SweepInput in;
   in.v = v.data();
   in.a = zero_.data();
-  sweep_.run(model, tree, ws.data, in, {dq_, dv_, M_});
+  sweep_.run(model, tree, inverted.at(), in, {dq_, dv_, M_});
   if (effects.has(Effect::kArmature))
     M_.diagonal().segment(begin, n) += model.armature().segment(begin, n);
   if (effects.has(Effect::kDamping))
@@ -184,19 +184,19 @@ void ParameterDynamics::add_prediction(const Parameters& parameters, const Inver
 /// Adds the mean forces of free bodies by extrapolated differences of mean_force alone.
 void ParameterDynamics::add_flyers(const Parameters& parameters, const InverseArguments& of,
                                    const Vector3& gravity, const Vector3& down,
-                                   const Workspace::Impl& ws, MatrixX& du) const {
+                                   const InvertedStep& inverted, MatrixX& du) const {
   const Model& model = of.model;
   const VectorRef& v = of.v;
   const double h = of.h();
-  for (int n = 0; n < ws.start.free_flight().num_flyers(); ++n) {
-    const int i = ws.start.free_flight().body(n);
+  for (int n = 0; n < inverted.start.free_flight().num_flyers(); ++n) {
+    const int i = inverted.start.free_flight().body(n);
     const Body& body = model.body(i);
-    const Matrix3& R = ws.data.X_WB[i].rotation;
+    const Matrix3& R = inverted.at().X_WB[i].rotation;
     const Vector3 omega = v.segment<3>(body.v_index + joint_num_linear(body.joint_type));
     const auto add = [&](Eigen::Index k, const Vector6& change) {
       const Force f{R * change.head<3>(), R * change.tail<3>()};
       for (int j = body.v_index; j < body.v_index + joint_nv(body.joint_type); ++j)
-        du(j, k) += dot(ws.data.axis[j], f);
+        du(j, k) += dot(inverted.at().axis[j], f);
     };
     std::array<Vector6, 4> at;
     for_each(parameters, K::kInertia, [&](const PreparedParameter& p, Eigen::Index k) {
@@ -210,7 +210,7 @@ void ParameterDynamics::add_flyers(const Parameters& parameters, const InverseAr
     const DifferenceScheme scheme = difference_scheme(1e-3 * gravity.norm(), 0.0, true);
     for_each(parameters, K::kGravity, [&](const PreparedParameter&, Eigen::Index k) {
       for (size_t s = 0; s < at.size(); ++s)
-        at[s] = stacked(ws.start.free_flight().mean_force(
+        at[s] = stacked(inverted.start.free_flight().mean_force(
             model, n, h, omega, R.transpose() * (gravity + scheme.at[s] * down)));
       add(k, scheme(at));
     });

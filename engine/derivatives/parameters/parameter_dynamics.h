@@ -6,8 +6,8 @@
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 #include "counterpoint/engine/derivatives/parameters/prepared_parameter.h"
+#include "counterpoint/engine/step/inverted_step.h"
 #include "counterpoint/engine/step/step_start.h"
-#include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint {
 
@@ -18,7 +18,7 @@ enum class TreeTerms {
   kPredicted,  ///< velocities at both ends (mid_velocity.h)
   kProjected,  ///< under energy projection (energy_projection.h)
 };
-TreeTerms tree_terms(const Model& model, int t, const Workspace::Impl& ws);
+TreeTerms tree_terms(const Model& model, int t, const InvertedStep& inverted);
 
 class ParameterDynamics {
  public:
@@ -27,7 +27,7 @@ class ParameterDynamics {
   /// Adds the derivatives to du (nv x parameters), after step_inverse with these arguments. For
   /// trees under energy projection velocity-dependent forces are left out.
   void add(const std::vector<PreparedParameter>& parameters, const InverseArguments& of,
-           Workspace::Impl& ws, MatrixX& du);
+           const InvertedStep& inverted, MatrixX& du);
 
  private:
   using Parameters = std::vector<PreparedParameter>;
@@ -36,18 +36,18 @@ class ParameterDynamics {
   void add_gravity(const Parameters& parameters, const Model& model, BodyRange bodies,
                    const Kinematics& data, MatrixX& out) const;
   void add_prediction(const Parameters& parameters, const InverseArguments& of, const Tree& tree,
-                      const Vector3& gravity, Workspace::Impl& ws, MatrixX& du);
+                      const Vector3& gravity, const InvertedStep& inverted, MatrixX& du);
   void find_prediction(const Parameters& parameters, const InverseArguments& of, const Tree& tree,
-                       const Vector3& gravity, Workspace::Impl& ws);
+                       const Vector3& gravity, const InvertedStep& inverted);
   void add_flyers(const Parameters& parameters, const InverseArguments& of, const Vector3& gravity,
-                  const Vector3& down, const Workspace::Impl& ws, MatrixX& du) const;
+                  const Vector3& down, const InvertedStep& inverted, MatrixX& du) const;
 
   TreeSweep sweep_;
   InertiaRegressor regressor_;
   SparseSolver solver_;
-  VectorX zero_, at_;      ///< nv
-  MatrixX by_prediction_;  ///< nv x parameters: derivatives of the prediction's equation
-  MatrixX dq_, dv_, M_;    ///< nv x nv
+  VectorX zero_, at_, acceleration_;  ///< nv
+  MatrixX by_prediction_;             ///< nv x parameters: derivatives of the prediction's equation
+  MatrixX dq_, dv_, M_;               ///< nv x nv
 };
 
 }  // namespace counterpoint

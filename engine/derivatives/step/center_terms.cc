@@ -108,37 +108,36 @@ void CenterTerms::find(const Model& model, const FreeGroups::Group& group, const
   }
 }
 
-const VectorX& CenterTerms::find_step_velocity(const InverseArguments& of, Workspace::Impl& ws) {
+const VectorX& CenterTerms::find_step_velocity(const InverseArguments& of, const FreeGroups& groups,
+                                               const Kinematics& at, InverseScratch& inverse,
+                                               VectorX& w_m) {
   w_ = of.v_next;
-  for (const FreeGroups::Group& group : ws.free_groups.groups())
+  const bool euler = of.options.integrator == Integrator::kSemiImplicitEuler;
+  for (const FreeGroups::Group& group : groups.groups())
     for_each_base(of.model, group, [&](int first, const Matrix3& R) {
       const Vector3 more = of.h() * (R.transpose() * group.shift);
       w_.segment<3>(first) += more;
-      if (of.options.integrator == Integrator::kSemiImplicitEuler) {
-        ws.acceleration.segment<3>(first) += more / of.h();
-        return;
-      }
-      ws.middle.segment<3>(first) += 0.5 * more;
-      ws.contact_velocity.segment<3>(first) += 0.5 * more;
+      if (euler) return;
+      w_m.segment<3>(first) += 0.5 * more;
+      inverse.contact_velocity.segment<3>(first) += 0.5 * more;
     });
-  if (of.options.integrator == Integrator::kSemiImplicitEuler)
-    compute_body_velocities(of.model, w_, ws.data, ws.velocity);
+  if (euler) compute_body_velocities(of.model, w_, at, inverse.body_velocity);
   return w_;
 }
 
 void CenterTerms::correct_inverse(const InverseArguments& of, const ConstrainedMidpoint* impulses,
-                                  const Workspace::Impl& ws, InverseDerivatives& d) {
+                                  const InvertedStep& inverted, InverseDerivatives& d) {
   const Model& model = of.model;
   const double h = of.h();
   const bool midpoint = of.options.integrator == Integrator::kImplicitMidpoint;
-  r_ = h * ws.contact_velocity;
-  integrate_configuration(model, of.q, ws.contact_velocity, h, q_);
-  for (const FreeGroups::Group& group : ws.free_groups.groups()) {
+  r_ = h * inverted.contact_velocity;
+  integrate_configuration(model, of.q, inverted.contact_velocity, h, q_);
+  for (const FreeGroups::Group& group : inverted.free_groups.groups()) {
     find(model, group, of.q, of.v, start_);
     find(model, group, q_, of.v_next, end_);
     const Rows* at_forces = &start_.J;
     if (midpoint) {
-      find(model, group, ws.q_middle, of.v, middle_);
+      find(model, group, inverted.midpoint.at_q, of.v, middle_);
       at_forces = &middle_.J;
     }
     by_pose_ = end_.H;
@@ -193,13 +192,13 @@ void CenterTerms::add_momentum(std::span<const StepParameter> parameters, const 
 }
 
 void CenterTerms::correct_parameters(std::span<const StepParameter> parameters,
-                                     const InverseArguments& of, const Workspace::Impl& ws,
+                                     const InverseArguments& of, const InvertedStep& inverted,
                                      const std::vector<char>& by_differences, MatrixX& du) {
   const Model& model = of.model;
   const double h = of.h();
   const bool heavy = of.effects.has(Effect::kGravity);
-  integrate_configuration(model, of.q, ws.contact_velocity, h, q_);
-  for (const FreeGroups::Group& group : ws.free_groups.groups()) {
+  integrate_configuration(model, of.q, inverted.contact_velocity, h, q_);
+  for (const FreeGroups::Group& group : inverted.free_groups.groups()) {
     parameter_rows_.setZero(3, du.cols());
     find(model, group, q_, of.v_next, end_);
     add_momentum(parameters, model, group, 1.0 / h);
@@ -225,7 +224,7 @@ void CenterTerms::correct_parameters(std::span<const StepParameter> parameters,
 }
 
 void CenterTerms::correct_forward(const StepContext& at, const VectorRef& q_next,
-                                  const VectorRef& v_next, const Workspace::Impl& ws,
+                                  const VectorRef& v_next, const FreeGroups& groups,
                                   ForwardDerivatives& d) {
   const Model& model = at.model;
   const double h = at.h();
@@ -233,7 +232,7 @@ void CenterTerms::correct_forward(const StepContext& at, const VectorRef& q_next
   const bool euler = integrator == Integrator::kSemiImplicitEuler;
   if (euler && !at.options.mean_velocity_forces) return;
   const double of_start = euler ? 0.0 : 0.5;  // share of the velocity at the start
-  for (const FreeGroups::Group& group : ws.free_groups.groups()) {
+  for (const FreeGroups::Group& group : groups.groups()) {
     find(model, group, at.q, at.v, start_);
     find(model, group, q_next, v_next, end_);
     // set_gain sets rows_ to the derivative of the momentum after the step by q, v or u.

@@ -15,8 +15,7 @@
 
 #include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/derivatives/step/constrained_midpoint.h"
-#include "counterpoint/engine/step/step_start.h"
-#include "counterpoint/engine/step/step_workspace.h"
+#include "counterpoint/engine/step/inverted_step.h"
 
 namespace counterpoint {
 
@@ -25,26 +24,27 @@ class CenterTerms {
   explicit CenterTerms(const Model& model);
 
   /// Returns the velocity (nv) that the step alone led to, before groups were corrected; call it
-  /// after step_inverse. Sets the velocities in `ws` (of an Euler step also the acceleration)
-  /// accordingly.
-  const VectorX& find_step_velocity(const InverseArguments& of, Workspace::Impl& ws);
+  /// after step_inverse. Corrects the velocities of the inverse, and w_m (nv) of a midpoint step,
+  /// accordingly. at: kinematics at (q, v).
+  const VectorX& find_step_velocity(const InverseArguments& of, const FreeGroups& groups,
+                                    const Kinematics& at, InverseScratch& inverse, VectorX& w_m);
 
   /// Corrects the derivatives of the inverse, after step_inverse with these arguments; only
   /// d.dv_next if the others were found by differences. impulses: set for a midpoint step with
   /// constraints, else null.
   void correct_inverse(const InverseArguments& of, const ConstrainedMidpoint* impulses,
-                       const Workspace::Impl& ws, InverseDerivatives& d);
+                       const InvertedStep& inverted, InverseDerivatives& d);
 
   /// Corrects those columns of du (nv x parameters), of the inverse of a semi-implicit Euler step,
   /// that were not found by differences of the whole step.
   void correct_parameters(std::span<const StepParameter> parameters, const InverseArguments& of,
-                          const Workspace::Impl& ws, const std::vector<char>& by_differences,
+                          const InvertedStep& inverted, const std::vector<char>& by_differences,
                           MatrixX& du);
 
   /// Corrects the derivatives of poses; for a Runge-Kutta step those of velocities too. q_next,
   /// v_next: the state after the step, whose translations of bases do not matter.
   void correct_forward(const StepContext& at, const VectorRef& q_next, const VectorRef& v_next,
-                       const Workspace::Impl& ws, ForwardDerivatives& d);
+                       const FreeGroups& groups, ForwardDerivatives& d);
 
  private:
   using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic>;  ///< 3 x nv

@@ -21,22 +21,24 @@ ConstrainedMidpoint::ConstrainedMidpoint(const Model& model)
       at_w_(w),
       at_v_next_(w),
       q_next_(at_q_),
-      direction_(w) {
+      direction_(w),
+      no_external_(model) {
   for (MatrixX* x : {&w_q, &w_v, &w_next, &by_q_, &by_m_, &mass_, &G_m_, &A_})
     x->setZero(model.nv(), model.nv());
 }
 
-bool ConstrainedMidpoint::compute(const InverseArguments& of, Workspace::Impl& ws,
+bool ConstrainedMidpoint::compute(const InverseArguments& of, const InvertedStep& inverted,
                                   SmoothDerivator& smooth, InverseDerivator& impulses,
                                   InverseDerivatives& d) {
-  if (ws.data.has_coriolis && has_equalities(ws.constraints)) return false;
+  if (inverted.has_coriolis && has_equalities(*inverted.constraints)) return false;
   const Model& model = of.model;
   const double h = of.h();
   const int nv = model.nv();
-  w = ws.contact_velocity;
-  m_ = ws.middle;
+  w = inverted.contact_velocity;
+  m_ = inverted.midpoint.w_m;
+  const VectorX& rotors = inverted.start.rotor_inertia(model, of.effects);
   r_ = (m_ - of.v) / (0.5 * h);
-  smooth.compute(model, of.effects, m_, r_, of.known.wrenches, ws);
+  smooth.compute(model, of.effects, m_, r_, of.known.wrenches, inverted.stage, rotors);
   r_ = 0.5 * h * m_;
   by_q_ = smooth.dq;
   multiply_columns(model, RotationMap::kP, r_, by_q_);
@@ -47,12 +49,14 @@ bool ConstrainedMidpoint::compute(const InverseArguments& of, Workspace::Impl& w
   diagonal_ = smooth.damping + 0.5 * h * smooth.stiffness;
   by_m_.diagonal() += diagonal_;
 
-  compute_poses(model, of.q, ws.data);
-  compute_velocities(model, of.v, ws.data);
-  compute_body_velocities(model, w, ws.data, ws.velocity);
-  if (!impulses.compute_impulses(of, m_, w, ws, G_)) return false;
-  crba(model, ws.data, M_);
-  diagonal_ += rotor_inertia(model, of.effects, ws) / h;
+  V_.resize(static_cast<size_t>(model.num_bodies()));
+  compute_body_velocities(model, w, inverted.at(), V_);
+  InvertedStep at_w = inverted;
+  at_w.body_velocity = &V_;
+  if (!impulses.compute_impulses(of, m_, w, at_w, G_)) return false;
+  crba(model, {inverted.at(), inverted.start.velocity_forces(), no_external_, inverted.scratch},
+       M_);
+  diagonal_ += rotors / h;
   G_.dv_next.diagonal() += diagonal_;
   G_.dv.diagonal() -= diagonal_;
   G_m_ = -M_ / h;
@@ -79,7 +83,7 @@ bool ConstrainedMidpoint::difference(const InverseArguments& of, double step, bo
   const VectorRef &q = of.q, &v = of.v, &v_next = of.v_next;
   const int nv = model.nv();
   const double h = of.h(), v_step = velocity_difference_step(step, h);
-  w = ws.contact_velocity;
+  w = ws.inverse.contact_velocity;
   at_q_ = q;
   at_v_ = v;
   at_w_ = w;
@@ -89,7 +93,7 @@ bool ConstrainedMidpoint::difference(const InverseArguments& of, double step, bo
     invert_step({model, of.options, at_q_, at_v_, q_next_, at_v_next_, of.known, of.effects, true},
                 ws, inverse_);
     out.u = inverse_.applied_force;
-    out.rest = at_v_ + at_v_next_ - at_w_ - ws.middle;
+    out.rest = at_v_ + at_v_next_ - at_w_ - ws.midpoint.w_m;
   };
   // `move(k, s)` shifts component k of the argument by s; s = 0 restores it.
   const auto columns = [&](double s, Block& block, const auto& move) {

@@ -28,9 +28,9 @@ class ConstrainedMidpoint {
   explicit ConstrainedMidpoint(const Model& model);
 
   /// Computes d in closed form, after step_inverse with these arguments and the pose at the end,
-  /// which left constraints and velocities in `ws`. Returns false if something acts that has no
+  /// which left its results in `inverted`. Returns false if something acts that has no
   /// closed form.
-  bool compute(const InverseArguments& of, Workspace::Impl& ws, SmoothDerivator& smooth,
+  bool compute(const InverseArguments& of, const InvertedStep& inverted, SmoothDerivator& smooth,
                InverseDerivator& impulses, InverseDerivatives& d);
 
   /// Computes d by central differences of step [m, rad]; extrapolated: from two steps. Returns
@@ -63,6 +63,8 @@ class ConstrainedMidpoint {
   Sample plus_, minus_;
   VectorX at_q_, at_v_, at_w_, at_v_next_, q_next_, direction_;
   Inverse inverse_;
+  std::vector<Motion> V_;  ///< velocities of the bodies at w
+  ExternalForces no_external_;
 };
 
 }  // namespace counterpoint

@@ -38,8 +38,8 @@ bool may_displace(const ConstraintSet& constraints, const VectorRef& v_next, con
 
 /// Evaluates the impulses at w+, in the order of the rows of this problem.
 void evaluate_impulses(const ConstraintSet& constraints, const contact::Problem& problem,
-                       const VectorRef& v_next, const Kinematics& data, const std::vector<Motion>& V_next,
-                       VectorX& impulse) {
+                       const VectorRef& v_next, const Kinematics& data,
+                       const std::vector<Motion>& V_next, VectorX& impulse) {
   if (impulse.size() < problem.num_rows()) impulse.resize(problem.num_rows());
   const auto pairs = static_cast<int>(constraints.pairs.size());
   for (int c = 0; c < problem.num_constraints(); ++c) {
@@ -52,21 +52,10 @@ void evaluate_impulses(const ConstraintSet& constraints, const contact::Problem&
   }
 }
 
-/// Calls visit(range of v in the model, range in the problem) for every tree in the problem.
-template <class Visit>
-void for_each_block(const Model& model, const Workspace::Impl& ws, Visit visit) {
-  for (int t = 0; t < model.num_trees(); ++t) {
-    const int block = ws.block_of_tree[static_cast<size_t>(t)];
-    if (block < 0) continue;
-    const int size = ws.problem.block_size(block);
-    visit(Eigen::seqN(model.trees()[static_cast<size_t>(t)].v_begin, size),
-          Eigen::seqN(ws.problem.block_start(block), size));
-  }
-}
-
 bool is_concerned(const Workspace::Impl& ws, int constraint) {
+  const contact::Problem& problem = ws.solution.problem;
   return ws.overlap_correction.concerns(
-      std::max(ws.problem.block(constraint, 0), ws.problem.block(constraint, 1)));
+      std::max(problem.block(constraint, 0), problem.block(constraint, 1)));
 }
 
 }  // namespace
@@ -86,23 +75,27 @@ bool DisplacementDerivator::find(const InverseArguments& of, Workspace::Impl& ws
   diagonal_.setZero();
   forces_.setZero();  // this output is ignored
   const StepContext at = of.context();
+  const Kinematics& data = ws.start.kinematics();
+  ContactSolution& solution = ws.solution;
+  contact::Problem& problem = solution.problem;
   if (effects.has(Effect::kServos)) add_servos(at, h, of.known, diagonal_, forces_);
   add_joint_forces(at, h, diagonal_, forces_, ws.counts);
-  set_drag(model, effects, h, ws);
+  set_drag(model, effects, h, data, ws.motion.external, ws.counts);
   w_ = v_next;
   for (bool again = true; again;) {
-    assemble_problem(model, ws.constraints, w_, diagonal_, ws.data, ws.block_of_tree, ws.problem);
-    evaluate_impulses(ws.constraints, ws.problem, v_next, ws.data, ws.velocity, ws.impulse);
-    const OverlapCorrection::Found found = ws.overlap_correction.find(
-        ws.constraints, ws.problem, h, contact::Settings(), ws.problem.free_velocity(),
-        ws.impulse.head(ws.problem.num_rows()));
+    assemble_problem(model, ws.constraints, w_, diagonal_, ws.bodies(), solution.block_of_tree,
+                     problem);
+    evaluate_impulses(ws.constraints, problem, v_next, data, V_, solution.impulse);
+    const OverlapCorrection::Found found =
+        ws.overlap_correction.find(ws.constraints, problem, h, contact::Settings(),
+                                   problem.free_velocity(), solution.impulses());
     if (!found.needed || !contact::succeeded(found.status)) return false;
     p.setZero();
-    for_each_block(model, ws, [&](auto in_tree, auto in_block) {
+    for_each_touched(model, solution, [&](auto in_tree, auto in_block) {
       p(in_tree) = ws.overlap_correction.velocity()(in_block);
     });
     forces_ = v_next + p;
-    again = ws.finder.find_reached_contacts(at, {forces_}, ws.data, ws.constraints);
+    again = ws.finder.find_reached_contacts(at, {forces_}, data, ws.constraints);
   }
   w_ += p;
   return true;
@@ -155,33 +148,34 @@ bool DisplacementDerivator::compute(const InverseArguments& of, Workspace::Impl&
   const VectorRef& v_next = of.v_next;
   if (of.options.integrator != Integrator::kSemiImplicitEuler || ws.constraints.empty())
     return false;
-  compute_body_velocities(model, v_next, ws.data, ws.velocity);
-  if (!may_displace(ws.constraints, v_next, ws.data, ws.velocity)) return false;
+  const Kinematics& data = ws.start.kinematics();
+  V_.resize(static_cast<size_t>(model.num_bodies()));
+  compute_body_velocities(model, v_next, data, V_);
+  if (!may_displace(ws.constraints, v_next, data, V_)) return false;
   const bool found = find(of, ws);
-  ws.data.added.clear();
+  ws.motion.external.added.clear();
   if (!found) return false;
   const auto differentiate = [&](InverseDerivator::Displacing part, const VectorX& w,
-                                 InverseDerivatives& d) {
-    compute_body_velocities(model, w, ws.data, ws.velocity);
-    return parts.compute_displacing(part, of, p, w, ws, d);
+                                 const ConstraintSet& constraints, InverseDerivatives& d) {
+    compute_body_velocities(model, w, data, V_);
+    InvertedStep inverted(ws);
+    inverted.constraints = &constraints;
+    inverted.body_velocity = &V_;
+    return parts.compute_displacing(part, of, p, w, inverted, d);
   };
   forces_ = v_next;
-  bool closed = differentiate(kLateImpulses, forces_, late_);
+  bool closed = differentiate(kLateImpulses, forces_, ws.constraints, late_);
   keep_gaps(ws);
-  std::swap(ws.constraints, kept_);
-  closed = closed && differentiate(kRecovery, w_, recovery_);
-  std::swap(ws.constraints, kept_);
+  closed = closed && differentiate(kRecovery, w_, kept_, recovery_);
   if (!closed) return false;
-  crba(model, ws.data, M_);
+  crba(model, ws.bodies(), M_);
   by_v_next = recovery_.dv_next - late_.dv_next - M_ / of.h();
   by_q = recovery_.dq - late_.dq;
   by_v = recovery_.dv - late_.dv;
   A_ = recovery_.dv_next;
   A_.diagonal() += diagonal_ / of.h();
   if (keep_ties(ws, of.effects.has(Effect::kDrag) && !model.drags().empty())) {
-    std::swap(ws.constraints, kept_);
-    differentiate(kEqualities, p, equalities_);
-    std::swap(ws.constraints, kept_);
+    differentiate(kEqualities, p, kept_, equalities_);
     A_ += equalities_.dv_next;
     by_q += equalities_.dq;
     by_v += equalities_.dv;

@@ -37,6 +37,7 @@ class DisplacementDerivator {
   void keep_gaps(const Workspace::Impl& ws);
   bool keep_ties(const Workspace::Impl& ws, bool drag);
 
+  std::vector<Motion> V_;  ///< velocities of the bodies
   ConstraintSet kept_;
   InverseDerivatives late_, recovery_, equalities_;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M_;

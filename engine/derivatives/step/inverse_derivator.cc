@@ -46,14 +46,14 @@ InverseDerivator::InverseDerivator(const Model& model)
       acceleration_(VectorX::Zero(model.nv())) {}
 
 bool InverseDerivator::find_motion(const Model& model, double h, size_t contact,
-                                   Workspace::Impl& ws, ContactMotion& out) {
-  const PairConstraint& pair = ws.constraints.pairs[contact];
-  const InverseWeights& weights = ws.finder.weights();
+                                   const InvertedStep& inverted, ContactMotion& out) {
+  const PairConstraint& pair = inverted.constraints->pairs[contact];
+  const InverseWeights& weights = inverted.finder.weights();
   const double alpha = weights.contact[pair.body_a] + weights.contact[pair.body_b];
   const double towards_b = weights.contact[pair.body_b] / alpha - 0.5;
-  const collision::BodyMotions motions{ws.data.V, weights.contact, h};
-  return motions_.find(model, ws.data, ws.finder.collider(), motions,
-                       ws.constraints.contacts[contact], towards_b, out);
+  const collision::BodyMotions motions{inverted.at().V, weights.contact, h};
+  return motions_.find(model, inverted.at(), inverted.finder.collider(), motions,
+                       inverted.constraints->contacts[contact], towards_b, out);
 }
 
 /// Share of a contact's impulse that counts in `displacing_`: t / h for late impulses, else all.
@@ -69,18 +69,18 @@ ImpulseShare InverseDerivator::find_share(const Bounce& bounce, double h,
 }
 
 bool InverseDerivator::contact_response(const InverseArguments& of, size_t contact,
-                                        const PairBodies& bodies, Workspace::Impl& ws,
+                                        const PairBodies& bodies, const InvertedStep& inverted,
                                         PairResponse& out) {
   const Model& model = of.model;
   const SimulationOptions& options = of.options;
   const EffectSet effects = of.effects;
   const double h = of.h();
-  const PairConstraint& pair = ws.constraints.pairs[contact];
-  const collision::Candidate& candidate = ws.constraints.contacts[contact];
-  const InverseWeights& weights = ws.finder.weights();
+  const PairConstraint& pair = inverted.constraints->pairs[contact];
+  const collision::Candidate& candidate = inverted.constraints->contacts[contact];
+  const InverseWeights& weights = inverted.finder.weights();
   const double alpha = weights.contact[pair.body_a] + weights.contact[pair.body_b];
   ContactMotion motion;
-  if (!find_motion(model, h, contact, ws, motion)) {
+  if (!find_motion(model, h, contact, inverted, motion)) {
     find_velocity_response(pair, bodies, out);
     return false;
   }
@@ -96,16 +96,16 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
     closed = !(gap > 0.0);
   }
   const Vector3 v = pair.frame.transpose() * (bodies.start_b.linear - bodies.start_a.linear);
-  const Bounce bounce =
-      ws.finder.find_contact_bounce(model, options, effects, ws.data, {surface, pair, gap, v});
+  const Bounce bounce = inverted.finder.find_contact_bounce(model, options, effects, inverted.at(),
+                                                            {surface, pair, gap, v});
   if (contact::leans(pair.law) || (bounce.happens && bounce.spins) ||
       (gap > 0.0 && bounce.parting * h > gap)) {
     find_velocity_response(pair, bodies, out);  // these bounces have no closed form
     return false;
   }
-  LawSlopes slopes = contact_law_slopes(law_options(options, ws.finder.is_wedged(pair)), h,
+  LawSlopes slopes = contact_law_slopes(law_options(options, inverted.finder.is_wedged(pair)), h,
                                         {surface, alpha, gap, v, bounce});
-  const Vector3 fall = ws.finder.relative_fall(effects, pair);
+  const Vector3 fall = inverted.finder.relative_fall(effects, pair);
   slopes.normal = slopes.fall * fall;
   if (displacing_ == Displacing::kRecovery)
     slopes = {.gap = gap_bias_slope(options.contact, h, gap), .smoothing = slopes.smoothing};
@@ -118,13 +118,14 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
   if (closed) slopes.gap = slopes.smoothing = share.gap = 0.0;
   find_contact_response(pair, bodies, motion, slopes, turning && !closed, h, out, share);
   if (!pair.spins || pair.law.rows < 3) return true;
-  return !displacing_ && add_patch(of, contact, bodies, ws, out);
+  return !displacing_ && add_patch(of, contact, bodies, inverted, out);
 }
 
 /// Adds the derivatives of the friction of a spinning patch for one of its contacts.
 bool InverseDerivator::add_patch(const InverseArguments& of, size_t contact,
-                                 const PairBodies& bodies, Workspace::Impl& ws, PairResponse& out) {
-  const ConstraintSet& set = ws.constraints;
+                                 const PairBodies& bodies, const InvertedStep& inverted,
+                                 PairResponse& out) {
+  const ConstraintSet& set = *inverted.constraints;
   const auto same_pair = [&](size_t i) {
     const collision::Candidate &a = set.contacts[i], &b = set.contacts[contact];
     return a.geometry_a == b.geometry_a && a.geometry_b == b.geometry_b;
@@ -132,12 +133,12 @@ bool InverseDerivator::add_patch(const InverseArguments& of, size_t contact,
   size_t first = contact;
   while (first > 0 && same_pair(first - 1)) --first;
   const ContactPatch& patch = patch_.patch;
-  find_patch(of.context(), ws.data, set, ws.finder.radii(), first, patch_.patch);
+  find_patch(of.context(), inverted.at(), set, inverted.finder.radii(), first, patch_.patch);
   int index = -1;
   for (int k = 0; k < patch.size; ++k) {
     const size_t i = patch.contact[k];
     if (i == contact) index = k;
-    if (!set.pairs[i].spins || !find_motion(of.model, of.h(), i, ws, patch_.motions[k]))
+    if (!set.pairs[i].spins || !find_motion(of.model, of.h(), i, inverted, patch_.motions[k]))
       return false;
   }
   if (index < 0) return false;
@@ -145,52 +146,54 @@ bool InverseDerivator::add_patch(const InverseArguments& of, size_t contact,
   return true;
 }
 
-bool InverseDerivator::add_contacts(const InverseArguments& of, Workspace::Impl& ws) {
+bool InverseDerivator::add_contacts(const InverseArguments& of, const InvertedStep& inverted) {
   const Model& model = of.model;
   const double h = of.h();
   bool known = true;
   PairResponse response;
-  for (size_t i = 0; i < ws.constraints.pairs.size(); ++i) {
-    const PairConstraint& pair = ws.constraints.pairs[i];
-    const PairBodies bodies = pair_bodies(pair, ws.data, ws.velocity);
-    if (i < ws.constraints.contacts.size()) {
+  for (size_t i = 0; i < inverted.constraints->pairs.size(); ++i) {
+    const PairConstraint& pair = inverted.constraints->pairs[i];
+    const PairBodies bodies = pair_bodies(pair, inverted.at(), *inverted.body_velocity);
+    if (i < inverted.constraints->contacts.size()) {
       const bool late = displacing_ == Displacing::kLateImpulses;
       if (late && !(pair.impact_time > 0.0)) continue;
-      if (is_nothing(pair, bodies, h, ws.finder.weights())) continue;
-      known = contact_response(of, i, bodies, ws, response) && known;
-      slips_.add(model, pair, ws.velocity, h, ws.data, late ? pair.impact_time / h : 1.0);
+      if (is_nothing(pair, bodies, h, inverted.finder.weights())) continue;
+      known = contact_response(of, i, bodies, inverted, response) && known;
+      slips_.add(model, pair, *inverted.body_velocity, h, inverted.at(),
+                 late ? pair.impact_time / h : 1.0);
     } else if (displacing_ && displacing_ != Displacing::kEqualities) {
       break;
     } else {
-      const size_t index = i - ws.constraints.contacts.size();
-      const Closure& closure = model.closures()[ws.constraints.closures[index]];
-      find_contact_response(pair, bodies, closure_motion(closure, pair, ws.data), LawSlopes(),
+      const size_t index = i - inverted.constraints->contacts.size();
+      const Closure& closure = model.closures()[inverted.constraints->closures[index]];
+      find_contact_response(pair, bodies, closure_motion(closure, pair, inverted.at()), LawSlopes(),
                             false, h, response);
     }
-    forces_.add_pair(model, pair, bodies, response, h, ws.data);
+    forces_.add_pair(model, pair, bodies, response, h, inverted.at());
   }
-  return add_slip(model, of.options, ws) && known;
+  return add_slip(model, of.options, inverted) && known;
 }
 
 /// Adds the change of friction with the sliding speed of the island's fastest contact.
 bool InverseDerivator::add_slip(const Model& model, const SimulationOptions& options,
-                                Workspace::Impl& ws) {
+                                const InvertedStep& inverted) {
   const double h = options.time_step, share = h / options.contact.slip_time;
   const auto of_body = [&](const PairConstraint& pair, int body, const SpeedSlope::Row& q,
                            const SpeedSlope::Row& v) {
     SpeedByMotion out{body, share * q.transpose(), share * v.transpose()};
     if (body == 0) return out;
     const Vector3 arm =
-        pair.position - TreeSweep::reference(model.trees()[model.body(body).tree], ws.data);
+        pair.position - TreeSweep::reference(model.trees()[model.body(body).tree], inverted.at());
     for (Vector6* row : {&out.q, &out.v}) row->head<3>() += arm.cross(row->tail<3>());
     return out;
   };
   for (size_t i = 0; i < slips_.sources().size(); ++i) {
     const int source = slips_.sources()[i].contact;
-    const PairConstraint& pair = ws.constraints.pairs[source];
+    const PairConstraint& pair = inverted.constraints->pairs[source];
     ContactMotion motion;
-    if (!find_motion(model, h, source, ws, motion)) return false;
-    const SpeedSlope slope = speed_slope(pair, pair_bodies(pair, ws.data, ws.velocity), motion);
+    if (!find_motion(model, h, source, inverted, motion)) return false;
+    const SpeedSlope slope =
+        speed_slope(pair, pair_bodies(pair, inverted.at(), *inverted.body_velocity), motion);
     forces_.add_by_speed(slips_.forces(i), of_body(pair, pair.body_a, -slope.q, slope.v_a),
                          of_body(pair, pair.body_b, slope.q, slope.v_b));
   }
@@ -201,18 +204,18 @@ bool InverseDerivator::add_slip(const Model& model, const SimulationOptions& opt
 /// before the changes of velocity_terms.h. For free bodies (free_flight.h) these forces are a load.
 void InverseDerivator::set_velocities(const Model& model, const VectorRef& v,
                                       const VectorRef& v_next, double h,
-                                      const Workspace::Impl& ws) {
+                                      const InvertedStep& inverted) {
   acceleration_ = (v_next - v) / h;
   v_ = v;
-  if (!ws.data.has_coriolis) v_.setZero();
-  for (int n = 0; ws.data.has_coriolis && n < ws.start.free_flight().num_flyers(); ++n) {
-    const int i = ws.start.free_flight().body(n);
+  if (!inverted.has_coriolis) v_.setZero();
+  for (int n = 0; inverted.has_coriolis && n < inverted.start.free_flight().num_flyers(); ++n) {
+    const int i = inverted.start.free_flight().body(n);
     v_.segment(model.body(i).v_index, joint_nv(model.body(i).joint_type)).setZero();
-    forces_.add_load(i, ws.data.mean_force[i] * -1.0);
+    forces_.add_load(i, inverted.start.velocity_forces().mean_force[i] * -1.0);
   }
 }
 
-bool InverseDerivator::sweep_trees(const InverseArguments& of, Workspace::Impl& ws,
+bool InverseDerivator::sweep_trees(const InverseArguments& of, const InvertedStep& inverted,
                                    InverseDerivatives& d) {
   const Model& model = of.model;
   const SimulationOptions& options = of.options;
@@ -229,79 +232,79 @@ bool InverseDerivator::sweep_trees(const InverseArguments& of, Workspace::Impl& 
   in.mass_in_next = 1.0 / h;
   in.mass_in_v = -1.0 / h;
   const SweepOutput out{d.dq, d.dv, d.dv_next};
-  velocity_terms_.begin(of, ws);
+  velocity_terms_.begin(of, inverted);
   for (int t = 0; t < model.num_trees(); ++t) {
-    velocity_terms_.prepare(of, t, ws, v_, acceleration_, in);
-    sweep_.run(model, model.trees()[t], ws.data, in, out);
-    velocity_terms_.add(of, t, ws, d);
+    velocity_terms_.prepare(of, t, inverted, v_, acceleration_, in);
+    sweep_.run(model, model.trees()[t], inverted.at(), in, out);
+    velocity_terms_.add(of, t, inverted, d);
   }
   forces_.add_couplings(model, in, sweep_, out);
-  if (ws.data.has_coriolis)
-    add_flight_derivatives(model, h, v, in.gravity, ws.start.free_flight(), ws.data, d);
-  if (!ws.constraints.closures.empty()) closures_.begin(model, ws.data, v);
-  const bool known = velocity_terms_.add_equalities(of, ws, closures_, d);
-  add_closure_rows(model, options, ws, d);
+  if (inverted.has_coriolis)
+    add_flight_derivatives(model, h, v, in.gravity, inverted.start.free_flight(), inverted.at(), d);
+  if (!inverted.constraints->closures.empty()) closures_.begin(model, inverted.at(), v);
+  const bool known = velocity_terms_.add_equalities(of, inverted, closures_, d);
+  add_closure_rows(model, options, inverted, d);
   return known;
 }
 
 /// Adds the derivatives of the biases of closures that are not aimed.
 void InverseDerivator::add_closure_rows(const Model& model, const SimulationOptions& options,
-                                        const Workspace::Impl& ws, InverseDerivatives& d) {
-  const ConstraintSet& all = ws.constraints;
+                                        const InvertedStep& inverted, InverseDerivatives& d) {
+  const ConstraintSet& all = *inverted.constraints;
   const double h = options.time_step;
   for (size_t i = 0; i < all.closures.size(); ++i) {
     const PairConstraint& pair = all.pairs[all.contacts.size() + i];
-    if (velocity_terms_.aims(model, pair, ws)) continue;
-    closures_.compute(model, options.contact, h, model.closures()[all.closures[i]], pair, ws.data,
-                      false);
+    if (velocity_terms_.aims(model, pair, inverted)) continue;
+    closures_.compute(model, options.contact, h, model.closures()[all.closures[i]], pair,
+                      inverted.at(), false);
     const double scale = 1.0 / (pair.law.regularizer * h);
     closures_.add_to(d.dq, scale, closures_.by_q);
     if (!velocity_terms_.aims_at_rest(model, pair)) closures_.add_to(d.dv, scale, closures_.by_v);
   }
 }
 
-void InverseDerivator::begin(const Model& model, Workspace::Impl& ws, InverseDerivatives& d) {
+void InverseDerivator::begin(const Model& model, InverseDerivatives& d) {
   const int nv = model.nv();
   for (MatrixX* m : {&d.dq, &d.dv, &d.dv_next}) {
     if (m->rows() != nv || m->cols() != nv) m->resize(nv, nv);
     if (model.num_trees() != 1) m->setZero();
   }
-  compute_inertias(model, ws.data);
   slips_.begin();
   forces_.begin();
   motions_.begin();
 }
 
 bool InverseDerivator::compute_impulses(const InverseArguments& of, const VectorRef& m,
-                                        const VectorRef& w, Workspace::Impl& ws,
+                                        const VectorRef& w, const InvertedStep& all,
                                         InverseDerivatives& d) {
-  begin(of.model, ws, d);
+  InvertedStep inverted = all;
+  inverted.has_coriolis = false;
+  begin(of.model, d);
   EffectSet effects = of.effects;
   effects.set(Effect::kGravity, false);
   const InverseArguments at_w{of.model, of.options, of.q, of.v, of.q_next, w, of.known, effects};
-  ws.data.has_coriolis = false;
   v_.setZero();
   acceleration_ = (w - m) / of.h();
-  bool closed = add_contacts(at_w, ws);
-  closed = sweep_trees(at_w, ws, d) && closed;
-  add_joint_row_derivatives(of.options, ws.constraints.joints, w, ws.finder.weights(), d);
+  bool closed = add_contacts(at_w, inverted);
+  closed = sweep_trees(at_w, inverted, d) && closed;
+  add_joint_row_derivatives(of.options, inverted.constraints->joints, w, inverted.finder.weights(),
+                            d);
   return closed;
 }
 
 bool InverseDerivator::compute_displacing(Displacing part, const InverseArguments& of,
                                           const VectorRef& p, const VectorRef& w,
-                                          Workspace::Impl& ws, InverseDerivatives& d) {
+                                          const InvertedStep& inverted, InverseDerivatives& d) {
   const Model& model = of.model;
   const double h = of.h();
   const bool moves = part == Displacing::kRecovery;
-  begin(model, ws, d);
+  begin(model, d);
   displacing_ = part;
-  ws.data.has_coriolis = false;
   v_.setZero();
   acceleration_ = p * (moves ? 1.0 / h : 0.0);
   if (part == Displacing::kEqualities && of.effects.has(Effect::kDrag))
-    add_drag_responses(model, ws.velocity, ws.data, forces_);
-  const bool known = add_contacts(of, ws);
+    add_drag_responses(model, *inverted.body_velocity, inverted.at(), forces_);
+  const bool known = add_contacts(of, inverted);
   SweepInput in;
   in.v = v_.data();
   in.a = acceleration_.data();
@@ -310,27 +313,30 @@ bool InverseDerivator::compute_displacing(Displacing part, const InverseArgument
   in.v_next = w.data();
   in.mass_in_next = moves ? 1.0 / h : 0.0;
   const SweepOutput out{d.dq, d.dv, d.dv_next};
-  for (const Tree& tree : model.trees()) sweep_.run(model, tree, ws.data, in, out);
+  for (const Tree& tree : model.trees()) sweep_.run(model, tree, inverted.at(), in, out);
   forces_.add_couplings(model, in, sweep_, out);
   if (part != Displacing::kLateImpulses)
-    add_joint_row_derivatives(of.options, ws.constraints.joints, w, ws.finder.weights(), d, true);
+    add_joint_row_derivatives(of.options, inverted.constraints->joints, w,
+                              inverted.finder.weights(), d, true);
   displacing_.reset();
   return known;
 }
 
-bool InverseDerivator::compute(const InverseArguments& of, Workspace::Impl& ws,
+bool InverseDerivator::compute(const InverseArguments& of, const InvertedStep& inverted,
                                InverseDerivatives& d) {
   const Model& model = of.model;
-  begin(model, ws, d);
-  set_velocities(model, of.v, of.v_next, of.h(), ws);
+  begin(model, d);
+  set_velocities(model, of.v, of.v_next, of.h(), inverted);
   if (of.effects.has(Effect::kExternalWrenches))
-    add_wrench_responses(model, of.known.wrenches, ws.data, forces_);
-  if (of.effects.has(Effect::kDrag)) add_drag_responses(model, ws.velocity, ws.data, forces_);
-  add_loss_responses(model, of.h(), ws.taut_links.links(), ws.data, forces_);
-  bool closed = add_contacts(of, ws);
-  closed = sweep_trees(of, ws, d) && closed;
+    add_wrench_responses(model, of.known.wrenches, inverted.at(), forces_);
+  if (of.effects.has(Effect::kDrag))
+    add_drag_responses(model, *inverted.body_velocity, inverted.at(), forces_);
+  add_loss_responses(model, of.h(), inverted.taut_links.links(), inverted.at(), forces_);
+  bool closed = add_contacts(of, inverted);
+  closed = sweep_trees(of, inverted, d) && closed;
   add_joint_force_derivatives(model, of.effects, of.h(), d);
-  add_joint_row_derivatives(of.options, ws.constraints.joints, of.v_next, ws.finder.weights(), d);
+  add_joint_row_derivatives(of.options, inverted.constraints->joints, of.v_next,
+                            inverted.finder.weights(), d);
   return closed;
 }
 

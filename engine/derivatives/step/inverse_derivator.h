@@ -17,8 +17,8 @@
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 #include "counterpoint/engine/derivatives/forces/force_responses.h"
 #include "counterpoint/engine/derivatives/forces/velocity_terms.h"
+#include "counterpoint/engine/step/inverted_step.h"
 #include "counterpoint/engine/step/step_start.h"
-#include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint {
 
@@ -28,7 +28,7 @@ class InverseDerivator {
 
   /// Computes d after step_inverse with these arguments and `ws`. du/dv+ is always found. Returns
   /// false if du/dq and du/dv are not, because something acts that has no closed form.
-  bool compute(const InverseArguments& of, Workspace::Impl& ws, InverseDerivatives& d);
+  bool compute(const InverseArguments& of, const InvertedStep& inverted, InverseDerivatives& d);
 
   /// Forces that displace bodies in addition to h w+ (overlap_correction.h).
   enum class Displacing {
@@ -36,35 +36,35 @@ class InverseDerivator {
     kRecovery,      ///< M(q) p / h - J' f(J w + b(q)) / h, w = w+ + p: gaps that p may close
     kEqualities,    ///< C p - J' f(J p) / h: drag, and equalities without bias
   };
-  /// Computes their derivatives by q, by v and by w (at `w`), with p held. Needs ws.constraints
-  /// with the laws of `part`, kinematics at (q, v) without forces, and velocities at w in
-  /// ws.velocity. Returns false like compute.
+  /// Computes their derivatives by q, by v and by w (at `w`), with p held. Needs
+  /// *inverted.constraints with the laws of `part`, kinematics at (q, v) without forces, and
+  /// velocities at w in *inverted.body_velocity. Returns false like compute.
   bool compute_displacing(Displacing part, const InverseArguments& of, const VectorRef& p,
-                          const VectorRef& w, Workspace::Impl& ws, InverseDerivatives& d);
+                          const VectorRef& w, const InvertedStep& inverted, InverseDerivatives& d);
 
   /// Computes the derivatives of (M(q) (w - m) - J' f(J w + b(q, v))) / h, the equation by which
   /// impulses change the velocity m to w at (q, v): by q, by v and m with dm = dv, and by w. Needs
-  /// ws.constraints, kinematics at (q, v) and velocities at w in ws.velocity. Returns false like
-  /// compute. Removes velocity-dependent forces from ws.data.
+  /// *inverted.constraints, kinematics at (q, v) and velocities at w in *inverted.body_velocity.
+  /// Returns false like compute. Removes velocity-dependent forces from inverted.at().
   bool compute_impulses(const InverseArguments& of, const VectorRef& m, const VectorRef& w,
-                        Workspace::Impl& ws, InverseDerivatives& d);
+                        const InvertedStep& inverted, InverseDerivatives& d);
 
  private:
-  void begin(const Model& model, Workspace::Impl& ws, InverseDerivatives& d);
-  bool add_contacts(const InverseArguments& of, Workspace::Impl& ws);
+  void begin(const Model& model, InverseDerivatives& d);
+  bool add_contacts(const InverseArguments& of, const InvertedStep& inverted);
   bool contact_response(const InverseArguments& of, size_t contact, const PairBodies& bodies,
-                        Workspace::Impl& ws, PairResponse& out);
+                        const InvertedStep& inverted, PairResponse& out);
   ImpulseShare find_share(const Bounce& bounce, double h, const Vector3& fall) const;
   bool add_patch(const InverseArguments& of, size_t contact, const PairBodies& bodies,
-                 Workspace::Impl& ws, PairResponse& out);
-  bool find_motion(const Model& model, double h, size_t contact, Workspace::Impl& ws,
+                 const InvertedStep& inverted, PairResponse& out);
+  bool find_motion(const Model& model, double h, size_t contact, const InvertedStep& inverted,
                    ContactMotion& out);
-  bool add_slip(const Model& model, const SimulationOptions& options, Workspace::Impl& ws);
+  bool add_slip(const Model& model, const SimulationOptions& options, const InvertedStep& inverted);
   void set_velocities(const Model& model, const VectorRef& v, const VectorRef& v_next, double h,
-                      const Workspace::Impl& ws);
-  bool sweep_trees(const InverseArguments& of, Workspace::Impl& ws, InverseDerivatives& d);
+                      const InvertedStep& inverted);
+  bool sweep_trees(const InverseArguments& of, const InvertedStep& inverted, InverseDerivatives& d);
   void add_closure_rows(const Model& model, const SimulationOptions& options,
-                        const Workspace::Impl& ws, InverseDerivatives& d);
+                        const InvertedStep& inverted, InverseDerivatives& d);
 
   std::optional<Displacing> displacing_;  ///< empty: a step, or its impulses
   TreeSweep sweep_;

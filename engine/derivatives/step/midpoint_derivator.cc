@@ -4,13 +4,15 @@
 
 namespace counterpoint {
 
-void compute_midpoint_derivatives(const InverseArguments& of, const Workspace::Impl& ws,
+void compute_midpoint_derivatives(const InverseArguments& of, const InvertedStep& inverted,
                                   SmoothDerivator& smooth, VectorX& r, InverseDerivatives& d) {
   const Model& model = of.model;
   const double h = of.h();
   r = (of.v_next - of.v) / h;
-  smooth.compute(model, of.effects, ws.middle, r, of.known.wrenches, ws);
-  r = 0.5 * h * ws.middle;
+  const VectorX& w_m = inverted.midpoint.w_m;
+  smooth.compute(model, of.effects, w_m, r, of.known.wrenches, inverted.stage,
+                 inverted.start.rotor_inertia(model, of.effects));
+  r = 0.5 * h * w_m;
   d.dq = smooth.dq;
   multiply_columns(model, RotationMap::kP, r, d.dq);
   d.dq.diagonal() += smooth.stiffness;

@@ -13,13 +13,13 @@
 
 #include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/derivatives/step/smooth_derivator.h"
-#include "counterpoint/engine/step/step_start.h"
+#include "counterpoint/engine/step/inverted_step.h"
 
 namespace counterpoint {
 
-/// Computes d after step_inverse with these arguments and `ws`, which found no constraints.
+/// Computes d of an inverse step that found no constraints.
 /// `smooth` and `r` (nv) are scratch.
-void compute_midpoint_derivatives(const InverseArguments& of, const Workspace::Impl& ws,
+void compute_midpoint_derivatives(const InverseArguments& of, const InvertedStep& inverted,
                                   SmoothDerivator& smooth, VectorX& r, InverseDerivatives& d);
 
 }  // namespace counterpoint

@@ -90,7 +90,8 @@ bool RungeKuttaDerivator::compute(const StepContext& start, const Input& input, 
     exponent_rate(model, theta_, at_.v, rate_);
     compute_acceleration({model, options, effects, at_.q, at_.v}, input, ws, acceleration_, report);
     if (!report.succeeded()) return false;
-    smooth.compute(model, effects, at_.v, acceleration_, input.wrenches, ws);
+    smooth.compute(model, effects, at_.v, acceleration_, input.wrenches, ws.stage,
+                   ws.start.rotor_inertia(model, effects));
     // dq_s = P dq + Q dtheta, with P and Q of q (+) theta.
     dq_ = dtheta_;
     multiply_rows(model, RotationMap::kQ, theta_, dq_);

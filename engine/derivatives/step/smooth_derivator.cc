@@ -16,20 +16,20 @@ SmoothDerivator::SmoothDerivator(const Model& model)
 
 void SmoothDerivator::compute(const Model& model, EffectSet effects, const VectorRef& w,
                               const VectorRef& a, const std::vector<ExternalWrench>& wrenches,
-                              const Workspace::Impl& ws) {
+                              const StageMotion& stage, const VectorX& rotors) {
   forces_.begin();
   if (effects.has(Effect::kExternalWrenches))
-    add_wrench_responses(model, wrenches, ws.data, forces_);
-  if (effects.has(Effect::kDrag)) add_drag_responses(model, ws.data, forces_);
+    add_wrench_responses(model, wrenches, stage.at, forces_);
+  if (effects.has(Effect::kDrag)) add_drag_responses(model, stage.at, forces_);
   w_ = w;
   SweepInput in;
-  in.v = ws.data.has_coriolis ? w_.data() : zero_.data();
+  in.v = stage.velocity.has_coriolis ? w_.data() : zero_.data();
   in.a = a.data();
   if (effects.has(Effect::kGravity)) in.gravity = model.gravity();
   forces_.put_into(in);
   in.v_start = in.v_next = w_.data();
-  for (const Tree& tree : model.trees()) sweep_.run(model, tree, ws.data, in, {dq, dw, mass});
-  mass.diagonal() += rotor_inertia(model, effects, ws);
+  for (const Tree& tree : model.trees()) sweep_.run(model, tree, stage.at, in, {dq, dw, mass});
+  mass.diagonal() += rotors;
   stiffness.setZero();
   damping.setZero();
   if (effects.has(Effect::kDamping)) damping += model.damping();

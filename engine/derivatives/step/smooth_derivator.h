@@ -4,7 +4,7 @@
 #pragma once
 
 #include "counterpoint/engine/derivatives/forces/force_responses.h"
-#include "counterpoint/engine/step/step_workspace.h"
+#include "counterpoint/engine/step/step_forces.h"
 
 namespace counterpoint {
 
@@ -12,10 +12,11 @@ class SmoothDerivator {
  public:
   explicit SmoothDerivator(const Model& model);
 
-  /// Computes the derivatives at a (nv) and these wrenches. ws.data has the kinematics of (q, w),
-  /// which are left unchanged.
+  /// Computes the derivatives at a (nv) and these wrenches. inverted.at() has the kinematics of (q,
+  /// w), which are left unchanged.
   void compute(const Model& model, EffectSet effects, const VectorRef& w, const VectorRef& a,
-               const std::vector<ExternalWrench>& wrenches, const Workspace::Impl& ws);
+               const std::vector<ExternalWrench>& wrenches, const StageMotion& stage,
+               const VectorX& rotors);
 
   MatrixX dq, dw;  ///< nv x nv: by a displacement at q and by w, without joint forces
   MatrixX mass;    ///< nv x nv: M with rotor inertia

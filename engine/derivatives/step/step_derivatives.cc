@@ -11,7 +11,7 @@
 #include "counterpoint/engine/derivatives/step/midpoint_derivator.h"
 #include "counterpoint/engine/derivatives/step/runge_kutta_derivator.h"
 #include "counterpoint/engine/derivatives/step/step_differences.h"
-#include "counterpoint/engine/step/step_workspace.h"
+#include "counterpoint/engine/step/inverted_step.h"
 #include "counterpoint/model/special_values.h"
 
 namespace counterpoint {
@@ -41,9 +41,9 @@ DerivativeScratch& scratch_of(const Model& model, Workspace::Impl& ws) {
 }
 
 /// Returns null if the step has no free groups.
-CenterTerms* center_terms(const Model& model, const Workspace::Impl& ws,
+CenterTerms* center_terms(const Model& model, const FreeGroups& groups,
                           DerivativeScratch& scratch) {
-  if (ws.free_groups.groups().empty()) return nullptr;
+  if (groups.groups().empty()) return nullptr;
   if (!scratch.center) scratch.center.emplace(model);
   return &*scratch.center;
 }
@@ -96,23 +96,23 @@ bool differentiate_runge_kutta(const StepContext& start, const Input& input, Wor
   if (!scratch.smooth) scratch.smooth.emplace(model);
   if (!scratch.runge_kutta) scratch.runge_kutta.emplace(model);
   if (!scratch.runge_kutta->compute(start, input, ws, *scratch.smooth, d)) return false;
-  if (CenterTerms* center = center_terms(model, ws, scratch)) {
+  if (CenterTerms* center = center_terms(model, ws.free_groups, scratch)) {
     const State& reached = scratch.runge_kutta->reached();
-    center->correct_forward(start, reached.q, reached.v, ws, d);
+    center->correct_forward(start, reached.q, reached.v, ws.free_groups, d);
   }
   return true;
 }
 
 /// Computes d in closed form. Returns false if something acts that has none.
-bool differentiate(const InverseArguments& of, Workspace::Impl& ws, DerivativeScratch& scratch,
-                   InverseDerivatives& d) {
+bool differentiate(const InverseArguments& of, const InvertedStep& inverted,
+                   DerivativeScratch& scratch, InverseDerivatives& d) {
   if (of.options.integrator == Integrator::kSemiImplicitEuler)
-    return scratch.inverse.compute(of, ws, d);
-  if (ws.taut_links.loses()) return false;
+    return scratch.inverse.compute(of, inverted, d);
+  if (inverted.taut_links.loses()) return false;
   if (!scratch.smooth) scratch.smooth.emplace(of.model);
   if (scratch.impulses)
-    return scratch.midpoint->compute(of, ws, *scratch.smooth, scratch.inverse, d);
-  compute_midpoint_derivatives(of, ws, *scratch.smooth, scratch.r, d);
+    return scratch.midpoint->compute(of, inverted, *scratch.smooth, scratch.inverse, d);
+  compute_midpoint_derivatives(of, inverted, *scratch.smooth, scratch.r, d);
   return true;
 }
 
@@ -145,14 +145,20 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
   const EffectSet effects = active_effects(ws.called, options.effects);
   const Model& slowed = ws.taut_links.slowed(model);
   const InverseArguments of{slowed, options, q, v, q_next, v_next, known, effects};
-  CenterTerms* const center = analytic ? center_terms(model, ws, scratch) : nullptr;
-  const VectorRef w = center != nullptr ? VectorRef(center->find_step_velocity(of, ws)) : v_next;
+  CenterTerms* const center = analytic ? center_terms(model, ws.free_groups, scratch) : nullptr;
+  const VectorRef w =
+      center != nullptr
+          ? VectorRef(center->find_step_velocity(of, ws.free_groups, ws.start.kinematics(),
+                                                 ws.inverse, ws.midpoint.w_m))
+          : v_next;
   const InverseArguments alone{slowed, options, q, v, q_next, w, known, effects};
-  const bool closed = analytic && differentiate(alone, ws, scratch, d);
+  const InvertedStep inverted(ws);
+  if (analytic) ws.start.find_inertias(slowed);
+  const bool closed = analytic && differentiate(alone, inverted, scratch, d);
   d.by_differences = analytic && !closed;
   // Differences of a midpoint step with constraints include the correction.
   if (center != nullptr && (closed || !scratch.impulses))
-    center->correct_inverse(of, scratch.impulses ? &*scratch.midpoint : nullptr, ws, d);
+    center->correct_inverse(of, scratch.impulses ? &*scratch.midpoint : nullptr, inverted, d);
   if (closed) return;
   const double step = difference_step > 0.0
                           ? difference_step
@@ -217,10 +223,10 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
   } else {
     chain_configuration(of, scratch.impulses ? &*scratch.midpoint : nullptr, scratch.r, d);
   }
-  if (CenterTerms* center = center_terms(model, ws, scratch)) {
+  if (CenterTerms* center = center_terms(model, ws.free_groups, scratch)) {
     scratch.start.q = q;
     integrate_configuration(model, q, scratch.r, 1.0, scratch.start.q);
-    center->correct_forward(of.context(), scratch.start.q, v_next, ws, d);
+    center->correct_forward(of.context(), scratch.start.q, v_next, ws.free_groups, d);
   }
   return true;
 }
