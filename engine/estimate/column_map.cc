@@ -74,7 +74,7 @@ class MapReader : public MapNodes {
   }
 
  private:
-  /// Rows of states before and velocities after.
+  /// Reads a map of impacts: each row has the state before and the velocities after.
   ColumnMap read_impacts(const YAML::Node& root) const {
     check_keys(root, {"columns", "after", "skip", "names", "topic", "rows"});
     ColumnMap map;
@@ -97,7 +97,7 @@ class MapReader : public MapNodes {
     return map;
   }
 
-  /// The word of this key; without one the first.
+  /// Returns the value of this key, one of `words`; the first one if the key is missing.
   std::string one_of(const YAML::Node& root, const char* key,
                      const std::array<const char*, 2>& words) const {
     const YAML::Node node = root[key];
@@ -185,8 +185,8 @@ class MapReader : public MapNodes {
     }
   }
 
-  /// Position or force: standard deviation. Of an orientation any component stands for its three
-  /// angles.
+  /// Reads standard deviations of positions and forces. Any component of an orientation sets the
+  /// deviation of its three angles.
   void read_deviations(const YAML::Node& node, ColumnMap& map) const {
     using Kind = ColumnMap::Entry::Kind;
     constexpr double kUnknown = std::numeric_limits<double>::infinity();

@@ -1,4 +1,4 @@
-// A scene reduced to its contacts and closures, of which all have rows.
+// A scene reduced to its contacts and loop closures, all of which have constraint rows.
 #pragma once
 
 #include "counterpoint/engine/constraints/constraints.h"
@@ -7,7 +7,7 @@
 
 namespace counterpoint::estimation {
 
-/// Of the effects that the model calls for: contacts with all their friction, and closures.
+/// Returns the contact effects that the model has: contacts with all their friction, and closures.
 inline EffectSet contact_effects(const Model& model, const collision::Collider& collider) {
   EffectSet wanted;
   for (const Effect effect : {Effect::kContacts, Effect::kFriction, Effect::kTorsionalFriction,
@@ -16,8 +16,8 @@ inline EffectSet contact_effects(const Model& model, const collision::Collider& 
   return active_effects(called_for(model, collider), wanted);
 }
 
-/// The constraints at (q, v), none of them parked; leaves poses, velocities and inertias there in
-/// `data`.
+/// Finds the constraints at (q, v) without parking any. Leaves poses, velocities and inertias at
+/// (q, v) in `data`.
 inline void find_all_constraints(const StepContext& at, ConstraintFinder& finder, Data& data,
                                  ConstraintSet& out) {
   compute_poses(at.model, at.q, data);

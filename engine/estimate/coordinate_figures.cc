@@ -12,7 +12,7 @@ CoordinateFigures coordinate_figures(const std::string& name, const VectorX& dif
   out.rms = difference.norm() / std::sqrt(count);
   out.mean = difference.mean();
   const double deviation = (recorded.array() - recorded.mean()).matrix().norm() / std::sqrt(count);
-  // Of a constant rounding is left.
+  // For a constant column the deviation is only round-off.
   if (!(deviation > 1e-12 * recorded.lpNorm<Eigen::Infinity>())) return out;
   out.recorded_deviation = deviation;
   out.r2 = 1.0 - out.rms * out.rms / (deviation * deviation);

@@ -1,5 +1,5 @@
-// Figures of a scene found from recordings: parameters by name, forces behind a recorded motion,
-// objectives, and least squares.
+// Identification of a scene from recordings: parameters by name, inverse dynamics of a recorded
+// motion, objectives, and nonlinear least squares.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace counterpoint::estimation {
 
-// ---- Parameters of a scene by name, to be set or identified: "friction", "mass:cube",
+// ---- Named parameters of a scene that can be set or identified: "friction", "mass:cube",
 // "damping:elbow".
 
 enum class ParameterKind {
@@ -38,64 +38,69 @@ enum class ParameterKind {
   kMaxRecoverySpeed,
 };
 
-/// One figure of a scene, and between which bounds it is looked for.
+/// One scalar parameter of a scene, with the bounds of the search.
 struct Parameter {
   ParameterKind kind = ParameterKind::kFriction;
-  std::string name;  ///< as written: KIND or KIND:ELEMENT
+  std::string name;  ///< KIND or KIND:ELEMENT, as written by the user
   std::string unit;
   double lower = 0.0, upper = 0.0;
-  bool logarithmic = false;  ///< looked for by its logarithm
-  std::vector<int> targets;  ///< geometries, bodies or velocity coordinates, as the kind has it
+  bool logarithmic = false;  ///< the search uses its logarithm
+  std::vector<int> targets;  ///< indices of geometries, bodies or velocity coordinates, depending
+                             ///< on the kind
 };
 
-/// KIND[:ELEMENT][=LOW..HIGH], comma separated, for this scene. Kinds, elements, units and default
-/// bounds: docs/reference/recording-format.md. @throws InputError naming the part that is no such
-/// thing, and what there is.
+/// Parses KIND[:ELEMENT][=LOW..HIGH], comma separated, for this scene. Kinds, elements, units and
+/// default bounds: docs/reference/recording-format.md. @throws InputError that names the unknown
+/// part and lists the valid ones.
 std::vector<Parameter> parse_parameters(const std::string& text, const Scene& scene);
 
-/// Value of each in the scene; of several targets the mean.
+/// Returns the value of each parameter in the scene; the mean over its targets.
 VectorX parameter_values(const std::vector<Parameter>& parameters, const Scene& scene);
 
-/// The scene with these values. @throws InputError for a value that no scene may have.
+/// Returns the scene with these parameter values. @throws InputError for a value outside the range
+/// that a scene allows.
 Scene with_parameters(const Scene& scene, const std::vector<Parameter>& parameters,
                       const VectorX& values);
 
-/// KIND[:ELEMENT]=VALUE, comma separated: the scene with these values ("" leaves it as it is).
+/// Applies KIND[:ELEMENT]=VALUE, comma separated, to a scene ("" leaves it unchanged).
 Scene with_settings(Scene scene, const std::string& text);
 
-// ---- Forces behind a recorded motion, and how much of them no contact can have given.
+// ---- Forces behind a recorded motion, and the part that contacts cannot have exerted.
 
-/// What is at work from one row to the next.
+/// The forces that act from one row of a recording to the next.
 struct Explanation {
-  /// nv: what moved the scene beyond gravity, joints' own forces, recorded forces and contacts, per
-  /// coordinate [N, N m]: of actuated coordinates whose force was not recorded their applied force,
-  /// of all others unexplained.
+  /// nv: generalized force beyond gravity, passive joint forces, recorded forces and contact forces
+  /// [N, N m]. In actuated coordinates without a recorded force it is the applied force; in all
+  /// others it is unexplained.
   VectorX force;
-  double unexplained_force = 0.0;   ///< of free links, over the weight of their trees
-  double unexplained_torque = 0.0;  ///< the same, over weight times reach of the link's geometry
-  double unexplained_joint = 0.0;   ///< largest where a force was recorded [N or N m]
-  double contact_force = 0.0;       ///< sum of the normal forces over the weight of all that moves
-  int contacts = 0;                 ///< within reach
+  double unexplained_force = 0.0;   ///< largest over floating links, in weights of their trees
+  double unexplained_torque = 0.0;  ///< the same, in weight times radius of the link's geometry
+  double unexplained_joint = 0.0;   ///< largest over joints without actuator or with a recorded
+                                    ///< force [N or N m]
+  double contact_force = 0.0;       ///< sum of normal forces, in weights of all moving bodies
+  int contacts = 0;                 ///< number of contacts within reach
 };
 
-/// Finds them step by step. Recorded motions are no solutions of a contact law: a velocity that is
-/// off by a millimetre a second would be a blow. So contact forces are those within the friction
-/// cones at all contacts within `reach` [m] that leave least unexplained (in the norm of inv(M)).
+/// Computes the explanation of a recording step by step. A recorded motion does not satisfy a
+/// contact law: a velocity error of 1 mm/s would count as an impact. Contact forces are therefore
+/// chosen within the friction cones of all contacts within `reach` [m] so that the unexplained
+/// force is minimal in the norm of inv(M).
 class Explainer {
  public:
   Explainer(const Scene& scene, const ColumnMap& map, double reach);
   ~Explainer();
 
-  /// From `row` to `row` + 1 of the recording, `interval` [s] apart. @throws InputError where a
-  /// recorded number cannot be worked with, std::runtime_error where the solver fails.
+  /// Explains the step from `row` to `row` + 1 of the recording, `interval` [s] apart. @throws
+  /// InputError if a recorded value is invalid, std::runtime_error if the contact solver fails.
   Explanation explain(const Recording& recording, int row, double interval);
 
-  /// nv x parameters: how `force` of the step explained last goes with them. False where contacts
-  /// gave a part of it: which then depends on the cones.
+  /// Computes the derivatives (nv x parameters) of `force` of the step explained last. Returns
+  /// false if that step had contacts, whose forces depend on the cones.
   bool derive(ParameterDerivator& derivator, InverseParameterDerivatives& out);
 
-  /// By coordinate, what makes an unexplained force a residual: of free links 1 / weight (and /
-  /// reach of the geometry), of others 1; 0 where a motor may have given it.
+  /// Weights (nv) that turn unexplained forces into residuals: 1 / weight for the force on a
+  /// floating link (and 1 / radius of its geometry for the torque), 1 for other joints, and 0 where
+  /// an unrecorded motor force may act.
   VectorX scales() const;
 
  private:
@@ -103,32 +108,34 @@ class Explainer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// A whole recording.
+/// Explanation of a whole recording.
 struct ExplainedRecording {
   std::string file;
   int rows = 0;
-  std::vector<double> time;  ///< of the rows where steps start [s]
+  std::vector<double> time;  ///< times of the rows where steps start [s]
   std::vector<Explanation> steps;
-  std::vector<std::pair<const char*, double>> figures;  ///< under their names in the report
+  std::vector<std::pair<const char*, double>> figures;  ///< metrics by their names in the report
   bool stopped = false;
 };
-/// stop: asked at every row; where it says so, the result is marked and has no figures.
+/// Explains all steps. `stop` is called before every row; if it returns true, the result is marked
+/// as stopped and has no metrics.
 ExplainedRecording explain_recording(Explainer& explainer, const ColumnMap& map,
                                      const Recording& recording,
                                      const std::function<bool()>& stop = {});
 
-/// What is left unexplained by coordinate over all steps of some recordings, but for those that a
-/// motor may have moved with a force that was not recorded.
+/// Statistics of the unexplained force per coordinate, over all steps of the recordings.
+/// Coordinates with an unrecorded motor force are left out.
 std::vector<CoordinateFigures> force_figures(const Explainer& explainer, const Model& model,
                                              const std::vector<const Recording*>& recordings,
                                              const std::vector<ExplainedRecording>& explained);
 
-// ---- Least squares over groups of residuals (one a recording), within bounds, from many starts.
+// ---- Nonlinear least squares over groups of residuals (one group per recording), within bounds,
+// from several starts.
 
-/// One vector a group, of the same sizes in every call.
+/// One residual vector per group; sizes are the same in every call.
 using GroupedResiduals = std::vector<VectorX>;
 
-/// Residuals and their derivatives: a matrix a group, a column a parameter.
+/// Residuals and their Jacobians: one matrix per group, one column per parameter.
 struct LinearizedResiduals {
   GroupedResiduals residuals;
   std::vector<MatrixX> jacobians;
@@ -136,41 +143,44 @@ struct LinearizedResiduals {
 
 struct FitProblem {
   std::function<GroupedResiduals(const VectorX& values)> residuals;
-  /// Exact derivatives by the parameters that `exact` marks, the columns of the others not looked
-  /// at; none where they are not known. May be empty.
+  /// Residuals with exact derivatives with respect to the parameters marked in `exact`; the other
+  /// columns are ignored. Returns nullopt at values where derivatives are unavailable. May be
+  /// empty.
   std::function<std::optional<LinearizedResiduals>(const VectorX& values)> linearize;
   std::vector<char> exact;
-  /// The residuals are rough: differences over wide steps find the way, exact derivatives finish.
+  /// The residuals are not smooth: the search uses finite differences over wide steps, and exact
+  /// derivatives only to finish.
   bool rough = false;
   VectorX lower, upper, start;
-  std::vector<char> logarithmic;  ///< by parameter: looked for by its logarithm
+  std::vector<char> logarithmic;  ///< per parameter: the search uses its logarithm
 };
 
 struct FitOptions {
-  int samples = 64;     ///< points tried beside the start before any is refined
-  int refined = 3;      ///< of these the best are refined by Levenberg-Marquardt
-  int max_rounds = 15;  ///< of Levenberg-Marquardt, each
-  /// Groups far off count less: Cauchy's loss, its scale the median of the groups at the best
-  /// point tried. Else plain squares.
+  int samples = 64;     ///< points evaluated besides the start, before refinement
+  int refined = 3;      ///< number of best points refined by Levenberg-Marquardt
+  int max_rounds = 15;  ///< limit of Levenberg-Marquardt iterations per refined point
+  /// Robust: Cauchy loss per group, with the median group norm at the best sampled point as its
+  /// scale. Otherwise plain squares.
   bool robust = true;
-  int bootstrap = 0;  ///< refits to groups drawn anew; 0: intervals from derivatives only
-  /// Exact derivatives where the problem has them; else differences of all.
+  int bootstrap = 0;  ///< refits to resampled groups; 0: intervals from derivatives only
+  /// Use exact derivatives where the problem has them; otherwise finite differences for all
+  /// parameters.
   bool exact = true;
-  /// Step of the central differences, as a share of the range between the bounds.
+  /// Step of the central differences, as a fraction of the range between the bounds.
   double difference = 1e-3;
-  /// Told by the threads at work, one at a time, in evaluations.
+  /// Progress in evaluations, called by the worker threads one at a time.
   std::function<void(int done, int total)> progress = {};
-  /// Asked as the search goes on: true ends it with the best found so far.
+  /// Called during the search; true ends it with the best point so far.
   std::function<bool()> stop = {};
-  /// Runs the lists of tasks that a fit is made of; by default in this thread. `residuals`
-  /// and `linearize` are then called by all threads that it has.
+  /// Runs the task lists of a fit; by default in the calling thread. `residuals` and `linearize`
+  /// are then called concurrently by all of its threads.
   tasks::ListRunner run = tasks::run_here;
-  /// Of all that the problem and these options depend on, for `run`.
+  /// Hash of everything that the problem and these options depend on, for `run`.
   std::uint64_t fingerprint = 0;
 };
 
-/// The lists of a fit, one after the other: points tried, the best of them refined, refits to
-/// groups drawn anew. The last one's name.
+/// Returns the name of the last task list. The lists of a fit run in this order: sampled points,
+/// refinement of the best, refits to resampled groups.
 const char* last_fit_list(const FitOptions& options);
 
 struct Interval {
@@ -179,87 +189,86 @@ struct Interval {
 
 struct FittedParameter {
   double value = 0.0;
-  std::optional<Interval> interval;   ///< 95 %; none where the residuals do not depend on it
-  std::optional<Interval> bootstrap;  ///< 95 %, percentiles of the refits
+  std::optional<Interval> interval;  ///< 95 %; none if the residuals do not depend on the parameter
+  std::optional<Interval> bootstrap;  ///< 95 %, from percentiles of the refits
   bool at_bound = false;
 };
 
 struct Fit {
   std::vector<FittedParameter> parameters;
-  MatrixX correlation;      ///< of the estimates, by the derivatives
+  MatrixX correlation;      ///< correlation of the estimates, from the Jacobian
   double start_cost = 0.0;  ///< sum over groups of the loss, at the start
-  double cost = 0.0;        ///< at the values found
-  double loss_scale = 0.0;  ///< of Cauchy's loss, in the units of the residuals; 0: squares
-  int evaluations = 0;      ///< of all residuals
-  int linearizations = 0;   ///< of all residuals with their exact derivatives
-  std::vector<double> refined_costs;  ///< of the points refined, best first
-  bool stopped = false;               ///< by FitOptions::stop: intervals may be missing
+  double cost = 0.0;        ///< the same at the estimate
+  double loss_scale = 0.0;  ///< scale of the Cauchy loss, in units of the residuals; 0: squares
+  int evaluations = 0;      ///< number of evaluations of all residuals
+  int linearizations = 0;   ///< number of evaluations of all residuals and exact derivatives
+  std::vector<double> refined_costs;  ///< costs of the refined points, best first
+  bool stopped = false;               ///< FitOptions::stop ended the fit: intervals may be missing
   VectorX values() const;
 };
 
-/// The same input gives the same bits, whatever runs its tasks. @throws InputError where start or
-/// bounds are no numbers, or there are fewer residuals than parameters.
+/// Minimizes the cost. The result is bitwise reproducible, whatever runs its tasks. @throws
+/// InputError if start or bounds are not finite, or there are fewer residuals than parameters.
 Fit fit(const FitProblem& problem, const FitOptions& options);
 
-// ---- Objectives of a fit: distances of predictions from recordings.
+// ---- Objectives of a fit: distances between predictions and recordings.
 
-/// The recordings to be explained, and how they are predicted.
+/// Recordings and the options of their prediction.
 struct Experiment {
   Scene scene;
   ColumnMap map;
   std::vector<Recording> recordings;
-  int num_given = 0;  ///< the first of these, without those given to be scored
+  int num_given = 0;  ///< number of leading recordings that were given to be fitted; the rest are
+                      ///< for scoring
   PredictionOptions prediction;
-  /// Residuals are the mean deviations of each recording, else deviations at every row.
+  /// True: residuals are the mean deviations of each recording; false: deviations at every row.
   bool by_score = false;
-  double reach = 0.01;  ///< of contacts, for forces [m]
+  double reach = 0.01;  ///< largest gap of a contact that may exert a force [m]
 };
 
-/// Predictions of some of the recordings by a scene.
+/// Predicts the recordings `which` with a scene.
 std::vector<Prediction> predict_all(const Experiment& experiment, const Scene& scene,
                                     const std::vector<int>& which);
 
-/// What turns a difference of coordinates (nv) into lengths: 1 for lengths of what is compared, for
-/// rotations of a free link the distance of its farthest point from its origin [m]; 1 for the
-/// mapped coordinates where no link is free [rad or m]; 0 for all others.
+/// Weights (nv) that turn coordinate differences into lengths. With a compared floating link: 1 for
+/// its translation, and for its rotation the distance of its farthest point from its origin [m].
+/// Otherwise 1 for the mapped coordinates [rad or m]. 0 elsewhere.
 VectorX deviation_weights(const Model& model, const ColumnMap& map);
 
-/// Residuals of each recording at given values: by score the mean deviations; else at every row
-/// predicted the difference of coordinates, over the root of the number of rows. Both weighted as
-/// above; rows that a failed step left out count 1 m (1 rad). Of impacts the error of the
-/// velocities after in the norm of M [m/s], by score its length.
+/// Residuals of each recording at given parameter values. By score: the mean deviations. Otherwise:
+/// the weighted coordinate difference at every predicted row, over the root of the number of rows.
+/// Weights as above; rows lost to a failed step count 1 m (1 rad). For impacts: the error of the
+/// post-impact velocity in the norm of M [m/s]; by score, its length.
 GroupedResiduals prediction_residuals(const Experiment& experiment,
                                       const std::vector<Parameter>& parameters,
                                       const VectorX& values, const std::vector<int>& which);
 
-/// Residuals of each recording at given values: at every step the force that is unexplained
-/// (Explanation), of free links over weight (and reach), of others in N or N m, over the root of
-/// the number of steps.
+/// Residuals of each recording at given parameter values: the unexplained force of every step
+/// (Explanation) times Explainer::scales(), over the root of the number of steps.
 GroupedResiduals force_residuals(const Experiment& experiment,
                                  const std::vector<Parameter>& parameters, const VectorX& values,
                                  const std::vector<int>& which);
 
-/// Row by row: the residual of a prediction at a row that `state` stands for is
-/// share * weights * (state - recorded).
+/// Weights of the per-row residual: share * weights * (state - recorded), for a predicted `state`.
 struct RowWeights {
   VectorX by_coordinate;  ///< nv (deviation_weights)
   std::vector<Eigen::Index> used;
-  double turning = 1.0;  ///< [m] a radian of a free link
+  double turning = 1.0;  ///< lever arm that turns rotations of a floating link into lengths [m]
 };
 RowWeights row_weights(const Experiment& experiment);
 
-/// The residual of one recording's prediction (prediction_residuals).
+/// Residual of one recording's prediction (prediction_residuals).
 VectorX prediction_residual(const Experiment& experiment, const Model& model,
                             const Recording& recording, const Prediction& prediction,
                             const RowWeights& by_row);
 
-/// What identification solves: residuals of some of the recordings as a function of the parameters,
-/// which start where the scene has them. by_force: force_residuals, else prediction_residuals. All
-/// arguments must outlive it.
+/// Builds the least-squares problem of identification for the recordings `which`; parameters start
+/// at the scene's values. by_force: force_residuals, otherwise prediction_residuals. All arguments
+/// must outlive the problem.
 FitProblem fit_problem(const Experiment& experiment, const std::vector<Parameter>& parameters,
                        const std::vector<int>& which, bool by_force);
 
-/// What a scene leaves unexplained by coordinate, over some of the recordings.
+/// Statistics of the unexplained force of a scene per coordinate, over the recordings `which`.
 std::vector<CoordinateFigures> unexplained_figures(const Experiment& experiment, const Scene& scene,
                                                    const std::vector<int>& which);
 

@@ -18,26 +18,27 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Half-power frequency of the low-pass through which a motion is begun [Hz].
+/// Half-power frequency of the low-pass filter that gives the start of a motion [Hz].
 constexpr double kBeginCutoff = 10.0;
-/// Smoothing [m]: motions are found alone from these two down to where they are joined, and the
-/// better one is taken; then all together to the end, which is hard, since friction and inertia are
-/// off by a third where contacts are soft.
+/// Smoothing [m]. Each motion is first estimated alone, from both of these starts down to kJoined,
+/// and the better result is kept. Then all motions are estimated jointly down to kHardEnd; the end
+/// must be hard, since with soft contacts friction and inertia are off by a third.
 constexpr double kNearBegin = 3e-3, kFarBegin = 1e-2, kJoined = 1e-3, kHardEnd = 5e-7;
 constexpr double kStageFactor = 2.0;
-/// From this smoothing [m] on values that are far off count less: rows of impacts that the scene
-/// cannot repeat [standard deviations].
+/// Below this smoothing [m] the Cauchy loss is used, with a scale of kLoss standard deviations: the
+/// scene cannot reproduce some impact rows.
 constexpr double kLossBelow = 3e-4, kLoss = 3.0;
 constexpr int kStageSteps = 40;
 constexpr double kStageTolerance = 1e-3;
-/// Where measurements leave a larger ratio than this, they are not as sure as their noise says, and
-/// the search begins anew with deviations that say so. At most so many times.
+/// If the measurement cost ratio stays above kSure, the noise is larger than assumed: the search
+/// restarts with larger standard deviations, up to kFigureRounds times.
 constexpr double kSure = 3.0;
 constexpr int kFigureRounds = 3;
-/// A figure is shown by the motions that leave less than this share of its prior's deviation.
+/// A parameter is determined if its posterior standard deviation is below this fraction of its
+/// prior one.
 constexpr double kShown = 0.3;
 
-/// Figures as the fit has them.
+/// The parameters in the forms that the joint fit needs.
 struct Figures {
   std::vector<StepParameter> steps;
   std::vector<SharedParameter> shared;
@@ -74,16 +75,16 @@ Figures figures_of(const std::vector<Parameter>& parameters, const VectorX& star
           "parameter '{}': the scene has {:g}; expected a value between the bounds {:g} and {:g}",
           p.name, value, p.lower, p.upper));
     out.steps.push_back(*step_parameter(p, value, model));
-    // A friction is a factor of forces, too.
+    // Friction scales forces, so the search uses its logarithm too.
     const bool factor = p.kind == ParameterKind::kFriction && p.lower > 0.0;
     out.shared.push_back({value, p.lower, p.upper, p.logarithmic || factor});
   }
   return out;
 }
 
-/// A motion alone, figures as the scene has them, at the smoothing where motions are joined: from
-/// the low-passed recording, which blurs impacts, and from its rows as they are; the cheaper is
-/// told.
+/// Estimates one motion alone down to kJoined, with the parameters of the scene. It starts once
+/// from the low-passed recording, which blurs impacts, and once from the recorded rows; the result
+/// with the lower cost is returned.
 MotionPoint found_alone(const MotionProblem& joint, const std::vector<VectorX>& frames,
                         const MotionEstimateOptions& options) {
   MotionProblem problem = joint;
@@ -109,7 +110,7 @@ MotionPoint found_alone(const MotionProblem& joint, const std::vector<VectorX>& 
   return best;
 }
 
-/// On the line through the ends of the last two stages; figures stay.
+/// Extrapolates the motions linearly from the ends of the last two stages; parameters are kept.
 std::vector<MotionPoint> farther(const Model& model, const std::vector<MotionPoint>& before,
                                  const std::vector<MotionPoint>& last, double share) {
   std::vector<MotionPoint> out = last;
@@ -122,7 +123,7 @@ std::vector<MotionPoint> farther(const Model& model, const std::vector<MotionPoi
   return out;
 }
 
-/// From the end of the motions alone down to `end` [m]. Newton steps.
+/// Lowers the smoothing from kJoined to `end` [m] in stages. Returns the number of Newton steps.
 int harden(const Model& model, double end, const std::function<bool()>& stop, JointFit& fit) {
   std::vector<MotionPoint> before, last = fit.points();
   double smoothing_before = 0.0, smoothing_last = 0.0;
@@ -154,8 +155,8 @@ double median_ratio(const JointFit& fit) {
   return median(ratios);
 }
 
-/// Values, and how sure they are. The scatter of the motions' gradients is what the motions do not
-/// agree in; it is added to what noise alone does.
+/// Sets values, intervals and correlations. The covariance is inv(H) of the noise, plus a sandwich
+/// term with the scatter of the motions' gradients, which measures how much the motions disagree.
 void fill_figures(const std::vector<Parameter>& parameters, const Figures& figures, JointFit& fit,
                   Fit& out) {
   const JointFit::Information information = fit.information();

@@ -1,4 +1,4 @@
-// Figures of a scene from recordings whose motions are unknown too: how is in
+// Parameters of a scene from recordings whose motions are unknown too; the method is described in
 // docs/explanation/explaining.md.
 #pragma once
 
@@ -9,23 +9,25 @@
 
 namespace counterpoint::estimation {
 
-/// Figures, and the motions that were found with them.
+/// Estimated parameters, and the motions that were estimated with them.
 struct FigureEstimate {
-  /// Values with 95 % intervals, none where the motions do not show a figure: it is within its
-  /// prior, the range between its bounds. Costs are half sums of squares over standard deviations
-  /// (Cauchy's loss), evaluations are Newton steps.
+  /// Values with 95 % intervals; no interval for a parameter that the motions do not determine
+  /// much better than its prior (the range between its bounds). Costs are half sums of squared
+  /// residuals over their standard deviations (Cauchy loss); evaluations are Newton steps.
   Fit figures;
-  std::vector<std::vector<double>> times;     ///< times of each recording's rows [s]
-  std::vector<std::vector<VectorX>> motions;  ///< configurations of each recording, one a row: nq
-  VectorX cost_ratio;      ///< by recording: mean square of measurements over their variance
-  double smoothing = 0.0;  ///< contact law at the end [m]
+  std::vector<std::vector<double>> times;     ///< row times of each recording [s]
+  std::vector<std::vector<VectorX>> motions;  ///< nq; the configuration of each recording at each
+                                              ///< row
+  VectorX cost_ratio;      ///< per recording: mean square of residuals over their variance
+  double smoothing = 0.0;  ///< smoothing of the contact law at the end [m]
 };
 
-/// The most probable figures and motions of recordings that have the figures in common, each with
-/// evenly spaced rows and white errors. Figures start where the scene has them. Takes
-/// MotionEstimateOptions::threads and ::stop. The result does not depend on the number of threads.
-/// @throws InputError for a kind of parameter that a motion cannot show (sizes, and what the search
-/// changes itself: restitution and the figures of the contact law), and where estimate_motion does.
+/// Estimates the most probable parameters and motions of recordings that share the parameters.
+/// Errors must be white; rows that are not evenly spaced are interpolated. Parameters start at the
+/// scene's values. Uses MotionEstimateOptions::threads and ::stop; the result does not depend on
+/// the number of threads.
+/// @throws InputError for a kind of parameter that cannot be found this way (sizes, restitution and
+/// parameters of the contact law, which the search itself changes), and as estimate_motion.
 FigureEstimate estimate_figures(const Scene& scene, const ColumnMap& map,
                                 const std::vector<const Recording*>& recordings,
                                 const std::vector<Parameter>& parameters,

@@ -20,7 +20,7 @@ bool any_floating(const Model& model) {
   });
 }
 
-/// Those that steps know, and which column of the whole each is.
+/// The parameters that steps can differentiate, and their columns in the full Jacobian.
 struct Known {
   std::vector<StepParameter> parameters;
   std::vector<Eigen::Index> column;
@@ -39,7 +39,7 @@ Known known_parameters(const Experiment& experiment, const std::vector<Parameter
   return out;
 }
 
-/// How the state of a prediction goes with the parameters, step by step.
+/// Propagates the derivatives of the predicted state with respect to the parameters, step by step.
 class Sensitivity final : public PredictionWatch {
  public:
   Sensitivity(const Experiment& experiment, const Model& model, const Known& known)
@@ -50,7 +50,7 @@ class Sensitivity final : public PredictionWatch {
         derivator_(model, known.parameters),
         by_row_(row_weights(experiment)) {}
 
-  /// Into rows of J from now on, of a recording of `rows` rows to be predicted.
+  /// Writes into J from now on; the recording to be predicted has `rows` rows.
   void begin(int rows, MatrixX& J) {
     J_ = &J;
     rows_ = rows;
@@ -60,7 +60,7 @@ class Sensitivity final : public PredictionWatch {
     const auto count = static_cast<Eigen::Index>(known_.parameters.size());
     dq_ = dv_ = MatrixX::Zero(model_.nv(), count);
     if (!experiment_.map.backward_difference) return;
-    // recorded_state: free links are g interval / 2 faster.
+    // recorded_state adds g interval / 2 to the velocity of floating links.
     const double interval = row_interval(experiment_.map, recording, std::max(row - 1, 0));
     const std::vector<Vector3> fall = free_fall(model_);
     for (Eigen::Index k = 0; k < count; ++k) {
@@ -77,7 +77,7 @@ class Sensitivity final : public PredictionWatch {
     const bool regular =
         step_forward_derivatives(model_, options, before.q, before.v, after.q, after.v, input,
                                  workspace_, inverse_, exact_, forward_);
-    if (!regular) return;  // as it was: nothing better is known
+    if (!regular) return;  // keep the derivatives of the last state: nothing better is known
     derivator_.inverse(model_, options, before.q, before.v, after.v, input, workspace_, inverse_,
                        by_parameter_);
     forward_parameter_derivatives(forward_, by_parameter_.du, v_next_, q_next_);
@@ -111,7 +111,7 @@ class Sensitivity final : public PredictionWatch {
       (*J_)(row, known_.column[k]) += values[static_cast<Eigen::Index>(k)];
   }
 
-  /// Deviations at a row over the root of their number.
+  /// Adds a row's weighted deviations, over the root of the number of rows.
   void add_row(int row) {
     const auto used = static_cast<Eigen::Index>(by_row_.used.size());
     const double share = 1.0 / std::sqrt(static_cast<double>(rows_));
@@ -121,7 +121,7 @@ class Sensitivity final : public PredictionWatch {
     }
   }
 
-  /// Mean lengths of deviations (Deviation).
+  /// Adds a row's contribution to the mean deviations (Deviation).
   void add_score(const VectorX& difference) {
     const double share = 1.0 / rows_;
     if (experiment_.map.free_body >= 0) {
@@ -236,7 +236,7 @@ std::optional<StepParameter> step_parameter(const Parameter& p, double value, co
       return mass_parameter(model, p.targets.front());
     case K::kInertia: {
       StepParameter out = inertia_scale_parameter(model, p.targets.front());
-      out.changes.front() /= value;  // of the scene's, not of what it is here
+      out.changes.front() /= value;  // relative to the scene's inertia, not the current one
       return out;
     }
     case K::kGravity:
@@ -261,13 +261,13 @@ std::vector<char> exact_parameters(const Experiment& experiment,
   const Model& model = experiment.scene.model;
   if (compared(experiment.map) == Compared::kImpacts) return exact;
   if (experiment.scene.options.integrator != Integrator::kSemiImplicitEuler) return exact;
-  // Of joints scores go by the numbers of q.
+  // Joint scores compare raw q, so quaternion joints have no exact derivative.
   if (!by_force && experiment.by_score && experiment.map.free_body < 0)
     for (const Body& body : model.bodies())
       if (body.tree >= 0 && joint_nq(body.joint_type) != joint_nv(body.joint_type)) return exact;
   for (size_t i = 0; i < parameters.size(); ++i) {
     const K kind = parameters[i].kind;
-    // Forces on free links are taken over their weight.
+    // Forces on floating links are divided by their weight, which depends on these parameters.
     const bool weighs = by_force && (kind == K::kMass || kind == K::kGravity);
     exact[i] = kind != K::kSize && !(weighs && any_floating(model));
   }

@@ -18,9 +18,9 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Points this little farther than the nearest of a pair are as near [m].
+/// Contact points whose gap exceeds the smallest of a pair by less than this are kept too [m].
 constexpr double kTie = 1e-6;
-/// Only the restitution of a law depends on it, by its sign [s].
+/// Time step [s]; the contact law at an impact uses only its sign, for restitution.
 constexpr double kInstant = 1e-9;
 
 }  // namespace
@@ -60,8 +60,8 @@ void ImpactSolver::Impl::find(const VectorX& q, const VectorX& v) {
   touch();
 }
 
-/// Keeps the nearest point of each pair of geometries, on the surface of the lighter body, with the
-/// law of a contact that touches.
+/// Keeps the nearest points of each pair of geometries, on the surface of the lighter body, with
+/// the law of a closed contact.
 void ImpactSolver::Impl::touch() {
   std::map<std::pair<int, int>, double> nearest;
   for (const collision::Candidate& c : constraints.contacts) {
@@ -82,7 +82,7 @@ void ImpactSolver::Impl::touch() {
       continue;
     const double alpha =
         finder.weights().contact[pair.body_a] + finder.weights().contact[pair.body_b];
-    // Across a gap that is there already, see ConstraintFinder.
+    // Moves the point for overlaps, as ConstraintFinder::move_to_meeting does for open gaps.
     const double towards_b = finder.weights().contact[pair.body_b] / alpha - 0.5;
     pair.position += towards_b * std::min(c.gap, 0.0) * c.normal;
     pair.first = 0;

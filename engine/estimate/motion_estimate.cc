@@ -17,34 +17,35 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Half-power frequency of the low-pass through which a search begins [Hz].
+/// Half-power frequency of the low-pass filter that gives the start of the search [Hz].
 constexpr double kStartCutoff = 10.0;
-/// Errors are slow where, after one soft stage for white ones, a quarter of the rows has a product
-/// of cost ratio and unexplained force [weights of the tree] above this: an impact, which a soft
-/// contact does not explain either, is a matter of fewer rows. (White errors left 0.12 to 0.33,
-/// slow ones 0.95 and more: docs/decisions/identification.md.)
+/// Errors are slow if, after one soft stage for white errors, a quarter of the rows has a product
+/// of cost ratio and unexplained force [weights of the tree] above kSlow. Impacts, which soft
+/// contacts do not explain either, affect fewer rows. (White errors left 0.12 to 0.33, slow ones
+/// 0.95 and more: docs/decisions/identification.md.)
 constexpr double kSlow = 0.6;
 constexpr double kQuarter = 0.75;
-/// They are slow, too, where white ones leave a quarter of the rows more than this cost ratio in
-/// the end: fewer may be impacts that the scene's laws do not hold (restitution). Or a quarter of
-/// the coordinates more than this autocorrelation of their residuals: white errors leave up to 0.4.
+/// Errors are also slow if the final estimate for white errors leaves a quarter of the rows with a
+/// cost ratio above kWhite (fewer rows may be impacts that the scene cannot reproduce, such as
+/// bounces), or a quarter of the coordinates with a residual autocorrelation above kCorrelated
+/// (white errors leave up to 0.4).
 constexpr double kWhite = 4.0, kCorrelated = 0.6;
-/// A first start that leaves no more than this ratio needs no second one.
+/// If the first start reaches this cost ratio, the second is not tried.
 constexpr double kGood = 1.35;
-/// The errors of a recording are judged by so many rows, those that move most.
+/// The kind of errors is judged from this number of consecutive rows, those with most motion.
 constexpr int kJudged = 80;
 constexpr int kJudgingSteps = 40;
 constexpr double kJudgingTolerance = 3e-3;
-/// Rows that are explained at a time, and rows on either side that are explained with them.
+/// Rows estimated at a time, and additional rows on either side that are estimated with them.
 constexpr int kRows = 1000, kOverlap = 40;
-/// A motion of this engine leaves no more than this unexplained [weights of the tree].
+/// A motion of this engine leaves at most this unexplained force [weights of the tree].
 constexpr double kOwn = 1e-7;
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Arguments that stay the same over all parts of a recording.
+/// Arguments that are the same for all parts of a recording.
 struct Task {
   const Scene& scene;
   const ColumnMap& map;
@@ -52,33 +53,33 @@ struct Task {
   std::vector<ContactSum> sums;
 };
 
-/// A problem, and the motion found.
+/// A problem and its solution.
 struct Solved {
   std::unique_ptr<MotionProblem> problem;
   std::unique_ptr<MotionFit> fit;
   ContinuationResult result;
-  bool learned = false;  ///< the problem's deviations are the recording's own
+  bool learned = false;  ///< the deviations were learned from the recording
 };
 
 VectorX position_deviation(const MotionProblem& problem) {
   return problem.position_weight.rowwise().maxCoeff().cwiseInverse();
 }
 
-/// Coordinates whose noise no one has given.
+/// Marks the coordinates without a given standard deviation of noise.
 std::vector<char> unknown_noise(const ColumnMap& map, int nv) {
   std::vector<char> out;
   for (const double known : given(map.position_deviation, nv)) out.push_back(!std::isfinite(known));
   return out;
 }
 
-/// The value that a quarter of the values exceed.
+/// Returns the value that a quarter of the values exceed.
 double upper_quartile(std::vector<double> values) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(kQuarter * values.size());
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }
 
-/// The recording through a low-pass, where a search begins.
+/// Start of the search: the low-passed recording.
 MotionPoint start_of(const MotionProblem& problem, const RecordedMotion& recorded,
                      const MotionPriors& priors) {
   const double cutoff = priors.cutoff > 0.0 ? priors.cutoff : kStartCutoff;
@@ -86,8 +87,8 @@ MotionPoint start_of(const MotionProblem& problem, const RecordedMotion& recorde
           VectorX::Zero(problem.num_parameters())};
 }
 
-/// Hardens contacts stage by stage. While they form, no reading is too far off to count: contact
-/// forces that begin at zero would leave a measured joint force behind as an outlier.
+/// Hardens the contacts stage by stage. Until then a convex sensor loss is used: with contact
+/// forces that start at zero, a redescending loss would reject measured joint forces as outliers.
 ContinuationResult harden(const MotionContinuation& continuation, MotionProblem& problem,
                           MotionFit& fit) {
   problem.convex_sensor_loss = true;
@@ -100,8 +101,8 @@ ContinuationResult harden(const MotionContinuation& continuation, MotionProblem&
   return result;
 }
 
-/// Finds the motion of some rows from each start of the priors until one is good: the first from
-/// the low-passed recording, which blurs impacts, the next from its rows as they are.
+/// Estimates the motion from each start of the priors until one is good: first from the low-passed
+/// recording, which blurs impacts, then from the recorded rows.
 Solved solve(const Task& task, const RecordedMotion& recorded, const MotionPriors& priors) {
   Solved best;
   best.problem = std::make_unique<MotionProblem>(motion_problem(task.scene, recorded, priors));
@@ -150,7 +151,7 @@ MotionEstimate told(const Task& task, const RecordedMotion& recorded, Solved& so
   return out;
 }
 
-/// The rows, one after the other, that move most.
+/// Returns the kJudged consecutive rows with most motion.
 RecordedMotion busiest(const Model& model, const RecordedMotion& recorded) {
   if (recorded.rows() <= kJudged) return recorded;
   const VectorX moved = steps_of(model, recorded.frames)
@@ -168,7 +169,8 @@ RecordedMotion busiest(const Model& model, const RecordedMotion& recorded) {
   return part(recorded, first, kJudged);
 }
 
-/// The recording as this engine's own motion: its inverse at every row. False if it is none.
+/// Explains the recording as an exact motion of this engine, by inverse dynamics at every row.
+/// Returns false if it is none.
 bool explain_own(const Task& task, const Recording& recording, const RecordedMotion& recorded,
                  MotionEstimate& out) {
   const Model& model = task.scene.model;
@@ -195,8 +197,8 @@ bool explain_own(const Task& task, const Recording& recording, const RecordedMot
   return true;
 }
 
-/// Whether the errors of a recording are slow, from the rows that move most. `steps`: Newton steps
-/// that took. False where there is no motor: a lone body is found as fast.
+/// Returns whether the errors are slow, judged by the rows with most motion. `steps`: Newton steps
+/// used. False if the scene has no motor: then a full estimate is as fast.
 bool far_from_white(const Task& task, const RecordedMotion& recorded, int& steps) {
   const Model& model = task.scene.model;
   const std::vector<char> motors = optimization::motors_of(model);
@@ -219,7 +221,7 @@ bool far_from_white(const Task& task, const RecordedMotion& recorded, int& steps
   return upper_quartile(std::move(products)) > kSlow;
 }
 
-/// Whether the motion found leaves what white errors of these rows would.
+/// Returns whether the residuals of the estimate are consistent with white errors.
 bool leaves_white(const RecordedMotion& rows, const MotionProblem& problem, const MotionFit& fit) {
   std::vector<double> ratios, correlations;
   MatrixX q(problem.model.nq(), problem.frames());
@@ -233,11 +235,11 @@ bool leaves_white(const RecordedMotion& rows, const MotionProblem& problem, cons
   return correlations.empty() || upper_quartile(std::move(correlations)) <= kCorrelated;
 }
 
-/// All rows, a part after the other. False, and incomplete, if errors are to be `judged` and the
-/// first part shows that they are not white.
+/// Estimates all rows, one part after the other. Returns false, with an incomplete result, if
+/// `judged` is set and the first part shows that the errors are not white.
 bool explain_parts(const Task& task, const RecordedMotion& recorded, RecordingErrors errors,
                    bool judged, MotionEstimate& out) {
-  VectorX change;  // as the part before has learned it
+  VectorX change;  // learned from the previous part
   const auto priors_of = errors == RecordingErrors::kSlow ? slow_priors : white_priors;
   for (int first = 0; first < recorded.rows(); first += kRows) {
     const int begin = std::max(0, first - kOverlap);

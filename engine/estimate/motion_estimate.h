@@ -1,5 +1,5 @@
-// The motion behind a noisy recording, and the forces behind the motion: contacts, joints, and what
-// neither explains, with standard deviations (docs/explanation/explaining.md).
+// Estimation of the motion behind a noisy recording and of its forces: contact forces, joint forces
+// and unexplained forces, with standard deviations (docs/explanation/explaining.md).
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@
 
 namespace counterpoint::estimation {
 
-/// Links whose contact forces are added up.
+/// A set of links whose contact forces are summed.
 struct ContactSum {
   std::string name;
   std::vector<int> bodies;
@@ -20,100 +20,102 @@ struct ContactSum {
 
 /// Kinds of errors of the recorded positions.
 enum class RecordingErrors {
-  kNone,   ///< the recording is a motion of this engine: nothing is estimated
-  kWhite,  ///< independent from row to row: encoders, good simulations of noise
-  kSlow,   ///< they change slowly (skin, markers, a model that does not fit): accelerations of the
-           ///< low-passed recording are trusted more than positions
+  kNone,   ///< the recording is an exact motion of this engine; nothing is estimated
+  kWhite,  ///< independent from row to row: encoders, simulated noise
+  kSlow,   ///< slowly varying (skin, markers, model errors): accelerations of the low-passed
+           ///< recording are trusted more than positions
 };
 const char* recording_errors_name(RecordingErrors errors);
 
 struct MotionEstimateOptions {
-  int threads = 0;  ///< 0: one a core; the result does not depend on it
-  /// Sums to be told beside those of each link that touches something.
+  int threads = 0;  ///< 0: one per core; the result does not depend on it
+  /// Sums to report besides those of each link that touches something.
   std::vector<ContactSum> sums;
-  /// None: found from the recording.
+  /// Kind of errors; if absent, it is determined from the recording.
   std::optional<RecordingErrors> errors;
-  /// Asked before every Newton step: true ends the search with the best motion so far, whose
-  /// standard deviations are not computed (NaN; of parameters infinity).
+  /// Called before every Newton step: true ends the search with the best motion so far, without
+  /// standard deviations (NaN; infinity for parameters).
   std::function<bool()> stop;
 };
 
-/// All contacts of two geometries in one frame.
+/// All contacts between two geometries, summed in one frame of the motion.
 struct ContactEstimate {
   int geometry_a = 0, geometry_b = 0;
-  Vector3 force = Vector3::Zero();      ///< on geometry B, in W [N]
-  Vector3 deviation = Vector3::Zero();  ///< its standard deviation [N]
+  Vector3 force = Vector3::Zero();      ///< contact force on geometry B, in W [N]
+  Vector3 deviation = Vector3::Zero();  ///< standard deviation of the force [N]
   Vector3 centre = Vector3::Zero();     ///< centre of pressure, in W [m]
   double normal_force = 0.0;            ///< [N]
-  double slip = 0.0;                    ///< tangential velocity of B over A [m/s]
-  bool sliding = false;                 ///< friction is at its limit
+  double slip = 0.0;                    ///< tangential velocity of B relative to A [m/s]
+  bool sliding = false;                 ///< the friction force is at its limit
 };
 
-/// A figure found beside the motion.
+/// A parameter estimated together with the motion.
 struct EstimatedParameter {
   std::string name;
   std::string unit;
-  double value = 0.0;  ///< difference from the scene's
+  double value = 0.0;  ///< difference from the scene's value
   double deviation = 0.0;
 };
 
-/// A place where the recording is not believed: a value far from the estimate, or an acceleration
-/// that nothing here can have given (a jump of the recording).
+/// A rejected part of the recording: a value far from the estimate, or an acceleration that the
+/// scene cannot produce (a jump of the recording).
 struct Outlier {
   int row = 0;
   int coordinate = 0;         ///< index into v
-  double difference = 0.0;    ///< recorded less estimated [m, rad; m/s^2, rad/s^2]
-  double deviations = 0.0;    ///< over its standard deviation
-  bool acceleration = false;  ///< the largest of a few rows is told
+  double difference = 0.0;    ///< recorded minus estimated [m, rad; m/s^2, rad/s^2]
+  double deviations = 0.0;    ///< the same, in standard deviations
+  bool acceleration = false;  ///< the outlier is an acceleration; only the largest of neighbouring
+                              ///< rows is reported
 };
 
-/// How well the readings of a sensor go with the motion.
+/// Agreement of a sensor's readings with the motion.
 struct SensorFigures {
   std::string name;
   SensorKind kind = SensorKind::kPoint;
-  int rows = 0;            ///< in which it was read
-  double deviation = 0.0;  ///< standard deviation of a component in a row
-  double rms = 0.0;        ///< root mean square of a component's residual
-  int outliers = 0;        ///< components farther off than 6 deviations
+  int rows = 0;            ///< number of rows with a reading
+  double deviation = 0.0;  ///< standard deviation of one component in one row
+  double rms = 0.0;        ///< root mean square of the residual of one component
+  int outliers = 0;        ///< components with a residual above 6 standard deviations
 };
 
-/// Columns are rows of the recording. Forces of a row are the mean over the intervals before and
-/// behind it, with the weights of a triangle; the first and the last row have none (NaN).
+/// An estimated motion; matrix columns are rows of the recording. The force of a row is the mean
+/// over the intervals before and after it with triangular weights; the first and the last row have
+/// none (NaN).
 struct MotionEstimate {
   std::string file;
   std::vector<double> time;  ///< [s]
-  MatrixX recorded;          ///< nq: what columns say, or else sensors of positions
+  MatrixX recorded;          ///< nq: values of columns, or of position sensors
   MatrixX q;                 ///< nq
-  MatrixX v;                 ///< nv: mean of the velocities before and behind the row
-  MatrixX force;            ///< nv: forces of joints; of links without a motor unexplained [N, N m]
-  MatrixX force_deviation;  ///< nv
-  std::vector<std::vector<ContactEstimate>> contacts;  ///< one list a row
+  MatrixX v;                 ///< nv: mean of the velocities before and after the row
+  MatrixX force;  ///< nv: joint forces; unexplained forces where there is no actuator [N, N m]
+  MatrixX force_deviation;                             ///< nv
+  std::vector<std::vector<ContactEstimate>> contacts;  ///< one list per row
   std::vector<ContactSum> sums;
   MatrixX sum_force, sum_deviation;  ///< 3 sums: contact forces on the links, in W [N]
   MatrixX sum_centre;                ///< 3 sums: centre of pressure [m]; NaN without a force
   std::vector<EstimatedParameter> parameters;
   std::vector<SensorFigures> sensors;
   VectorX position_deviation;  ///< nv: standard deviations of the recorded positions [m, rad]
-  VectorX cost_ratio;          ///< a row each: mean square of residuals over their variance
+  VectorX cost_ratio;          ///< per row: mean square of residuals over their variance
   std::vector<Outlier> outliers;
-  double unexplained_mean = 0.0, unexplained_max = 0.0;  ///< weights of the trees
-  double smoothing = 0.0;                                ///< contact law at the end [m]
+  double unexplained_mean = 0.0, unexplained_max = 0.0;  ///< in weights of the trees
+  double smoothing = 0.0;  ///< smoothing of the contact law at the end [m]
   int newton_steps = 0;
   double seconds = 0.0;
   RecordingErrors errors = RecordingErrors::kWhite;
-  /// Mean square of the measurements' residuals over their deviations. White errors: 0.8 to 1.3 is
-  /// right; far above, the model or a deviation is wrong.
+  /// Mean square of the measurement residuals over their variance. For white errors 0.8 to 1.3 is
+  /// expected; a much larger value means that the model or a standard deviation is wrong.
   double mean_cost_ratio = 0.0;
-  /// nv: lag-1 autocorrelation of the recorded positions' residuals over their deviations, those
-  /// beyond three counted as three; NaN where errors are not white, or too few are measured. Far
-  /// above 0 the scene lacks something; below 0, as after any smoothing, nothing is wrong.
+  /// nv: lag-1 autocorrelation of the recorded positions' residuals, in standard deviations and
+  /// clipped at three. NaN if errors are not white or too few positions are measured. A value far
+  /// above 0 means that the scene model is incomplete; below 0 is normal after smoothing.
   VectorX residual_correlation;
-  bool stopped = false;  ///< MotionEstimateOptions::stop said so
+  bool stopped = false;  ///< MotionEstimateOptions::stop ended the search
 };
 
-/// The most probable motion of a recording, whose rows are evenly spaced. @throws InputError where
-/// it has fewer than `kLeastRows` rows, or no position is mapped; std::runtime_error where its
-/// motion has no finite forces.
+/// Estimates the most probable motion of a recording; rows that are not evenly spaced are
+/// interpolated. @throws InputError if it has fewer than `kLeastRows` rows or no position is
+/// mapped; std::runtime_error if the motion has no finite forces.
 MotionEstimate estimate_motion(const Scene& scene, const ColumnMap& map, const Recording& recording,
                                const MotionEstimateOptions& options = {});
 inline constexpr int kLeastRows = 12;

@@ -15,12 +15,12 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// The last smoothing of white errors, over that of a whole recording's estimate: two steps a row
-/// do not reach a harder law.
+/// Final smoothing for white errors, relative to that of an offline estimate: two steps per row do
+/// not converge with a harder law.
 constexpr double kSofterLaws = 10.0;
-/// A law hardens in so many rows.
+/// Number of rows over which the contact law hardens.
 constexpr int kHardening = 10;
-/// Frames that move less than this share of the last smoothing keep their linearization.
+/// Frames that move less than this fraction of the final smoothing keep their linearization.
 constexpr double kStill = 0.3;
 
 struct Row {
@@ -28,7 +28,7 @@ struct Row {
   VectorX q, measured, force;
 };
 
-/// Takes the joints that have a component which is not finite from `last`, as not measured.
+/// Replaces joints with a non-finite component by their values in `last`, marked as not measured.
 void leave_out_missing(const Model& model, const VectorX& last, Row& row) {
   for (int b = 1; b < model.num_bodies(); ++b) {
     const Body& body = model.body(b);
@@ -79,7 +79,7 @@ struct MotionFollower::Impl {
     return recording;
   }
 
-  /// The first rows, evenly spaced, and their noise.
+  /// The first rows, evenly spaced, with their noise.
   RecordedMotion first_rows(const Recording& recording) const {
     RecordedMotion out = prepare(scene.model, map, recording);
     if (out.rows() == recording.num_rows())
@@ -89,7 +89,7 @@ struct MotionFollower::Impl {
     return out;
   }
 
-  /// Lays the window over the first rows and explains them all.
+  /// Estimates all of the first rows with a new window.
   MotionEstimate begin() {
     const Recording recording = first_recording();
     const RecordedMotion rows = first_rows(recording);
@@ -135,7 +135,7 @@ struct MotionFollower::Impl {
     return out;
   }
 
-  /// Rows on either side that an acceleration of the low-passed recording sees.
+  /// Number of rows on either side that affect an acceleration of the low-passed recording.
   int reach() const { return low_pass_reach(cutoff, h) + 1; }
 
   void add(const Row& row) {
@@ -154,7 +154,7 @@ struct MotionFollower::Impl {
       window->set_acceleration(count - seen + k, a.col(k));
   }
 
-  /// Appends the rows of age `age` and more that have not been told; with age 0 to the last one.
+  /// Appends the unreported rows of age `age` and more; age 0 includes the last row.
   void tell(int age, MotionEstimate& out) {
     const int end = window->frames() - age;
     if (told >= end) return;
@@ -175,7 +175,7 @@ struct MotionFollower::Impl {
     return a;
   }
 
-  /// Frame t of the window, as a row of a result.
+  /// Writes frame t of the window into row `row` of a result.
   void set_row(int t, int row, MotionEstimate& out) {
     const std::vector<VectorX>& q = window->point().q;
     const auto i = static_cast<std::size_t>(t);
@@ -193,7 +193,7 @@ struct MotionFollower::Impl {
     set_unsure(scene.model, window->invert(t), row, out);
   }
 
-  /// Rows at even times between the last one pushed and this one.
+  /// Adds rows at even times between the last pushed row and this one.
   void add_between(const Row& row, MotionEstimate& out) {
     const auto step = [&](const Row& one) {
       add(one);
@@ -221,11 +221,11 @@ struct MotionFollower::Impl {
   std::vector<ContactSum> sums;
   VectorX recorded, weight;
   double h = 0.0, cutoff = 0.0, next = 0.0;  ///< next: time of the next even row [s]
-  std::vector<Row> first;                    ///< not judged yet
-  Row last;                                  ///< pushed last
+  std::vector<Row> first;                    ///< rows before the first estimate
+  Row last;                                  ///< the row pushed last
   std::unique_ptr<MotionWindow> window;
-  std::vector<double> times;  ///< of the window's frames [s]
-  int told = 0;               ///< frames of the window that were told
+  std::vector<double> times;  ///< times of the window's frames [s]
+  int told = 0;               ///< number of frames of the window that were reported
 };
 
 MotionFollower::MotionFollower(const Scene& scene, const ColumnMap& map,

@@ -1,6 +1,6 @@
-// The motion behind a recording that is still going on, and the forces behind the motion: a window
-// of its newest rows is explained, and each row told once it is some rows old
-// (docs/explanation/explaining.md, Row by row).
+// Online version of motion_estimate.h for a recording in progress: a window of the newest rows is
+// estimated, and each row is reported with a fixed lag (docs/explanation/explaining.md, Row by
+// row).
 #pragma once
 
 #include <memory>
@@ -12,35 +12,35 @@
 namespace counterpoint::estimation {
 
 struct FollowOptions {
-  int window = 30;  ///< rows explained together, more than `lag` + 3
-  int lag = 10;     ///< a row is told once so many rows have followed it
-  int steps = 2;    ///< Gauss-Newton steps a row
-  int threads = 1;  ///< 0: one a core; the result does not depend on it
-  /// None: found from the first rows.
+  int window = 30;  ///< rows estimated together, more than `lag` + 3
+  int lag = 10;     ///< a row is reported once this number of rows has followed it
+  int steps = 2;    ///< Gauss-Newton steps per row
+  int threads = 1;  ///< 0: one per core; the result does not depend on it
+  /// Kind of errors; if absent, it is determined from the first rows.
   std::optional<RecordingErrors> errors;
-  /// Sums to be told beside those of each link.
+  /// Sums to report besides those of each link.
   std::vector<ContactSum> sums;
 };
 
-/// Explains rows as they come. Noise, interval and kind of errors are judged by the first
-/// `kFollowedRows` rows, which are told late; memory and time a row do not grow.
+/// Estimates the motion row by row. Noise, interval and kind of errors come from the first
+/// `kFollowedRows` rows, which are therefore reported late. Memory and time per row are constant.
 class MotionFollower {
  public:
-  /// @throws InputError where the window is shorter than `lag` + 4, no position is mapped, or the
-  /// map has sensors.
+  /// @throws InputError if the window is shorter than `lag` + 4, no position is mapped, or the map
+  /// has sensors.
   MotionFollower(const Scene& scene, const ColumnMap& map, const FollowOptions& options = {});
   ~MotionFollower();
 
-  /// A recorded row: time [s], q (nq; a joint with a component that is not finite was not
-  /// measured), forces of joints (nv, or empty) [N, N m]. Rows that are known now: none, most often
-  /// one, many at the start. Their deviations of forces are not computed (NaN). Behind a gap longer
-  /// than the window it begins anew. @throws InputError where time does not rise or a size is
-  /// wrong.
+  /// Adds a row: time [s], q (nq; a joint with a non-finite component counts as not measured),
+  /// joint forces (nv, or empty) [N, N m]. Returns the rows that are now complete: usually one,
+  /// none or many at the start. Standard deviations of forces are not computed (NaN). After a gap
+  /// longer than the window the estimate restarts.
+  /// @throws InputError if time does not increase or a size is wrong.
   MotionEstimate push(double time, const VectorX& q, const VectorX& force = {});
-  /// The rows that are left. The next row pushed begins a new motion.
+  /// Returns the remaining rows. The next row pushed starts a new motion.
   MotionEstimate finish();
 
-  /// White until the first rows have been judged.
+  /// Kind of errors; white until the first rows have been judged.
   RecordingErrors errors() const;
   const std::vector<ContactSum>& sums() const;
 

@@ -9,7 +9,7 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Distance of the farthest point of a body's geometry from its origin [m], at most.
+/// Upper bound of the distance from a body's origin to the farthest point of its geometry [m].
 double reach(const Model& model, int body) {
   double farthest = 0.0;
   for (const Geometry& g : model.geometries()) {
@@ -41,8 +41,8 @@ double reach(const Model& model, int body) {
   return farthest;
 }
 
-/// The score of a recording as residuals [m] or [rad]; rows left out count one whole unit.
-/// turning: [m] a radian.
+/// Score of a recording as residuals [m] or [rad]; missing rows count one unit. turning: lever arm
+/// of rotations [m].
 VectorX score_residual(const Prediction& p, int rows, double turning) {
   Deviation sum;
   for (const Deviation& d : p.deviations) sum += d;
@@ -78,7 +78,7 @@ VectorX deviation_weights(const Model& model, const ColumnMap& map) {
       const Body& body = model.body(i);
       const int k = entry.index - body.q_index;
       if (k < 0 || k >= joint_nq(body.joint_type)) continue;
-      // Of a quaternion all three turns are there.
+      // A mapped quaternion component selects all three rotational coordinates.
       const int turns = joint_nv(body.joint_type);
       weights[body.v_index + std::min(k, turns - 1)] = 1.0;
       if (joint_nq(body.joint_type) > turns) weights.segment<3>(body.v_index + turns - 3).setOnes();

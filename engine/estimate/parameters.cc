@@ -23,7 +23,7 @@ struct KindTraits {
   Target target;
   double lower, upper;  ///< default bounds
   bool logarithmic;
-  bool relative;  ///< bounds are factors of the scene's value
+  bool relative;  ///< bounds are multiples of the scene's value
 };
 
 using K = ParameterKind;
@@ -73,7 +73,7 @@ std::vector<std::string> links(const Model& model) {
   return names;
 }
 
-/// kinds: "joint; joints", as a sentence has them.
+/// Throws the error "'element' is no KINDS are NAMES"; kinds: such as "joint; joints".
 [[noreturn]] void refuse(const std::string& element, const char* kinds,
                          const std::vector<std::string>& names) {
   throw InputError(fmt::format("'{}' is no {} are {}", element, kinds,
@@ -240,7 +240,7 @@ void check_option(double value, double low, double high, const char* name) {
   throw InputError(fmt::format("{}: {:.6g}; expected {:g} to {:g}", name, value, low, high));
 }
 
-/// Of the whole scene. False for kinds that have targets.
+/// Sets a parameter of the whole scene. Returns false for kinds with targets.
 bool set_scene(ParameterKind kind, double value, Scene& scene) {
   ContactOptions& contact = scene.options.contact;
   switch (kind) {
@@ -284,7 +284,7 @@ std::vector<std::string> split(const std::string& text) {
   return parts;
 }
 
-/// KIND[:ELEMENT], with the default bounds.
+/// Parses KIND[:ELEMENT], with the default bounds.
 Parameter named(const std::string& text, const Scene& scene) {
   const size_t colon = text.find(':');
   const KindTraits& kind = kind_named(text.substr(0, colon));
@@ -335,7 +335,7 @@ std::vector<Parameter> parse_parameters(const std::string& text, const Scene& sc
       if (other.name == p.name)
         throw InputError(fmt::format("parameter '{}' is given twice", part));
     }
-    // Bounds must make scenes: tried now, not in the middle of a fit.
+    // Check here, rather than in the middle of a fit, that the bounds make valid scenes.
     for (const double bound : {p.lower, p.upper})
       with_parameters(scene, {p}, VectorX::Constant(1, bound));
     parameters.push_back(std::move(p));

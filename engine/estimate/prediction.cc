@@ -11,8 +11,7 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Beyond as many steps from one row to the next the time is not in seconds, or the recording
-/// pauses.
+/// More steps per row than this mean that time is not in seconds or that the recording pauses.
 constexpr double kMaxRowSteps = 1e5;
 
 int steps_of_row(const Recording& recording, int row, double interval,
@@ -30,8 +29,8 @@ int steps_of_row(const Recording& recording, int row, double interval,
   return std::max(1, static_cast<int>(std::lround(steps)));
 }
 
-/// From one row to the next. False if a step failed, or where the prediction is to stop.
-// Parameters: what it depends on, one by one.
+/// Simulates from `row` to `row` + 1. Returns false if a step failed or the prediction is to stop.
+/// Parameters: these are the state, options and outputs of roll_out, its only caller.
 bool predict_row(Simulator& simulator, const ColumnMap& map, const Recording& recording, int row,
                  const PredictionOptions& options, PredictionWatch* watch, Prediction& out) {
   const double interval = row_interval(map, recording, row);
@@ -58,7 +57,7 @@ bool predict_row(Simulator& simulator, const ColumnMap& map, const Recording& re
   return true;
 }
 
-/// The same angle from -pi to pi.
+/// Wraps an angle to [-pi, pi] [rad].
 double on_circle(double angle) { return std::remainder(angle, 2.0 * std::numbers::pi); }
 
 }  // namespace

@@ -13,13 +13,14 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Recordings carry few digits: a quaternion this far from unit length is still one.
+/// Recordings have few digits: a quaternion may be this far from unit length.
 constexpr double kQuaternionTolerance = 1e-3;
-/// The mean of quaternions this much shorter is one of turns by some 40 degrees.
+/// Tolerance for averaged quaternions: rotations spread over about 40 degrees shorten the mean this
+/// much.
 constexpr double kAverageTolerance = 0.02;
 
-/// visit(where in q its quaternion starts, where in v its angular velocity does) for every free
-/// orientation.
+/// Calls visit(index into q of a quaternion, index into v of its angular velocity) for every
+/// floating and spherical joint.
 template <class Visit>
 void for_each_quaternion(const Model& model, Visit visit) {
   for (const Body& body : model.bodies()) {
@@ -42,8 +43,8 @@ void normalize_quaternions(const Model& model, double tolerance, const std::stri
   });
 }
 
-/// Velocities as the scene has them: angular ones in the axes of the body, linear ones of floating
-/// links in those of the world.
+/// Converts recorded velocities to those of the scene: angular ones in body axes, linear ones of
+/// floating links in world axes.
 void turn_velocities(const Model& model, const ColumnMap& map, const VectorX& q,
                      Eigen::Ref<VectorX> v) {
   for_each_quaternion(model, [&](int at, int v_at) {
@@ -59,9 +60,9 @@ void turn_velocities(const Model& model, const ColumnMap& map, const VectorX& q,
   }
 }
 
-/// Recorded angles of joints without limits may jump by a turn, and quaternions change their sign,
-/// from one row to the next: neither is a motion. Means and curves are of what is continuous.
-/// Angles that were counted on, beyond one turn, stay as they are.
+/// Makes angles and quaternions continuous, as averaging and interpolation need it: recorded angles
+/// of joints without limits may jump by a turn, and quaternions may change sign, between rows.
+/// Angles that already count turns (range above one turn) are left as they are.
 void join_turns(const Model& model, MatrixX& q) {
   constexpr double kTurn = 2.0 * std::numbers::pi;
   const Eigen::Index rows = q.cols();
@@ -77,7 +78,7 @@ void join_turns(const Model& model, MatrixX& q) {
   });
 }
 
-/// Positions that are missing are interpolated between the rows around them.
+/// Interpolates missing positions linearly between the rows around them.
 void fill_missing(const ColumnMap& map, Recording& recording) {
   MatrixX& q = recording.q;
   if (q.allFinite()) return;
@@ -102,7 +103,7 @@ void fill_missing(const ColumnMap& map, Recording& recording) {
   }
 }
 
-/// Tells as on ground at rest what was recorded on a belt.
+/// Converts positions and velocities recorded on a treadmill belt to ground at rest.
 void leave_treadmill(const Model& model, const ColumnMap& map, Recording& recording) {
   if (map.treadmill.isZero(0.0)) return;
   for (int row = 0; row < recording.num_rows(); ++row) {
@@ -160,7 +161,7 @@ Recording read_rows(const Table& table, const ColumnMap& map, const Model& model
   return recording;
 }
 
-/// One for each row that is not to be skipped.
+/// Returns one recording per row that is not skipped.
 std::vector<Recording> read_impacts(const Table& table, const ColumnMap& map, const Model& model,
                                     const VectorX& start_q, const VectorX& start_v) {
   const Recording rows = read_rows(table, map, model, start_q, start_v);
@@ -185,7 +186,7 @@ std::vector<Recording> read_impacts(const Table& table, const ColumnMap& map, co
   return out;
 }
 
-/// Every row the mean of `count` rows around it; rows without so many around them are left out.
+/// Centred moving average over `count` rows; rows without enough neighbours are dropped.
 Recording averaged(const Recording& recording, int count, const Model& model) {
   const int rows = recording.num_rows() - count + 1;
   if (rows < 2)

@@ -18,8 +18,8 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Compliance of the contacts, and with it the share of a force that is left unexplained although
-/// contacts could have given it.
+/// Compliance of the contacts; this fraction of a force stays unexplained even if contacts could
+/// exert it.
 constexpr double kCompliance = 1e-8;
 
 SimulationOptions without_contacts(SimulationOptions options) {
@@ -29,7 +29,7 @@ SimulationOptions without_contacts(SimulationOptions options) {
   return options;
 }
 
-/// Contacts that may push within a step, whatever the velocities say.
+/// Options under which every contact within `reach` [m] may push, whatever its velocity.
 SimulationOptions with_reach(SimulationOptions options, double reach) {
   options.contact.margin = reach;
   options.contact.reach_acceleration = std::numeric_limits<double>::infinity();
@@ -81,7 +81,7 @@ struct Explainer::Impl {
   Inverse inverse;
   struct {
     VectorX q, v, v_next;
-  } last;  ///< the step explained last
+  } last;  ///< arguments of the last explained step
   ConstraintSet constraints;
   std::vector<int> block_of_tree;
   contact::Problem assembled, problem;
@@ -103,8 +103,8 @@ void Explainer::Impl::find_contacts(const VectorX& q, const VectorX& v, double i
     pairs.push_back(constraints.pairs[i]);
     contact::Law& law = pairs.back().law;
     law.bias.fill(0.0);
-    // A bounce, which this does not ask for, has all of its friction where a patch that spins has
-    // not.
+    // Undo the friction reduction of spinning patches: it does not apply to bounces, and whether a
+    // contact bounces is not known here.
     for (size_t k = 0; k < 2; ++k) law.friction[k] /= pairs.back().strength;
   }
   constraints.contacts = candidates;
@@ -112,8 +112,9 @@ void Explainer::Impl::find_contacts(const VectorX& q, const VectorX& v, double i
   constraints.joints.clear();
 }
 
-/// Over the coordinates that count: w such that M w = J' f - impulse, f within the cones. False if
-/// a body that is touched has none of them: its motors may have given anything.
+/// Builds the problem over the coordinates whose force counts as unexplained: w such that M w = J'
+/// f - impulse, f within the cones. Returns false if a touched tree has no such coordinate: its
+/// motors may have exerted any force.
 bool Explainer::Impl::pose_problem(const VectorX& impulse) {
   assemble_problem(model, constraints, VectorX::Zero(model.nv()), model.armature(), data,
                    block_of_tree, assembled);
@@ -182,13 +183,14 @@ Explanation Explainer::explain(const Recording& recording, int row, double inter
   if (!s.constraints.pairs.empty() && s.pose_problem(interval * out.force)) {
     VectorX w = s.problem.free_velocity(), impulse(s.problem.num_rows());
     contact::Settings settings;
-    settings.tolerance = kCompliance;  // rounding of velocities over the compliance allows no less
-    settings.soften_after = 0;         // a force left by softer contacts would count as unexplained
+    settings.tolerance = kCompliance;  // the round-off of velocities over the compliance allows no
+                                       // smaller tolerance
+    settings.soften_after = 0;  // the force lost by softer contacts would count as unexplained
     const contact::Report& solved = s.solver.solve(s.problem, settings, w, impulse);
     if (!contact::succeeded(solved.status))
       throw std::runtime_error(fmt::format("{}: row {}: contact forces: {}", recording.file, row,
                                            contact::status_name(solved.status)));
-    // What the contacts gave, in all coordinates.
+    // Subtract the contact forces from all coordinates.
     for (int c = 0; c < s.assembled.num_constraints(); ++c) {
       const auto f = impulse.segment(s.problem.first_row(c), s.problem.law(c).rows);
       if (c < out.contacts) out.contact_force += f[0] / interval / s.weight;

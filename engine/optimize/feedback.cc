@@ -13,7 +13,7 @@
 namespace counterpoint::optimization {
 namespace {
 
-/// Where a joint has no effort limit its force counts over this [N, N m].
+/// Force scale of joints without an effort limit [N, N m].
 constexpr double kEffort = 100.0;
 
 struct LinearStep {
@@ -57,7 +57,7 @@ std::vector<LinearStep> linearize(const Problem& problem, const Stage& stage,
   return steps;
 }
 
-/// M with its rows and columns, over (q, v), or one of v only, in mirrored coordinates.
+/// Permutes and signs rows and columns of M, over (q, v) or over v, by the mirror.
 MatrixX mirrored(const MatrixX& M, const Mirror& mirror) {
   const Eigen::Index nv = mirror.v_sign.size();
   MatrixX out(M.rows(), M.cols());

@@ -8,7 +8,7 @@
 namespace counterpoint::optimization {
 namespace {
 
-/// Axes this far from being each other's image are another robot's.
+/// Tolerance for mirrored joint axes; larger differences mean that the model is not symmetric.
 constexpr double kAxisTolerance = 1e-3;
 
 std::string partner_name(const std::string& name, const std::string& left,
@@ -19,7 +19,7 @@ std::string partner_name(const std::string& name, const std::string& left,
   return name;
 }
 
-/// A rotation is mirrored as a pseudovector, a translation as a vector.
+/// Mirrors a motion vector in y = 0: the angular part is a pseudovector, the linear part a vector.
 Motion mirrored(const Motion& m) {
   return {{-m.angular.x(), m.angular.y(), -m.angular.z()},
           {m.linear.x(), -m.linear.y(), m.linear.z()}};
@@ -64,7 +64,7 @@ Mirror make_mirror(const Model& model, const std::string& left, const std::strin
     }
     for (int k = 0; k < nq; ++k)
       mirror.q_index[static_cast<std::size_t>(body.q_index + k)] = partner.q_index + k;
-    // Coordinates turn as velocities do; a quaternion's real part stays.
+    // Signs of q are those of v; the real part of a quaternion keeps its sign.
     const int linear = body.joint_type == JointType::kFloating ? 3 : 0;
     const bool quaternion = nq != nv;
     for (int k = 0; k < nq; ++k) {

@@ -65,7 +65,7 @@ double tree_weight(const Model& model, const Tree& tree) {
   return mass * kStandardGravity;
 }
 
-/// Twice the radius of gyration [m].
+/// Twice the radius of gyration of a body [m].
 double reach(const Body& body) {
   return 2.0 * std::sqrt(body.inertia.rotational.trace() / (3.0 * body.inertia.mass));
 }

@@ -92,7 +92,8 @@ class ProblemReader {
     if (!goal.has("fixed") || goal.at("fixed").boolean()) problem.goal_q = end_;
   }
 
-  /// Where a robot stands without much smoothing: poses are given, and costs are, for this.
+  /// The pose in which a robot stands with little smoothing; poses and costs of the file refer to
+  /// it.
   VectorX standing(const VectorX& q) const {
     SimulationOptions options = stage_at(out_.problem, out_.settings, kStandingSmoothing).options;
     Workspace workspace(out_.scene->model);
@@ -117,7 +118,7 @@ class ProblemReader {
       in.at("displacement").fail("a mirrored motion cannot go along y; expected [x, 0, z]");
   }
 
-  /// Joints whose motors do nothing, or that have none.
+  /// Reads joints whose motors are inactive.
   void read_passive(const YamlValue& in) {
     const Model& model = out_.scene->model;
     for (const YamlValue& name : in.list()) {
@@ -166,7 +167,7 @@ class ProblemReader {
         in.at(key).fail("smoothing has to fall: a number above 1 is expected");
   }
 
-  /// Straight from start to goal, or along the displacement; with waves.
+  /// Guess: a straight line from start to goal, or along the displacement, plus waves.
   void make_guess() {
     const Problem& problem = out_.problem;
     const Model& model = *problem.model;
@@ -214,7 +215,7 @@ std::vector<VectorX> seeded_guess(const ProblemFile& file, std::uint64_t seed) {
   if (seed == 0 || file.noise == 0.0) return frames;
   const Model& model = *file.problem.model;
   std::mt19937_64 generator(seed);
-  // Box and Muller's, since the library's normal distribution is another one in every library.
+  // Box-Muller transform, since std::normal_distribution differs between standard libraries.
   const auto uniform = [&] { return (static_cast<double>(generator() >> 11) + 0.5) * 0x1.0p-53; };
   const auto normal = [&] {
     const double radius = std::sqrt(-2.0 * std::log(uniform()));

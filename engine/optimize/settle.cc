@@ -5,11 +5,11 @@
 namespace counterpoint::optimization {
 namespace {
 
-/// How far a tree may be from where it stands [m].
+/// Largest distance from the standing pose [m].
 constexpr double kReach = 0.5;
 constexpr int kHalvings = 60;
 
-/// A coordinate that moves its tree along z: indices in q and v; -1: there is none.
+/// A coordinate that moves its tree along z, as indices into q and v; -1: none.
 struct Lift {
   Eigen::Index q = -1, v = -1;
 };
@@ -41,7 +41,7 @@ VectorX settled(const Model& model, const SimulationOptions& options,
     const Lift lift = lift_of(model, tree, motors, q);
     if (lift.q < 0) continue;
     const Eigen::Index z = lift.q;
-    // Force that is missing along z: it rises with the height.
+    // Missing vertical force [N], which increases with height.
     const auto missing = [&](double height) {
       out[z] = height;
       step_inverse(model, options, out, rest, rest, workspace, inverse);

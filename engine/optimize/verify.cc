@@ -89,7 +89,7 @@ void Verifier::check_contacts(const VectorX& q, const VectorX& v_next, Verificat
     slip -= slip.dot(c.contact.normal) * c.contact.normal;
     const std::pair pair(c.contact.geometry_a, c.contact.geometry_b);
     loaded_.push_back(pair);
-    // Of what is under load in the first step nothing is known: it stands.
+    // Contacts under load in the first step count as standing, since the step before is unknown.
     const bool stands = steps_ == 1 || std::find(loaded_before_.begin(), loaded_before_.end(),
                                                  pair) != loaded_before_.end();
     double& largest = stands ? out.stance_slip_max : out.landing_slip_max;

@@ -24,10 +24,10 @@ using fitting::System;
 using fitting::total;
 using fitting::Work;
 
-/// Stages of a refinement: so many times coarser are their differences.
+/// Factors of the difference steps in the stages of a refinement.
 constexpr std::array<double, 3> kCoarser = {30.0, 5.0, 1.0};
 
-/// Point k of Halton's sequence: evenly spread in any number of dimensions, the same every time.
+/// Point k of the Halton sequence: a deterministic low-discrepancy sequence.
 VectorX halton(int k, Eigen::Index dimensions) {
   constexpr std::array<int, 16> kBases = {2,  3,  5,  7,  11, 13, 17, 19,
                                           23, 29, 31, 37, 41, 43, 47, 53};
@@ -44,7 +44,6 @@ VectorX halton(int k, Eigen::Index dimensions) {
   return point;
 }
 
-/// A point and its cost.
 using Tried = std::pair<double, VectorX>;
 
 bool is_under_way(Eigen::LevenbergMarquardtSpace::Status status) {
@@ -52,12 +51,12 @@ bool is_under_way(Eigen::LevenbergMarquardtSpace::Status status) {
          status == Eigen::LevenbergMarquardtSpace::Running;
 }
 
-/// By differences on both sides.
+/// Number of evaluations of a Jacobian by central differences.
 int evaluations_of_derivatives(const VectorX& at) { return 2 * static_cast<int>(at.size()); }
 
-/// Levenberg-Marquardt with differences over ever smaller steps: predictions with contacts are
-/// rough functions of their parameters, and small steps would follow the roughness. Where it is
-/// stopped the best point that it came to, which may be `from` without a cost.
+/// Levenberg-Marquardt with differences over decreasing steps: predictions with contacts are rough
+/// functions of their parameters, and small steps would follow the roughness. If stopped, returns
+/// the best point so far, which may be `from` with infinite cost.
 Tried refine(System& system, const VectorX& from, const FitOptions& options, int rounds,
              const std::function<void(int evaluations)>& tell = {}) {
   VectorX best = from;
@@ -70,7 +69,7 @@ Tried refine(System& system, const VectorX& from, const FitOptions& options, int
     VectorX at = best;
     double found = 0.0;
     Eigen::LevenbergMarquardt<System> solver(system);
-    solver.setFactor(0.3);  // first steps of a third of the ranges at most
+    solver.setFactor(0.3);  // limits the first step to about 0.3 of the ranges
     solver.setFtol(coarser > 1.0 ? 1e-3 : 1e-9);
     solver.setXtol(coarser > 1.0 ? 1e-2 : 1e-7);
     solver.setMaxfev(rounds);
@@ -102,14 +101,14 @@ void check(const FitProblem& problem, int residuals) {
                                  problem.start.size()));
 }
 
-/// Of a whole refinement, at most.
+/// Upper bound of the evaluations of one refinement.
 int refinement_evaluations(const FitOptions& options, const VectorX& at) {
   return static_cast<int>(kCoarser.size()) * options.max_rounds *
          (1 + evaluations_of_derivatives(at));
 }
 
-/// Of the rows that hold shares within their ranges: a share out of them by 0.1 costs what all else
-/// does.
+/// Weight of the rows that penalize shares outside [0, 1]: an excess of 0.1 costs as much as the
+/// residuals.
 double bound_weight(double cost) { return 10.0 * std::sqrt(std::max(cost, 1e-300)); }
 
 void sort_by_cost(std::vector<Tried>& points) {
@@ -117,7 +116,7 @@ void sort_by_cost(std::vector<Tried>& points) {
                    [](const Tried& a, const Tried& b) { return a.first < b.first; });
 }
 
-/// Lists of tasks on copies of a system.
+/// The task lists of a fit; each task works on a copy of the system.
 class FitTasks {
  public:
   FitTasks(System& system, const FitOptions& options, const VectorX& start, int refined)
@@ -125,10 +124,11 @@ class FitTasks {
         options_(options),
         work_(options, options.samples + refined * refinement_evaluations(options, start)) {}
 
-  /// Something was stopped: the lists that follow are left out, on every process.
+  /// A task was stopped: the remaining lists are skipped, on every process.
   bool stopped() const { return stopped_; }
 
-  /// The start and the samples, best first; the start alone, at its cost, where there is none.
+  /// Evaluates the start and the samples; returns them best first, or the start if none was
+  /// evaluated.
   std::vector<Tried> explore(const VectorX& start, double start_cost) {
     const auto point = [&](int k) { return k == 0 ? start : halton(k, start.size()); };
     std::vector<Tried> tried;
@@ -144,8 +144,8 @@ class FitTasks {
     return tried;
   }
 
-  /// Refines the points and sorts them, best first; leaves out those that it did not come to, but
-  /// for the first.
+  /// Refines the points and sorts them, best first. Drops unrefined points; if none was refined,
+  /// keeps the first.
   void refine_all(std::vector<Tried>& points) {
     const int each = refinement_evaluations(options_, points[0].second);
     const int before = work_.done();
@@ -165,7 +165,7 @@ class FitTasks {
     sort_by_cost(points);
   }
 
-  /// Refits to as many groups as there are, drawn with replacement.
+  /// Bootstrap: refits to groups drawn with replacement, as many as there are.
   std::vector<VectorX> refit(const VectorX& at) {
     Work work(options_, options_.bootstrap);
     std::vector<VectorX> found;
@@ -186,8 +186,8 @@ class FitTasks {
                               *kRefits = "refits";
 
  private:
-  /// `act` writes what comes of a number, nothing where it was stopped before there was anything;
-  /// `take` reads it, in order of number.
+  /// Runs a list of tasks. `act` writes the result of a task number, nothing if it was stopped
+  /// before it had one; `take` reads the results in order of number.
   template <class Act, class Take>
   void run(const char* name, int count, Act act, Take take, std::function<double()> work = {}) {
     tasks::TaskList list;
@@ -221,7 +221,7 @@ class FitTasks {
     }
   }
 
-  /// `each`: what its progress counts for.
+  /// `each`: number of evaluations that the task reports in total.
   void refine_point(System& mine, const VectorX& at, int each, tasks::BytesWriter& out) {
     double cost = 0.0;
     if (!mine.unless_stopped([&] { cost = total(mine.groups(at)); })) return;
@@ -237,7 +237,8 @@ class FitTasks {
     out.put(std::min(found, cost)).numbers(found < cost ? better : at);
   }
 
-  /// As many draws as there are groups, from where those of the numbers before have ended.
+  /// Bootstrap weights: as many draws as groups, from a random stream that continues that of lower
+  /// numbers.
   static void draw_weights(int number, std::vector<double>& weights) {
     std::mt19937_64 generator(1);
     generator.discard(static_cast<unsigned long long>(number) * weights.size());
@@ -261,13 +262,13 @@ double median_square(const GroupedResiduals& r) {
   return squares[squares.size() / 2];
 }
 
-/// The median over groups of residuals without a loss says how far off is far.
+/// Sets the loss scale to the median of the groups' plain residual norms.
 void set_loss(System& system, const GroupedResiduals& r, const FitOptions& options) {
   system.loss = Loss();
   if (options.robust && r.size() > 2) system.loss = Loss(median_square(r));
 }
 
-/// The loss is set anew at the best point tried: its cost, if this is not stopped.
+/// Resets the loss at the best sampled point and updates its cost, unless stopped.
 void set_loss_at_best(System& system, const FitOptions& options, std::vector<Tried>& tried) {
   const Loss before = system.loss;
   system.loss = Loss();
@@ -333,7 +334,7 @@ Fit fit(const FitProblem& problem, const FitOptions& options) {
   const int refined = std::clamp(options.refined, 1, options.samples + 1);
   FitTasks lists(system, options, start, refined);
   set_loss(system, first, options);
-  const bool known = !(options.stop && options.stop());  // else `first` was stopped on its way
+  const bool known = !(options.stop && options.stop());  // otherwise `first` may be incomplete
   const auto start_cost = [&] { return known ? total(system.weighted(first)) : std::nan(""); };
   std::vector<Tried> tried = lists.explore(start, start_cost());
   set_loss_at_best(system, options, tried);
@@ -347,13 +348,13 @@ Fit fit(const FitProblem& problem, const FitOptions& options) {
   for (const auto& [cost, at] : tried) out.refined_costs.push_back(cost);
   VectorX& best = tried[0].second;
   out.cost = tried[0].first;
-  // Differences over what intervals span, not over the roughness: too large an H is too narrow an
-  // interval.
+  // Use differences as wide as the intervals: on the scale of the roughness H is too large, and
+  // intervals too narrow.
   system.difference = 10.0 * options.difference;
   system.use_exact(options, false);
   Spread s;
   if (system.unless_stopped([&] { s = spread(system, best); })) {
-    // What nothing depends on stays as it is in the scene.
+    // Parameters without effect keep the scene's value.
     for (Eigen::Index i = 0; i < best.size(); ++i)
       if (!s.known[i]) best[i] = start[i];
   } else {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 namespace counterpoint::estimation::fitting {
-// Cornish and Fisher's expansion about the normal quantile, within 1 % from 4 degrees on.
+// Cornish-Fisher expansion about the normal quantile; within 1 % from 4 degrees of freedom on.
 double student_95(double degrees) {
   constexpr double z = 1.959963984540054;
   const double n = std::max(degrees, 1.0), z2 = z * z;
@@ -25,7 +25,7 @@ Spread spread(const System& system, const VectorX& at) {
     rows += r[g].size();
   }
   Spread out;
-  // A parameter on which nothing depends is left out of the inverse.
+  // Parameters without effect are left out of the inverse.
   const double largest = H.diagonal().maxCoeff();
   out.known.resize(p);
   for (Eigen::Index i = 0; i < p; ++i) {

@@ -1,4 +1,4 @@
-// How well a fit knows its parameters.
+// Uncertainty of the parameters of a fit.
 #pragma once
 
 #include <vector>
@@ -7,19 +7,22 @@
 
 namespace counterpoint::estimation::fitting {
 
-/// The median of |t| with so many degrees of freedom that 95 % do not exceed.
+/// Two-sided 95 % quantile of Student's t distribution: 95 % of |t| lie
+/// below it.
 double student_95(double degrees);
 
-/// Covariance of the shares, and for which parameters it means anything.
+/// Covariance of the scaled parameters, valid where `known`, and the quantile for its intervals.
 struct Spread {
   MatrixX covariance;
   std::vector<char> known;
   double quantile = 0.0;
 };
 
-/// From derivatives at the solution. Residuals of one recording hang together, so a recording is
-/// the unit: inv(H) (sum g g') inv(H) n / (n - p), g the gradient of a recording, H = J'J. Of a
-/// single one: the variance of the residuals times inv(H), as if they were independent.
+/// Computes the covariance from derivatives at the solution. Residuals within a recording are
+/// correlated, so a recording is the unit of a sandwich estimate:
+/// inv(H) (sum g g') inv(H) n / (n - p), g the gradient of a recording, H = J'J. If there are no
+/// more recordings than parameters: the variance of the residuals times inv(H), as if residuals
+/// were independent.
 Spread spread(const System& system, const VectorX& at);
 
 }  // namespace counterpoint::estimation::fitting

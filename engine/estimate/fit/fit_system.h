@@ -1,5 +1,5 @@
-// The least squares problem that Levenberg-Marquardt sees: shares of the ranges in place of values,
-// a loss a group.
+// The least squares problem solved by Levenberg-Marquardt: parameters scaled to [0, 1], with a loss
+// per group of residuals.
 #pragma once
 
 #include <algorithm>
@@ -16,11 +16,11 @@
 
 namespace counterpoint::estimation::fitting {
 
-/// Residuals depend on a parameter if their derivative is more than this share of the largest.
-/// Rounding over the width of a difference leaves up to 1.4e-7 (mass of a cube that is thrown).
+/// Residuals depend on a parameter if the norm of their derivative exceeds this fraction of the
+/// largest one. Round-off of wide differences gives up to 1.4e-7 (mass of a thrown cube).
 inline constexpr double kDependence = 1e-6;
 
-/// Parameters as shares of their ranges, 0 at the lower bound and 1 at the upper one.
+/// Parameters as fractions ("shares") of their ranges: 0 at the lower bound, 1 at the upper one.
 class Shares {
  public:
   explicit Shares(const FitProblem& problem) : problem_(problem) {}
@@ -54,10 +54,10 @@ class Shares {
   const FitProblem& problem_;
 };
 
-/// The residuals of one group as the loss has them: their square sum is the loss.
+/// Scales the residuals of a group so that their squared norm is the loss.
 class Loss {
  public:
-  /// scale2: of Cauchy's loss; 0: squares.
+  /// scale2: squared scale of the Cauchy loss; 0: squares.
   explicit Loss(double scale2 = 0.0) : scale2_(scale2) {}
   double scale2() const { return scale2_; }
   double of(double square) const {
@@ -66,7 +66,7 @@ class Loss {
   double factor(double square) const {
     return square > 0.0 && scale2_ > 0.0 ? std::sqrt(of(square) / square) : 1.0;
   }
-  /// Of the factor by the square.
+  /// Derivative of the factor with respect to the square.
   double factor_slope(double square) const {
     if (!(square > 0.0 && scale2_ > 0.0)) return 0.0;
     const double f = factor(square), slope = 1.0 / (1.0 + square / scale2_);
@@ -77,10 +77,10 @@ class Loss {
   double scale2_;
 };
 
-/// FitOptions::stop says so.
+/// Thrown if FitOptions::stop returns true.
 struct StopWanted {};
 
-/// What a fit has taken.
+/// Number of evaluations of a fit.
 struct Counts {
   int evaluations = 0, linearizations = 0;
   bool stopped = false;
@@ -92,7 +92,7 @@ struct Counts {
   }
 };
 
-/// What is done of a plan, in evaluations, by all threads.
+/// Progress of a fit in evaluations, shared by all threads.
 class Work {
  public:
   Work(const FitOptions& options, int planned) : options_(options), planned_(planned) {}
@@ -118,20 +118,19 @@ inline double total(const GroupedResiduals& r) {
   return sum;
 }
 
-/// Weighted residuals of all groups over shares, with rows that hold the shares within 0 ... 1. One
-/// thread uses it; copies are for others.
+/// Weighted residuals of all groups as functions of the shares, with extra rows that penalize
+/// shares outside [0, 1]. Not thread-safe: each thread uses its own copy.
 struct System : Eigen::DenseFunctor<double> {
   const FitProblem& problem;
   const Shares& shares;
   Loss loss;
-  std::vector<double> weights;  // of the groups' losses
+  std::vector<double> weights;  // weights of the groups' losses
   double difference, bound_weight;
   bool exact;
   std::function<bool()> stop;
-  bool may_stop = false;  // in unless_stopped
+  bool may_stop = false;  // true within unless_stopped
   mutable Counts counts;
-  /// The best point that was evaluated since `seen` was emptied, and its cost: what is left of work
-  /// that is stopped.
+  /// The best point evaluated since `seen` was reset, with its cost: the result of stopped work.
   mutable std::optional<std::pair<double, VectorX>> seen;
 
   System(const FitProblem& p, const Shares& s, const FitOptions& options, int groups, int size)
@@ -144,7 +143,7 @@ struct System : Eigen::DenseFunctor<double> {
         exact(false),
         stop(options.stop) {}
 
-  /// Calls act(), and ends it where it is asked to stop. False if so, or if that was before.
+  /// Calls act(), which StopWanted may end. Returns false if stopped now or earlier.
   template <class Act>
   bool unless_stopped(Act act) {
     if (counts.stopped) return false;
@@ -158,7 +157,7 @@ struct System : Eigen::DenseFunctor<double> {
     return !counts.stopped;
   }
 
-  /// last: of the stages of a refinement.
+  /// Enables exact derivatives; last: this is the last stage of a refinement.
   void use_exact(const FitOptions& options, bool last) {
     exact = options.exact && problem.linearize && (last || !problem.rough);
   }
@@ -167,7 +166,7 @@ struct System : Eigen::DenseFunctor<double> {
     if (may_stop && stop && stop()) throw StopWanted();
   }
 
-  /// Under the loss.
+  /// Applies the loss.
   GroupedResiduals weighted(GroupedResiduals r) const {
     for (size_t g = 0; g < r.size(); ++g)
       r[g] *= loss.factor(r[g].squaredNorm()) * std::sqrt(weights[g]);
@@ -178,7 +177,7 @@ struct System : Eigen::DenseFunctor<double> {
     check_stop();
     ++counts.evaluations;
     GroupedResiduals r = weighted(problem.residuals(shares.values(at)));
-    check_stop();  // residuals that were stopped on their way are none
+    check_stop();  // residuals that were stopped halfway are invalid
     if (const double cost = total(r); !seen || cost < seen->first) seen.emplace(cost, at);
     return r;
   }
@@ -194,7 +193,7 @@ struct System : Eigen::DenseFunctor<double> {
     return 0;
   }
 
-  /// Derivatives of the groups' residuals by one parameter, one-sided at the bounds.
+  /// Derivatives of the groups' residuals with respect to one parameter, one-sided at the bounds.
   GroupedResiduals derivative(const VectorX& at, Eigen::Index i) const {
     VectorX high = at, low = at;
     high[i] = std::min(at[i] + difference, 1.0);
@@ -205,7 +204,7 @@ struct System : Eigen::DenseFunctor<double> {
     return d;
   }
 
-  /// Those of all groups by all parameters: exact where the problem knows them.
+  /// Jacobians of all groups: exact columns where the problem has them.
   std::vector<MatrixX> derivatives(const VectorX& at) const {
     std::optional<LinearizedResiduals> known;
     if (exact) {
@@ -229,7 +228,7 @@ struct System : Eigen::DenseFunctor<double> {
     return out;
   }
 
-  /// By shares, of the residuals as `groups` has them.
+  /// Jacobian of the weighted residuals with respect to the shares, by the chain rule.
   MatrixX chained(const VectorX& r, const MatrixX& by_values, const VectorX& at,
                   double weight) const {
     MatrixX J = by_values;
@@ -248,8 +247,7 @@ struct System : Eigen::DenseFunctor<double> {
         if (at[i] == inside[i]) jacobian.col(i).segment(row, J.rows()) = J.col(i);
       row += J.rows();
     }
-    // Rounding of what does not depend on a parameter must not send it off to the ends of the
-    // range.
+    // Round-off in independent residuals must not drive a parameter to the ends of its range.
     const double least = kDependence * jacobian.colwise().norm().maxCoeff();
     for (Eigen::Index i = 0; i < at.size(); ++i) {
       if (jacobian.col(i).norm() < least) jacobian.col(i).setZero();

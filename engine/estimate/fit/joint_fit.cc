@@ -10,8 +10,8 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// No coordinate of a configuration goes farther in a step [m, rad], and no parameter by more than
-/// this share of its range.
+/// Largest step of a configuration coordinate [m, rad], and of a parameter as a fraction of its
+/// range.
 constexpr double kLongestStep = 0.3, kLongestChange = 0.2;
 
 }  // namespace
@@ -43,7 +43,7 @@ VectorX JointFit::values() const {
   return out;
 }
 
-/// Derivatives of values by coordinates.
+/// Derivatives of the values with respect to the coordinates.
 VectorX JointFit::slopes() const {
   VectorX out = values();
   for (Eigen::Index i = 0; i < x_.size(); ++i)
@@ -74,7 +74,8 @@ void JointFit::begin(double smoothing, double loss_scale, const std::vector<Moti
   }
 }
 
-/// Eliminates the motions. False if a motion's equations are not positive definite.
+/// Eliminates the frames of each motion. Returns false if a motion's equations are not positive
+/// definite.
 bool JointFit::reduce(double mu) {
   const VectorX slope = slopes();
   const Eigen::Index count = x_.size();
@@ -92,11 +93,11 @@ bool JointFit::reduce(double mu) {
   return true;
 }
 
-/// The step of the coordinates, which stays within the bounds. False if there is none.
+/// Computes the step of the coordinates within their bounds. Returns false if there is none.
 bool JointFit::solve(VectorX& step) {
   if (!reduce(damping_.value())) return false;
   const Eigen::Index count = x_.size();
-  // A parameter that would leave its range stops at the bound, and the others go without it.
+  // Fix a parameter that would leave its range at the bound, and solve for the others again.
   MatrixX A = schur_;
   VectorX b = -gradient_;
   for (Eigen::Index round = 0; round <= count; ++round) {
@@ -120,7 +121,7 @@ bool JointFit::solve(VectorX& step) {
   return step.allFinite();
 }
 
-/// Goes there if that is better, and adapts the damping.
+/// Takes the step if it lowers the cost, and adapts the damping.
 bool JointFit::try_step(const VectorX& step) {
   const VectorX before = x_, now = values();
   double share = 1.0;

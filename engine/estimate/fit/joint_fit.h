@@ -1,5 +1,6 @@
-// Gauss-Newton on several motions that share parameters: the normal equations are an arrow, whose
-// blocks are the motions, and whose tip is the sum of their Schur complements on the parameters.
+// Gauss-Newton for several motions with shared parameters. The normal equations have arrow
+// structure: one block per motion, and a corner that is the sum of their Schur complements on the
+// parameters.
 #pragma once
 
 #include <functional>
@@ -10,7 +11,8 @@
 
 namespace counterpoint::estimation {
 
-/// A figure that all motions have in common. Its coordinate is its value, or the logarithm of that.
+/// A parameter shared by all motions. Its coordinate in the fit is its value or the logarithm of
+/// it.
 struct SharedParameter {
   double scene = 0.0;  ///< value in the scene
   double lower = 0.0, upper = 0.0;
@@ -19,31 +21,31 @@ struct SharedParameter {
 
 class JointFit {
  public:
-  /// problems: their parameters are the shared ones, in this order, with no weights. The prior of a
-  /// coordinate is the scene's, its standard deviation the width of the range.
-  /// threads: as of MotionFit.
+  /// problems: their parameters are the shared ones, in this order, with zero prior weights. The
+  /// prior mean of a coordinate is the scene's value, its standard deviation the width of the
+  /// range. threads: as for MotionFit.
   JointFit(std::vector<MotionProblem> problems, const std::vector<MotionPoint>& start,
            std::vector<SharedParameter> parameters, int threads);
 
-  /// Goes on at this smoothing [m] from `points`, one a motion. loss_scale: of MotionProblem, for
-  /// positions and forces [standard deviations]; 0: squares.
+  /// Restarts at this smoothing [m] from `points`, one per motion. loss_scale: of MotionProblem,
+  /// for positions and forces [standard deviations]; 0: squares.
   void begin(double smoothing, double loss_scale, const std::vector<MotionPoint>& points);
-  /// Minimizes as MotionFit::minimize does.
+  /// Minimizes like MotionFit::minimize.
   int minimize(int most, double tolerance, const std::function<bool()>& stop = {});
 
   double cost() const { return cost_; }
   std::vector<MotionPoint> points() const;
-  VectorX values() const;  ///< values of the parameters
+  VectorX values() const;
   const VectorX& coordinates() const { return x_; }
-  /// Mean square of a motion's measurements over their variance.
+  /// Mean square of a motion's measurement residuals over their variance.
   double measurement_ratio(std::size_t motion) const { return fits_[motion]->measurement_ratio(); }
   std::size_t size() const { return fits_.size(); }
 
-  /// Information of the recordings about the coordinates at the point.
+  /// Information of the recordings about the coordinates at the current point.
   struct Information {
-    MatrixX hessian;  ///< with the priors
-    MatrixX scatter;  ///< sum over motions of g g', g the gradient of one
-    VectorX prior;    ///< the priors' part of the Hessian's diagonal
+    MatrixX hessian;  ///< Schur complement of all motions, with the priors
+    MatrixX scatter;  ///< sum over motions of g g', g the gradient of one motion
+    VectorX prior;    ///< part of the priors in the Hessian's diagonal
   };
   Information information();
 
@@ -60,7 +62,7 @@ class JointFit {
   std::vector<std::unique_ptr<MotionProblem>> problems_;
   std::vector<std::unique_ptr<MotionFit>> fits_;
   std::vector<SharedParameter> parameters_;
-  VectorX x_, scene_, lower_, upper_, prior_;  ///< coordinates, and the priors' weights squared
+  VectorX x_, scene_, lower_, upper_, prior_;  ///< coordinates, and squared weights of the priors
   MatrixX schur_, scatter_;
   VectorX gradient_;
   double cost_ = 0.0;

@@ -10,17 +10,18 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// No coordinate goes farther in a step [m, rad]: beyond, the linearization says nothing.
+/// Largest step of a coordinate [m, rad], beyond which the linearization is invalid.
 constexpr double kLongestWindowStep = 0.3;
-/// Damping of a row's first step, as a share of the diagonal; it grows where a step fails, and
-/// falls where one does not, but not below the last of these.
+/// Damping of the first step of a row, as a fraction of the diagonal. It is multiplied by
+/// kMoreDamping after a failed step and by kLessDamping after a good one, down to
+/// kLeastWindowDamping.
 constexpr double kFirstWindowDamping = 1e-3, kMoreDamping = 10.0, kLessDamping = 0.1;
 constexpr double kLeastWindowDamping = 1e-6;
-/// Frames whose laws do not change are not damped in the first of these trials: their fronts stay
-/// of use.
+/// Limit of trials; in the first kNewTrials, frames whose laws no longer change are not damped, so
+/// that their fronts stay valid.
 constexpr int kTrials = 5, kNewTrials = 3;
-/// A new frame is guessed this share of the way from where the motion leads to where it was
-/// measured.
+/// Initial guess of a new frame: this fraction of the way from the extrapolated motion to the
+/// measurement.
 constexpr double kTowards = 0.5;
 
 }  // namespace
@@ -149,7 +150,7 @@ bool MotionWindow::factor(int first, int undamped, double damping) {
   return steps_.middleCols(first, frames() - first).allFinite() && parameter_step_.allFinite();
 }
 
-/// Rows that depend on the frames from `first` on, the front there included.
+/// Cost of the rows that depend on the frames from `first` on, including the front there.
 double MotionWindow::cost(int first) {
   const bool all = begins_ && first == 0;
   const int begin = all ? 0 : first + 1;
@@ -166,7 +167,7 @@ double MotionWindow::cost(int first) {
   return std::isfinite(sum) ? sum : kInfinity;
 }
 
-/// Frames before `first` go where their fronts have them, given those behind.
+/// Moves the frames before `first` by back substitution, given the later ones.
 void MotionWindow::follow_behind(int first) {
   for (int k = first - 1; k >= 0; --k) {
     const VectorX by = fronts_.substitute(k, point_);
@@ -175,7 +176,7 @@ void MotionWindow::follow_behind(int first) {
   }
 }
 
-/// The first frame that has to be linearized anew, `most` at most: three before one that moved.
+/// First frame to linearize again, at most `most`: three before the first one that moved.
 int MotionWindow::first_moved(int most) const {
   int first = 0;
   while (first < most && moved_[index_of(first)] <= options_.still) ++first;

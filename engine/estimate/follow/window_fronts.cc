@@ -8,9 +8,9 @@
 namespace counterpoint::estimation {
 namespace {
 
-constexpr int kFrames = WindowFronts::kSeen - 1;  ///< frames of a front
-/// Coordinates that nothing weighs are held so much [1/m^2, 1/rad^2], and round-off is kept from
-/// making a matrix indefinite by this share of its diagonal.
+constexpr int kFrames = WindowFronts::kSeen - 1;  ///< number of frames of a front
+/// Added to the diagonal for coordinates without weight [1/m^2, 1/rad^2], and relative increase of
+/// the diagonal against round-off.
 constexpr double kLeastWindowDiagonal = 1e-9, kRegular = 1e-13;
 
 }  // namespace
@@ -43,7 +43,7 @@ void WindowFronts::add(int frame, const InstantEquations& equations, int before)
   front.gradient.tail(parameters_) += equations.corner_gradient;
 }
 
-/// From a front's own point; frames that are not there yet do not count.
+/// Difference from the front's linearization point; frames that do not exist yet count as zero.
 VectorX WindowFronts::difference(int frame, const MotionPoint& point) const {
   const WindowFront& front = fronts_[index_of(frame)];
   VectorX x = VectorX::Zero(front.gradient.size());
@@ -59,7 +59,8 @@ void WindowFronts::move(int frame, const MotionPoint& point) {
   WindowFront& front = fronts_[index_of(frame)];
   const VectorX x = difference(frame, point);
   front.gradient += front.information.selfadjointView<Eigen::Lower>() * x;
-  if (frame > 0 && panels_[index_of(frame - 1)].y.size() == nv_) {  // its others are this front's
+  if (frame > 0 && panels_[index_of(frame - 1)].y.size() == nv_) {  // the panel's other rows belong
+                                                                    // to this front's variables
     Panel& before = panels_[index_of(frame - 1)];
     before.y += before.factor.bottomRows(kFrames * nv_ + parameters_).transpose() * x;
   }

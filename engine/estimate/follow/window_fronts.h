@@ -1,5 +1,5 @@
-// Normal equations of a window of frames, eliminated from the oldest to the newest, one front a
-// frame, so that a change of new frames leaves the fronts of old ones as they are.
+// Block Cholesky factorization of the normal equations of a window of frames, from the oldest to
+// the newest, one front per frame: changes of new frames leave the fronts of old ones valid.
 #pragma once
 
 #include <vector>
@@ -11,57 +11,58 @@ namespace counterpoint::estimation {
 
 inline std::size_t index_of(int i) { return static_cast<std::size_t>(i); }
 
-/// Knowledge of three frames and of the parameters once all frames before are eliminated:
-/// 1/2 x' information x + gradient' x, x being their difference from `at`.
+/// Quadratic form of three frames and the parameters after all earlier frames are eliminated:
+/// 1/2 x' information x + gradient' x, where x is the difference from `at`.
 struct WindowFront {
-  MatrixX information;  ///< (3 nv + parameters) squared; the lower triangle counts
+  MatrixX information;  ///< (3 nv + parameters) squared; only the lower triangle is used
   VectorX gradient;
-  MotionPoint at;  ///< the three frames, and the parameters
+  MotionPoint at;  ///< linearization point: three frames, and the parameters
 };
 
 class WindowFronts {
  public:
-  /// Frames that an instant's rows see, and of which a front knows all but the first.
+  /// Number of frames that an instant's rows depend on; a front contains all of them but the first.
   static constexpr int kSeen = MotionSystem::kWidth + 1;
 
   WindowFronts(const Model& model, int window, int parameters);
 
-  /// A front without any information; its point is to be set.
+  /// Sets the information of a front to zero; its point must be set afterwards.
   void clear(int frame);
   WindowFront& front(int frame) { return fronts_[static_cast<std::size_t>(frame)]; }
-  /// Adds the rows of the instant whose first frame is `frame` - `before` (0, 1 or 2: frames before
-  /// the front have no rows).
+  /// Adds the rows of an instant to a front. The instant's first frame is `frame` - `before` (0, 1
+  /// or 2); its columns for frames before the front are dropped.
   void add(int frame, const InstantEquations& equations, int before);
-  /// Expresses a front about the frames from `frame` on as they are at `point`.
+  /// Moves the linearization point of a front to the frames of `point` from `frame` on.
   void move(int frame, const MotionPoint& point);
 
-  /// Eliminates a frame, whose front is at `point`, with `added` rows of its own (or null), and
-  /// `damping` times the diagonal. Front `frame` + 1 is what is left. False if the frame's own
-  /// matrix is not positive definite.
+  /// Eliminates a frame whose front is at `point`, after adding the rows `added` (or null) and
+  /// `damping` times the diagonal. The Schur complement becomes front `frame` + 1. Returns false if
+  /// the frame's diagonal block is not positive definite.
   bool eliminate(int frame, const InstantEquations* added, double damping,
                  const MotionPoint& point);
-  /// The parameters' step, once all `frames` are eliminated. False as above.
+  /// Computes the step of the parameters once all `frames` are eliminated. Returns false as above.
   bool solve_parameters(int frames, double damping, VectorX& step) const;
-  /// The frame's place that fits those behind it and the parameters, as they are at `point`, as a
-  /// difference from where it was when it was eliminated (nv).
+  /// Back substitution: returns the optimal difference (nv) of a frame from its point at
+  /// elimination, given the later frames and parameters at `point`.
   VectorX substitute(int frame, const MotionPoint& point) const;
-  /// The same, where the steps of the three frames behind and of the parameters are known.
+  /// The same for given steps of the three later frames and of the parameters.
   VectorX substitute(int frame, const MatrixX& steps, const VectorX& parameters) const;
   const VectorX& eliminated_at(int frame) const {
     return panels_[static_cast<std::size_t>(frame)].at;
   }
 
-  /// The quadratic form of a front at a point.
+  /// Value of the quadratic form of a front at a point.
   double cost(int frame, const MotionPoint& point) const;
 
-  /// Frame 0 leaves: its front and panel are forgotten, all others move up.
+  /// Drops frame 0 with its front and panel, and shifts all others by one.
   void drop_first();
 
  private:
   struct Panel {
-    MatrixX factor;  ///< nv + 3 nv + parameters rows: own Cholesky factor, others' rows
+    MatrixX factor;  ///< nv + 3 nv + parameters rows: Cholesky factor of the frame's block, and the
+                     ///< rows below it
     VectorX y;       ///< nv
-    VectorX at;      ///< the frame
+    VectorX at;      ///< the frame's configuration at elimination
   };
   VectorX difference(int frame, const MotionPoint& point) const;
 

@@ -21,7 +21,7 @@ VectorX force_scales(const Model& model) {
 
 MatrixX force_scale_slopes(const std::vector<StepParameter>& parameters, const Model& model,
                            const VectorX& scales) {
-  constexpr double kStep = 1e-4;  // scales are linear in inertias
+  constexpr double kStep = 1e-4;  // scales are linear in the inertias: any step is exact
   MatrixX out = MatrixX::Zero(model.nv(), static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     if (parameters[k].kind != StepParameterKind::kInertia) continue;

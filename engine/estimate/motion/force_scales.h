@@ -1,4 +1,4 @@
-// Scales of unexplained forces, as figures of the model change.
+// Inertial scales of unexplained forces, which change with the parameters of the model.
 #pragma once
 
 #include <vector>
@@ -7,11 +7,12 @@
 
 namespace counterpoint::estimation {
 
-/// nv: of free links the mass of the tree [kg], and its bodies' rotational inertia [kg m^2]; 1 for
-/// all others. Without it a lighter body would explain everything.
+/// Scales (nv): for floating links the mass of the tree [kg] and the trace of its bodies'
+/// rotational inertia [kg m^2]; 1 elsewhere. Without them, a lighter body would lower every
+/// residual.
 VectorX force_scales(const Model& model);
 
-/// nv x parameters: derivatives of the logarithms of `scales`, which are the model's.
+/// Derivatives (nv x parameters) of log(scales); scales: those of `model`.
 MatrixX force_scale_slopes(const std::vector<StepParameter>& parameters, const Model& model,
                            const VectorX& scales);
 

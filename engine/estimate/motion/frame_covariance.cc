@@ -6,16 +6,16 @@
 namespace counterpoint::estimation {
 namespace {
 
-constexpr int kWidth = 3;  ///< frames that a frame sees on either side
+constexpr int kWidth = 3;  ///< bandwidth: frames coupled to a frame on either side
 
-/// Frames eliminated one after the other from one end: frame k is block k, or with `reversed` block
-/// n - 1 - k.
+/// Eliminates frames one by one from one end. Frame k is block k, or block n - 1 - k if `reversed`.
 class Elimination {
  public:
   Elimination(const optimization::BlockCholesky& band, bool reversed)
       : band_(band), m_(band.block_size()), n_(band.num_blocks()), reversed_(reversed) {}
 
-  /// For each frame k, what frames 0 ... k - 1 take from frames k, k + 1, k + 2 (3 m x 3 m).
+  /// Returns for each frame k the Schur update of frames k, k + 1, k + 2 by frames 0 ... k - 1 (3 m
+  /// x 3 m).
   std::vector<MatrixX> run() const {
     std::vector<MatrixX> taken(static_cast<std::size_t>(n_));
     MatrixX now = MatrixX::Zero(kWidth * m_, kWidth * m_);
@@ -39,7 +39,7 @@ class Elimination {
     return taken;
   }
 
-  /// Symmetric, and safe from round-off where a coordinate is hardly known.
+  /// Symmetrizes A and raises its diagonal slightly against round-off in poorly known coordinates.
   static MatrixX regular(const MatrixX& A) {
     MatrixX out = A.selfadjointView<Eigen::Lower>();
     out.diagonal() *= 1.0 + 1e-13;
@@ -47,7 +47,7 @@ class Elimination {
   }
 
  private:
-  /// Rows of frame `a`, columns of frame `b` (counted from the end, a >= b), full on the diagonal.
+  /// Block of frames `a` >= `b`, counted from the chosen end; diagonal blocks are full.
   MatrixX block(int a, int b) const {
     if (a == b) {
       const int i = reversed_ ? n_ - 1 - a : a;

@@ -7,11 +7,11 @@
 
 namespace counterpoint::estimation {
 
-/// Covariances of the frames of a band of width 3: its inverse at these places. All other frames
-/// are eliminated, those before in ascending and those behind in descending order: every matrix on
-/// the way is a Schur complement of a positive definite one. (The recursion of Takahashi and
-/// others, 1973, needs one factorization, but its gains grow through stiff contacts until no digit
-/// is left.)
+/// Blocks of the inverse of a block-banded matrix of bandwidth 3: covariances of neighbouring
+/// frames. All other frames are eliminated, earlier ones in ascending and later ones in descending
+/// order; every intermediate matrix is a Schur complement of a positive definite one. (The
+/// recursion of Takahashi et al., 1973, needs only one factorization, but its gains grow through
+/// stiff contacts until no digit is left.)
 class FrameCovariance {
  public:
   /// The band must outlive this.
@@ -22,8 +22,8 @@ class FrameCovariance {
 
  private:
   const optimization::BlockCholesky* band_;
-  /// For each frame k, what all frames before it take from frames k, k + 1, k + 2, and all frames
-  /// behind it from k, k - 1, k - 2 (3 m x 3 m).
+  /// Schur updates (3 m x 3 m) for each frame k: of frames k, k + 1, k + 2 by all frames before k,
+  /// and of frames k, k - 1, k - 2 by all frames after k.
   std::vector<MatrixX> before_, behind_;
 };
 

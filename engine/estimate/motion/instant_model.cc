@@ -13,10 +13,10 @@ namespace {
 
 using optimization::TangentMap;
 
-/// Step of differences: this share of the smoothing length, within bounds [m, rad].
+/// Step of finite differences: this fraction of the smoothing, within bounds [m, rad].
 constexpr double kStepShare = 1e-3, kLeastStep = 1e-10, kMostStep = 1e-6;
 
-/// out += a' diag(weight) b.
+/// Adds a' diag(weight) b to out.
 void add_map_product(const TangentMap& a, const VectorX& weight, const TangentMap& b,
                      const std::vector<int>& rotations, Eigen::Ref<MatrixX> out) {
   std::size_t next = 0;
@@ -33,7 +33,7 @@ void add_map_product(const TangentMap& a, const VectorX& weight, const TangentMa
   }
 }
 
-/// out += map' x.
+/// Adds map' x to out.
 void add_transposed(const TangentMap& map, const VectorX& x, const std::vector<int>& rotations,
                     Eigen::Ref<VectorX> out) {
   std::size_t next = 0;
@@ -72,7 +72,8 @@ struct InstantModel::Impl {
 
   int last() const { return problem.frames() - 1; }
 
-  /// Velocities before and after frame t; `maps`: also how they go with the frames.
+  /// Sets the velocities before and after frame t; `maps`: also their derivatives with respect to
+  /// frames.
   void set_velocities(const MotionPoint& point, int t, bool maps) {
     const auto i = static_cast<std::size_t>(t);
     configuration_difference(model, point.q[i - 1], point.q[i], difference);
@@ -85,7 +86,8 @@ struct InstantModel::Impl {
     for (TangentMap* map : {&v_by[0], &v_by[1], &w_by[0], &w_by[1]}) *map *= 1.0 / problem.h();
   }
 
-  /// How the acceleration (w - v) / h goes with the three frames; needs the maps of velocities.
+  /// Sets the derivatives of the acceleration (w - v) / h with respect to the three frames. Needs
+  /// the maps of velocities.
   void set_acceleration_maps() {
     a_by[0] = v_by[0];
     a_by[0] *= -1.0;
@@ -187,7 +189,8 @@ struct InstantModel::Impl {
     }
   }
 
-  /// Rows J (by the frames from `first` of four on) and P (by parameters), and residuals, weighted.
+  /// Adds weighted rows: J (by the frames from `first` of the four on), residual, and P (by
+  /// parameters).
   void add_rows(int first, const MatrixX& J, const VectorX& residual, const MatrixX& P,
                 InstantEquations& out) const {
     const int at = first * model.nv();
@@ -200,13 +203,13 @@ struct InstantModel::Impl {
     out.corner_gradient.noalias() += P.transpose() * residual;
   }
 
-  /// Weights of the force's size, which go with the parameters.
+  /// Weights of the force magnitude, which depend on the inertial parameters.
   VectorX size_weight() const {
     return scale_ratio.size() > 0 ? VectorX(problem.size_weight.cwiseProduct(scale_ratio))
                                   : problem.size_weight;
   }
 
-  /// Sizes of the force.
+  /// Adds the rows of the force magnitude.
   void add_size(const Instant& instant, InstantEquations& out) {
     const VectorX size = instant.force.cwiseProduct(size_weight());
     const VectorX share = RobustLoss{problem.force_loss_scale}.weight(size).cwiseSqrt();
@@ -217,7 +220,7 @@ struct InstantModel::Impl {
     add_rows(1, rows, residual, by_parameters, out);
   }
 
-  /// How far the force is from a measured one.
+  /// Adds the rows of the difference from a measured force.
   void add_measured_force(const Instant& instant, int t, InstantEquations& out) {
     rows.noalias() = problem.force_weight.asDiagonal() * instant.by_frames;
     by_parameters.noalias() = problem.force_weight.asDiagonal() * instant.by_parameters;
@@ -243,16 +246,18 @@ struct InstantModel::Impl {
   Workspace workspace;
   SensorRows sensors;
   ForceSensors force_sensors;
-  MotionPoint scratch;  ///< frames of force_sensors' differences
+  MotionPoint scratch;  ///< frames for the differences of force_sensors
   std::optional<ParameterDerivator> derivator;
   Inverse inverse;
   InverseDerivatives d;
   InverseParameterDerivatives d_parameters;
   VectorX v, w, difference;
-  VectorX scale_ratio;  ///< nv: size_weight over that of the problem; empty: 1
-  MatrixX slopes;       ///< nv x parameters: of the logarithms of what size_weight goes with
-  std::array<TangentMap, 2> v_by, w_by;  ///< velocities by the frames before and behind them
-  std::array<TangentMap, 3> a_by;        ///< acceleration by its three frames
+  VectorX scale_ratio;  ///< nv: size_weight() over that of the problem; empty: 1
+  MatrixX slopes;       ///< nv x parameters: derivatives of the logarithms of force_scales
+  std::array<TangentMap, 2> v_by, w_by;  ///< derivatives of velocities with respect to the frames
+                                         ///< before and after
+  std::array<TangentMap, 3> a_by;  ///< derivatives of the acceleration with respect to its three
+                                   ///< frames
   MatrixX rows, change, by_parameters;
 };
 
@@ -283,8 +288,8 @@ void InstantModel::evaluate(const MotionPoint& point, const SimulationOptions& o
   out.cost += p.problem.sensor_loss().cost(out.sensed);
 }
 
-/// Contact forces and wrenches have no closed form of their own here: central differences. Needs
-/// the derivatives of the applied force.
+/// Differentiates measured contact forces and wrenches by central differences, since they have no
+/// closed form here. Needs the derivatives of the applied force.
 void InstantModel::differentiate_sensed(const MotionPoint& point, const SimulationOptions& options,
                                         int t, Instant& out) {
   Impl& p = *impl_;

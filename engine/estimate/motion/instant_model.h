@@ -1,4 +1,4 @@
-// The rows of a motion estimate at one instant, and their derivatives, by one thread.
+// Residuals of a motion estimate at one instant, and their derivatives; one object per thread.
 #pragma once
 
 #include <memory>
@@ -11,14 +11,14 @@
 
 namespace counterpoint::estimation {
 
-/// The step from frame t to t + 1; frames 0 and N are in none.
+/// The step from frame t to t + 1. The first and the last frame have none.
 struct Instant {
-  double cost = 0.0;         ///< share of its own rows: all but the change of forces
-  VectorX force;             ///< nv: u_t [N, N m]; empty at frames 0 and N
-  MatrixX by_frames;         ///< nv x 3 nv: derivatives of u_t by q_{t-1}, q_t, q_{t+1}
-  MatrixX by_parameters;     ///< nv x parameters
-  VectorX sensed;            ///< residuals of measured forces (force_sensors.h)
-  MatrixX sensed_by_frames;  ///< their derivatives by the three frames
+  double cost = 0.0;      ///< cost of the instant's residuals except the change of forces
+  VectorX force;          ///< nv: applied force u_t [N, N m]; empty at the first and last frame
+  MatrixX by_frames;      ///< nv x 3 nv: derivatives of u_t with respect to q_{t-1}, q_t, q_{t+1}
+  MatrixX by_parameters;  ///< nv x parameters: derivatives of u_t
+  VectorX sensed;         ///< residuals of measured forces (force_sensors.h)
+  MatrixX sensed_by_frames;  ///< derivatives of `sensed` with respect to the three frames
 };
 
 class InstantModel {
@@ -26,15 +26,16 @@ class InstantModel {
   InstantModel(const MotionProblem& problem, const Model& model);
   ~InstantModel();
 
-  /// Cost and force of instant t; infinite cost where the inverse has no answer.
+  /// Computes cost and force of instant t; infinite cost if inverse dynamics fails.
   void evaluate(const MotionPoint& point, const SimulationOptions& options, int t, Instant& out);
-  /// The force of instant t and its derivatives; those by parameters are zero unless `parameters`.
+  /// Computes the force of instant t and its derivatives; those with respect to parameters stay
+  /// zero unless `parameters`.
   void differentiate(const MotionPoint& point, const SimulationOptions& options, int t,
                      bool parameters, Instant& out);
-  /// Normal equations of instant t, whose force and that of t - 1 are differentiated.
+  /// Builds the normal equations of instant t. Needs differentiate() of instants t and t - 1.
   void assemble(const MotionPoint& point, const std::vector<Instant>& instants, int t,
                 InstantEquations& out);
-  /// The inverse of the step at t, its contacts included. Valid until the next call.
+  /// Returns inverse dynamics at frame t, contacts included. Valid until the next call.
   const Inverse& invert(const MotionPoint& point, const SimulationOptions& options, int t);
 
  private:
@@ -47,10 +48,10 @@ class InstantModel {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Step of differences of contact forces under these laws [m, rad].
+/// Step of finite differences of contact forces under these laws [m, rad].
 double difference_step(const SimulationOptions& options);
 
-/// The cost of the change of forces from instant t - 1 to t; 0 where there are not both.
+/// Cost of the change of forces from instant t - 1 to t; 0 if one of them does not exist.
 double change_cost(const MotionProblem& problem, const std::vector<Instant>& instants, int t);
 
 }  // namespace counterpoint::estimation

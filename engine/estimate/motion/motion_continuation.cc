@@ -10,27 +10,28 @@
 namespace counterpoint::estimation {
 namespace {
 
-constexpr double kFactor = 2.0;       ///< between the smoothings of two stages, at first
-constexpr double kLeastFactor = 1.1;  ///< a shorter way is not tried
-constexpr double kSofter = 1.8;       ///< ContinuationResult::softer is so much softer, or more
-constexpr double kDearer = 1.2;       ///< a stage that costs more than this is refused
-/// Above this smoothing [m] contacts are still forming, and costs may rise.
+constexpr double kFactor = 2.0;       ///< initial ratio of the smoothings of two stages
+constexpr double kLeastFactor = 1.1;  ///< smaller ratios are not tried
+constexpr double kSofter = 1.8;       ///< minimum ratio of smoothing for ContinuationResult::softer
+constexpr double kDearer = 1.2;       ///< a stage that raises the cost by more than this factor is
+                                      ///< rejected
+/// Above this smoothing [m] contacts are still forming, and the cost may rise.
 constexpr double kFormed = 1e-3;
 
-/// Parameters move slowly: their stage goes on for this share of the usual decrease of the cost.
+/// Parameters converge slowly: tolerance of their stage, relative to the usual one.
 constexpr double kParameterTolerance = 0.3;
-/// Laws do nothing whose last stage changes the cost of the first stage's motion by less than this
-/// share.
+/// The laws have no effect if the final ones change the cost of the first stage's motion by less
+/// than this fraction.
 constexpr double kUntouched = 1e-6;
 
-/// A stage that was accepted.
+/// An accepted stage.
 struct Accepted {
   MotionPoint point;
   double smoothing = 0.0, cost = kInfinity;
 };
 
-/// Along the line through the ends of the last two stages: gaps that carry are in proportion to
-/// smoothing.
+/// Extrapolates the last two stages linearly in the smoothing: gaps of loaded contacts are
+/// proportional to it.
 MotionPoint extrapolated(const Model& model, const Accepted& before, const Accepted& last,
                          double smoothing) {
   const double share = (smoothing - last.smoothing) / (last.smoothing - before.smoothing);
@@ -51,7 +52,8 @@ SimulationOptions stage_options(const MotionProblem& problem, double smoothing) 
   steps.options = problem.options;
   optimization::Settings settings;
   settings.continuation.end = smoothing;
-  settings.continuation.limits_below = 1.0;  // else a joint on its stop needs a motor's force
+  settings.continuation.limits_below = 1.0;  // otherwise a joint at its limit would need a motor
+                                             // force
   return optimization::stage_at(steps, settings, smoothing).options;
 }
 
@@ -59,7 +61,7 @@ ContinuationResult continue_motion(const MotionProblem& problem,
                                    const MotionContinuation& continuation, MotionFit& fit) {
   ContinuationResult result;
   std::optional<Accepted> before, last;
-  std::vector<Accepted> stages;  // all before the last
+  std::vector<Accepted> stages;  // all accepted stages but the last
   MotionPoint start = fit.point();
   double smoothing = continuation.start, factor = kFactor;
   for (;;) {
@@ -106,7 +108,7 @@ ContinuationResult continue_motion(const MotionProblem& problem,
     result.softer = stages.back().point;
     result.softer_smoothing = stages.back().smoothing;
   }
-  if (!problem.parameters.empty()) {  // their places mean nothing while contacts reach far
+  if (!problem.parameters.empty()) {  // unknown places are meaningless while contacts reach far
     fit.free_parameters(true);
     result.steps += fit.minimize(continuation.most_steps,
                                  kParameterTolerance * continuation.tolerance, continuation.stop);

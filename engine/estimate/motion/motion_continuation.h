@@ -1,4 +1,4 @@
-// How a motion estimate is found: contacts begin soft and far-reaching, and harden stage by stage.
+// Continuation of a motion estimate: contacts start soft and far-reaching, and harden in stages.
 #pragma once
 
 #include <functional>
@@ -9,28 +9,28 @@ namespace counterpoint::estimation {
 
 struct MotionContinuation {
   double start = 1e-2, end = 1e-3;  ///< smoothing of the contact law [m]
-  int most_steps = 40;              ///< Newton steps of a stage
-  double tolerance = 3e-3;          ///< share of the cost, see MotionFit::minimize
-  std::function<bool()> stop;       ///< asked before every step
+  int most_steps = 40;              ///< limit of Newton steps per stage
+  double tolerance = 3e-3;          ///< relative decrease of the cost, see MotionFit::minimize
+  std::function<bool()> stop;       ///< called before every step; true ends the search
 };
 
-/// The laws of a stage: those of the problem, at this smoothing [m].
+/// Options of a stage: the problem's laws with this smoothing [m].
 SimulationOptions stage_options(const MotionProblem& problem, double smoothing);
 
 struct ContinuationResult {
-  double smoothing = 0.0;  ///< the last accepted stage's [m]
+  double smoothing = 0.0;  ///< smoothing of the last accepted stage [m]
   int steps = 0;
   double cost = 0.0;
-  /// The motions of the last stage, and of the last one before it that was at least nearly twice as
-  /// soft (none where there was a single stage): they tell what smoothing does to the forces.
+  /// Motions of the last stage, and of the last earlier stage with about twice its smoothing or
+  /// more (empty if there is none). Their difference shows the effect of smoothing on forces.
   MotionPoint hardest, softer;
   double softer_smoothing = 0.0;
-  bool untouched = false;  ///< contacts and limits do nothing: one stage was enough
+  bool untouched = false;  ///< contacts and limits have no effect: one stage was enough
 };
 
-/// Carries `fit` from its point through the stages. A stage whose cost rises by more than a fifth
-/// has lost the motion: it is refused, and a shorter one tried from the stage before. Where the
-/// last stage's laws would change nothing after the first stage, it is the only one.
+/// Carries `fit` through the stages. A stage whose cost rises by more than a fifth has lost the
+/// motion: it is rejected, and a smaller change is tried from the stage before. If the final laws
+/// do not change the cost after the first stage, no other stage follows.
 ContinuationResult continue_motion(const MotionProblem& problem,
                                    const MotionContinuation& continuation, MotionFit& fit);
 

@@ -10,21 +10,21 @@ namespace counterpoint::estimation {
 namespace {
 
 constexpr int kMostRounds = 30;
-/// Rounds end where no deviation changes by more than this share.
+/// Rounds end when no deviation changes by more than this fraction.
 constexpr double kSettled = 0.05;
-/// Order of the differences that noise is told from.
+/// Order of the differences that estimate the noise.
 constexpr int kOrder = 6;
-/// No recording is surer than this [m, rad]: one that was interpolated seems to be.
+/// Lower bound of the noise [m, rad]; interpolated recordings seem to have none.
 constexpr double kLeastOwnNoise = 1e-7;
-/// A round changes no deviation by more than this factor.
+/// Largest factor by which a round changes a deviation.
 constexpr double kMostFactor = 30.0;
-/// Changes take at least this share of the degrees of freedom that there are.
+/// Lower bound of the effective degrees of freedom of force changes, as a fraction of their number.
 constexpr double kLeastShare = 1e-4;
-/// Newton steps of a round, and the share of the cost at which they end.
+/// Newton steps of a round, and their tolerance (relative decrease of the cost).
 constexpr int kSteps = 5;
 constexpr double kTolerance = 1e-3;
 
-/// Sums of squares of the changes of forces, and of their variances, by coordinate.
+/// Sums over the frames of squared force changes and of their posterior variances, by coordinate.
 struct Changes {
   VectorX square, variance;
 };
@@ -33,7 +33,7 @@ VectorX variances(const MatrixX& J, const MatrixX& covariance) {
   return (J * covariance).cwiseProduct(J).rowwise().sum();
 }
 
-/// Changes from the instant before, at instants 2 ... N - 1.
+/// Computes the sums over the changes at instants 2 ... N - 1.
 Changes changes(const MotionProblem& problem, MotionFit& fit) {
   const int nv = problem.nv(), last = problem.frames() - 1;
   const FrameCovariance covariances(fit.linearized().band());
@@ -51,7 +51,7 @@ Changes changes(const MotionProblem& problem, MotionFit& fit) {
   return {square.rowwise().sum(), variance.rowwise().sum()};
 }
 
-/// The next weight of a change, which is now `weight`.
+/// Returns the new weight of the force change of one coordinate; `weight` is the current one.
 double next_weight(double weight, double square, double variance, int count) {
   if (!(square > 0.0)) return weight;
   const double taken = std::max(count - variance * weight * weight, kLeastShare * count);

@@ -1,4 +1,4 @@
-// Standard deviations that a recording without contacts tells of itself.
+// Standard deviations estimated from a recording without contacts.
 #pragma once
 
 #include <functional>
@@ -8,17 +8,19 @@
 
 namespace counterpoint::estimation {
 
-/// Where laws of contacts and limits do nothing, and every coordinate is measured and has a motor,
-/// any motion is possible, and only its smoothness tells errors from forces. Then the deviations of
-/// positions (where `own_noise`, nv) are those of differences of high order, and those of changes
-/// of forces are the most likely ones: in each round the sum of their squares over the degrees of
-/// freedom that they take (restricted maximum likelihood; MacKay 1992, "Bayesian interpolation",
-/// section 4). The sizes of forces no longer count. Changes weights of the problem of `fit`, and
-/// carries `fit` to the motion they make most probable. Number of Newton steps.
+/// Learns standard deviations from the recording itself, for motions without active contacts or
+/// limits in which every coordinate is measured and has a motor: any motion is then possible, and
+/// only its smoothness separates errors from forces. Position deviations (where `own_noise`, nv)
+/// come from high-order differences. Deviations of force changes are the most likely ones: each
+/// round divides their sum of squares by their effective number of degrees of freedom (restricted
+/// maximum likelihood; MacKay 1992, "Bayesian interpolation", section 4). The prior on force
+/// magnitudes is dropped. Changes the weights of the problem of `fit`, and moves `fit` to the most
+/// probable motion. Returns the number of Newton steps.
 int learn_deviations(const std::vector<char>& own_noise, const std::function<bool()>& stop,
                      MotionProblem& problem, MotionFit& fit);
 
-/// Whether every coordinate is measured in most frames, and has a motor.
+/// Returns whether every coordinate has a motor and is measured in most frames, and neither forces,
+/// accelerations nor parameters are in the problem.
 bool only_smoothness_tells(const MotionProblem& problem);
 
 }  // namespace counterpoint::estimation

@@ -9,9 +9,9 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// No coordinate goes farther in a step [m, rad]: beyond, the linearization says nothing.
+/// Largest step of a coordinate [m, rad], beyond which the linearization is invalid.
 constexpr double kMaxStep = 0.3;
-/// Instants whose normal equations are held in memory at a time.
+/// Number of instants whose normal equations are held in memory at a time.
 constexpr int kBatch = 32;
 
 std::size_t size(int i) { return static_cast<std::size_t>(i); }
@@ -30,7 +30,7 @@ MotionFit::MotionFit(const MotionProblem& problem, MotionPoint start, int thread
   apply_parameters();
 }
 
-/// Brings the model to the parameters of the point.
+/// Applies the parameters of the point to the model.
 void MotionFit::apply_parameters() {
   if (!models_.empty() && problem_->parameters.empty()) return;
   models_.clear();
@@ -50,7 +50,7 @@ void MotionFit::begin(const SimulationOptions& options, const MotionPoint& point
   cost_ = evaluate();
 }
 
-// Sums go in the order of the instants: the same bits whatever the threads.
+// The sum runs in the order of instants, so that the result does not depend on the threads.
 double MotionFit::evaluate() {
   pool_.run(problem_->frames(), [&](int t, int thread) {
     models_[size(thread)]->evaluate(point_, options_, t, instants_[size(t)]);
@@ -86,7 +86,7 @@ MotionSystem& MotionFit::linearized() {
   return system_;
 }
 
-/// Goes there if that is better, and adapts the damping.
+/// Takes the step if it lowers the cost, and adapts the damping.
 bool MotionFit::try_step(const MatrixX& frames, const VectorX& parameters) {
   const double expected = system_.expected_decrease(damping_.value(), frames, parameters);
   const double longest = frames.cwiseAbs().maxCoeff();

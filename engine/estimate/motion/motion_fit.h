@@ -1,5 +1,5 @@
-// Gauss-Newton on a motion estimate at one stage of its continuation, with steps limited by
-// Levenberg-Marquardt damping.
+// Gauss-Newton with Levenberg-Marquardt damping for a motion estimate at one stage of its
+// continuation.
 #pragma once
 
 #include <functional>
@@ -12,8 +12,8 @@
 
 namespace counterpoint::estimation {
 
-/// Whether a minimization goes on: until three steps in a row lower the cost by less than
-/// `tolerance` of it, since one of several may be a pause, or one by a hundredth of that.
+/// Stopping rule of a minimization: three steps in a row lower the cost by less than `tolerance` of
+/// it (a single one may be a pause), or one step by less than a hundredth of that.
 class Descent {
  public:
   explicit Descent(double tolerance) : tolerance_(tolerance) {}
@@ -31,44 +31,44 @@ class Descent {
 
 class MotionFit {
  public:
-  /// threads: 0 for one a core. The result does not depend on it. The problem must outlive this.
+  /// threads: 0 for one per core; the result does not depend on it. The problem must outlive this.
   MotionFit(const MotionProblem& problem, MotionPoint start, int threads);
 
-  /// Goes on with these laws, from `point`.
+  /// Restarts with these laws, from `point`.
   void begin(const SimulationOptions& options, const MotionPoint& point);
-  /// Parameters stay as they are, or move as the frames do (at first they stay); constants of
-  /// sensors always move.
+  /// Frees or fixes the parameters (fixed at first); constants of sensors are always free.
   void free_parameters(bool free) { parameters_free_ = free; }
-  /// Minimizes until three steps in a row lower the cost by less than `tolerance` of it. Number of
-  /// steps. `stop` is asked before each.
+  /// Minimizes until Descent ends, or for `most` steps. `stop` is called before each step. Returns
+  /// the number of steps.
   int minimize(int most, double tolerance, const std::function<bool()>& stop = {});
 
   const MotionPoint& point() const { return point_; }
-  /// Infinite where an inverse has no answer.
+  /// Cost at the point; infinite if inverse dynamics fails.
   double cost() const { return cost_; }
-  /// Mean square of the measurements' residuals over their variance: at frame t, and of all frames.
+  /// Mean square of the measurement residuals over their variance: at frame t, and over all frames.
   double measurement_ratio(int t) const;
   double measurement_ratio() const;
   const std::vector<Instant>& instants() const { return instants_; }
   const SimulationOptions& options() const { return options_; }
-  /// The model with the parameters as they are.
+  /// The model with the current parameters.
   const Model& model() const { return model_; }
   optimization::ThreadPool& pool() { return pool_; }
-  /// Normal equations at the point, factored with the least damping that allows it.
+  /// Normal equations at the point, factored with the least damping that makes them positive
+  /// definite.
   /// @throws std::runtime_error where forces at the point are not finite.
   MotionSystem& linearized();
 
-  // ---- For fits that share their parameters (joint_fit.h).
+  // ---- For joint fits with shared parameters (joint_fit.h).
 
-  /// Normal equations at the point, into system(): not factored.
+  /// Builds the normal equations at the point in system(), without factoring them.
   void linearize();
   MotionSystem& system() { return system_; }
-  /// Goes this share of a step; the cost there. withdraw() goes back.
+  /// Moves by this fraction of a step and returns the cost; withdraw() undoes it.
   double move(const MatrixX& frames, const VectorX& parameters, double share);
   void withdraw();
 
  private:
-  /// The ratio of frame t; -1 where nothing was measured.
+  /// Ratio of frame t; -1 if nothing was measured.
   double measurement_ratio(int t, SensorRows& sensors) const;
   double evaluate();
   void apply_parameters();
@@ -80,9 +80,9 @@ class MotionFit {
   Model model_;
   MotionPoint point_, before_;
   double cost_before_ = 0.0;
-  std::vector<std::unique_ptr<InstantModel>> models_;  ///< one a thread
+  std::vector<std::unique_ptr<InstantModel>> models_;  ///< one per thread
   std::vector<Instant> instants_;
-  std::vector<InstantEquations> equations_;  ///< a batch of instants
+  std::vector<InstantEquations> equations_;  ///< for a batch of instants
   MotionSystem system_;
   bool parameters_free_ = false;
   double cost_ = 0.0;

@@ -8,11 +8,11 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Standard deviation of the moment of a blow within its interval [rows]. Simulated impacts of a
-/// quadruped, a humanoid, an arm and a cube are then in 90 to 100 % of the 95 % intervals.
+/// Standard deviation of the time of an impact within its interval [rows]. With it, 90 to 100 % of
+/// simulated impacts of a quadruped, a humanoid, an arm and a cube lie in the 95 % intervals.
 constexpr double kTiming = 0.15;
 
-/// The force of the same pair in a list; zero where it is not there.
+/// Force of the same pair in another list; zero if it is not there.
 Vector3 force_of(const std::vector<ContactEstimate>& pairs, const ContactEstimate& wanted) {
   for (const ContactEstimate& pair : pairs)
     if (pair.geometry_a == wanted.geometry_a && pair.geometry_b == wanted.geometry_b)
@@ -22,7 +22,7 @@ Vector3 force_of(const std::vector<ContactEstimate>& pairs, const ContactEstimat
 
 VectorX change(const VectorX& a, const VectorX& b) { return (b - a).cwiseAbs(); }
 
-/// Standard deviations of a sum.
+/// Root of the sum of squares, by element.
 MatrixX added(const MatrixX& a, const MatrixX& b) {
   return (a.cwiseAbs2() + b.cwiseAbs2()).cwiseSqrt();
 }

@@ -1,5 +1,5 @@
-// Standard deviations from a linearization are too small in three cases, and are widened here: the
-// contact law is still smooth, rows do not tell the moment of an impact within its interval, or the
+// Corrections of standard deviations, which a linearization underestimates in three cases: the
+// contact law is still smooth, rows do not resolve the time of an impact within an interval, or the
 // scene's laws do not hold in a row.
 #pragma once
 
@@ -8,17 +8,17 @@
 
 namespace counterpoint::estimation {
 
-/// Adds to the standard deviations of forces what the smoothing of the contact law still does to
-/// them: the law differs from the hard one by the root of the smoothing, so what is left at the
-/// last stage is the change since `softer` over (root of the smoothings' ratio - 1).
+/// Adds the remaining effect of smoothing to the standard deviations of forces. The error of the
+/// smooth law is proportional to the root of the smoothing, so the error left at the last stage is
+/// the change since `softer` over (root of the ratio of smoothings - 1).
 void widen_by_smoothing(const MotionProblem& problem, const ContinuationResult& found,
                         MotionEstimate& out);
 
-/// Adds to the standard deviations of forces what an impact's moment within its interval, which
-/// rows do not tell, does to them: a share of the change from a row to its neighbours.
+/// Adds the effect of the unknown time of an impact within its interval to the standard deviations
+/// of forces: a fraction of the change from a row to its neighbours.
 void widen_by_timing(MotionEstimate& out);
 
-/// Widens standard deviations by the square root of the cost ratio, the largest of a row and its
+/// Multiplies standard deviations by the root of the cost ratio, the largest of a row and its
 /// neighbours, where it exceeds 1 (Birge, Phys. Rev. 40, 1932): the scene's laws do not hold there.
 void widen_by_residuals(MotionEstimate& out);
 

@@ -12,31 +12,33 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Contacts are looked for up to this gap [m], if the scene's margin is not larger.
+/// Margin of the contact search [m], unless the scene's is larger.
 constexpr double kMargin = 0.05;
-/// Forces of motors, as a share of the weight times its radius of gyration, at rows 10 ms apart;
-/// their change in 10 ms, as a share of that.
+/// Motor forces as a fraction of weight times radius of gyration, for rows 10 ms apart; and their
+/// change in 10 ms as a fraction of that.
 constexpr double kForce = 0.12, kChange = 0.15;
 /// Unexplained forces [weights of the tree].
 constexpr double kUnexplainedWhite = 0.03, kUnexplainedSlow = 0.02;
 /// Smoothing of the contact law for white errors, in standard deviations of the positions: at the
-/// end, and two starts, of which the one that ends cheaper is taken.
+/// end, and at two starts, of which the one with the lower final cost is kept.
 constexpr double kSmoothingEnd = 0.1, kNearStart = 3.0, kFarStart = 10.0;
-/// Slow errors, as of markers on skin: positions [m, rad], the half-power frequency of the low-pass
-/// [Hz], and the accelerations it gives: of free links [m/s^2], [rad/s^2], and of joints [rad/s^2].
+/// Slow errors, such as of markers on skin: standard deviation of positions [m, rad]; half-power
+/// frequency of the low-pass [Hz]; accelerations of floating links [m/s^2], [rad/s^2] and of joints
+/// [rad/s^2].
 constexpr double kSlowPosition = 0.02, kCutoff = 6.0;
 constexpr double kSlowLinear = 0.1, kSlowAngular = 3.0, kSlowJoint = 10.0;
-/// Accelerations and positions that are farther off than this hardly count [standard deviations]:
-/// slow errors jump now and then.
+/// Scale of the robust loss of accelerations and positions [standard deviations]: slow errors jump
+/// now and then.
 constexpr double kLossScale = 3.0;
-/// Smoothing for slow errors [m]: soles and their places are no surer than its end.
+/// Smoothing for slow errors [m]; its end is the uncertainty of soles and their positions.
 constexpr double kSlowStart = 0.03, kSlowEnd = 0.01;
-/// Places of what touches the world, and their changes as soles give way [m]. A geometry is unsure
-/// that is nearer than `kNear` [m] in more than a share `kOften` of the rows.
+/// Position of world-touching geometries in their links, and its drift as soles give way [m]. A
+/// geometry is uncertain if it is nearer than `kNear` [m] in more than a fraction `kOften` of the
+/// rows.
 constexpr double kPlace = 0.01, kPlaceDrift = 0.008, kNear = 0.03, kOften = 0.1;
 
-/// Steps as an estimate does them: all forces of a step at one instant, contacts looked for as far
-/// as they may be wrong, and laws that depend on nothing but the step.
+/// Options of the estimated steps: all forces of a step at one instant, a contact search wide
+/// enough for recording errors, and laws that depend on this step only.
 SimulationOptions estimate_options(const Scene& scene, double h) {
   SimulationOptions options = scene.options;
   options.time_step = h;
@@ -46,12 +48,12 @@ SimulationOptions estimate_options(const Scene& scene, double h) {
   options.contact.reach_acceleration = 1e9;
   options.contact.slip_time = 1e9;
   options.effects.set(Effect::kSleeping, false);
-  // A row that a bounce lies within has mean velocities that no restitution allows.
+  // A row interval with a bounce has a mean velocity that no restitution law allows.
   options.effects.set(Effect::kRestitution, false);
   return options;
 }
 
-/// Weight of all that moves times its radius of gyration at a pose [N m].
+/// Total weight times radius of gyration at a configuration [N m].
 double weight_times_gyration(const Model& model, const VectorX& q) {
   Data data(model);
   compute_poses(model, q, data);
@@ -77,7 +79,7 @@ VectorX where_recorded(const VectorX& deviation, const RecordedMotion& recorded)
   return out;
 }
 
-/// Deviations that both kinds of errors have in common.
+/// Priors that both kinds of errors have in common.
 MotionPriors common_priors(const Scene& scene, const ColumnMap& map,
                            const RecordedMotion& recorded) {
   const int nv = scene.model.nv();
@@ -124,7 +126,7 @@ std::vector<UnsureGeometry> unsure_geometries(const MotionProblem& problem,
   return out;
 }
 
-/// The median of the recorded coordinates' deviations.
+/// Median standard deviation of the recorded coordinates.
 double typical(const VectorX& deviation) {
   std::vector<double> finite;
   for (const double d : deviation)
@@ -132,7 +134,7 @@ double typical(const VectorX& deviation) {
   return median(finite);
 }
 
-/// A joint whose force is measured needs no prior of its size or change.
+/// Removes the priors on size and change of a joint force that is measured.
 void measured(int coordinate, MotionProblem& problem) {
   problem.size_weight[coordinate] = problem.change_weight[coordinate] = 0.0;
 }
@@ -145,9 +147,10 @@ MotionPriors white_priors(const Scene& scene, const ColumnMap& map,
   priors.position = where_recorded(recorded.noise, recorded);
   priors.unexplained = kUnexplainedWhite;
   double noise = typical(priors.position);
-  for (const SensorTerm& term : recorded.sensors.terms)  // points tell where contacts are
+  for (const SensorTerm& term : recorded.sensors.terms)  // points determine where contacts are
     if (term.sensor.kind == SensorKind::kPoint) noise = std::min(noise, 1.0 / term.weight);
-  for (int i = 0; i < recorded.by_sensors.size(); ++i)  // the sensors themselves count
+  for (int i = 0; i < recorded.by_sensors.size(); ++i)  // these sensors are measurements of their
+                                                        // own
     if (recorded.by_sensors[i] != 0.0) priors.position[i] = kInfinity;
   priors.smoothing_starts = {kNearStart * noise, kFarStart * noise};
   priors.smoothing_end = kSmoothingEnd * noise;

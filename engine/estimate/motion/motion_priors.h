@@ -1,4 +1,4 @@
-// How sure a motion estimate is of each thing before it has seen the whole: standard deviations.
+// Prior knowledge of a motion estimate, as standard deviations.
 #pragma once
 
 #include <vector>
@@ -8,33 +8,34 @@
 
 namespace counterpoint::estimation {
 
-/// A geometry whose place in its link is not known exactly.
+/// A geometry whose position in its link is uncertain.
 struct UnsureGeometry {
   int geometry = 0;
-  Vector3 direction;  ///< along which it may lie elsewhere, of unit length, in its own axes
+  Vector3 direction;  ///< unit vector of the uncertain direction, in axes of the geometry
 };
 
 /// Standard deviations; infinity where nothing is known.
 struct MotionPriors {
   VectorX position;          ///< nv: of the recorded positions [m, rad]
-  double cutoff = 0.0;       ///< low-pass behind measured accelerations [Hz]; 0: none
+  double cutoff = 0.0;       ///< low-pass cutoff of the measured accelerations [Hz]; 0: none
   VectorX acceleration;      ///< nv: of measured accelerations [m/s^2, rad/s^2]
   double loss_scale = 0.0;   ///< MotionProblem::loss_scale
   VectorX force;             ///< nv: of measured joint forces [N, N m]
-  double unexplained = 0.0;  ///< forces where no motor is [weights of the tree]
+  double unexplained = 0.0;  ///< forces without a motor [weights of the tree]
   VectorX size;              ///< nv: forces of motors [N, N m]
-  VectorX change;            ///< nv: their change in an interval [N, N m]
+  VectorX change;            ///< nv: change of motor forces over one interval [N, N m]
   std::vector<UnsureGeometry> geometries;
-  double place = 0.0;                    ///< their places, along `direction` [m]
-  double place_drift = 0.0;              ///< changes of these in a recording [m]
-  std::vector<double> smoothing_starts;  ///< contact law [m]: the best start is taken
+  double place = 0.0;                    ///< offset of these geometries along `direction` [m]
+  double place_drift = 0.0;              ///< drift of these offsets over a recording [m]
+  std::vector<double> smoothing_starts;  ///< smoothing of the contact law [m]; the start with the
+                                         ///< best result is kept
   double smoothing_end = 0.0;            ///< [m]
 };
 
-/// For recordings whose errors are white: positions are as sure as their noise says.
+/// Priors for white errors: positions have the standard deviation of their noise.
 MotionPriors white_priors(const Scene& scene, const ColumnMap& map, const RecordedMotion& recorded);
-/// For recordings whose errors are slow: their low-passed accelerations are trusted more than their
-/// positions, and the places of what touches the ground in its link are unsure.
+/// Priors for slow errors: low-passed accelerations are trusted more than positions, and geometries
+/// that touch the ground have uncertain positions in their links.
 MotionPriors slow_priors(const Scene& scene, const ColumnMap& map, const RecordedMotion& recorded);
 
 MotionProblem motion_problem(const Scene& scene, const RecordedMotion& recorded,

@@ -16,17 +16,17 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// A recorded position farther off than this is an outlier [standard deviations].
+/// Limit beyond which a recorded position is an outlier [standard deviations].
 constexpr double kOutlier = 6.0;
-/// An acceleration farther off is one, too: the largest among rows within `kSameRows`.
+/// The same limit for accelerations; the largest within `kSameRows` rows is reported.
 constexpr double kPush = 30.0;
 constexpr int kSameRows = 10;
-/// Residuals beyond this count as this in autocorrelations [standard deviations]: an impact that
-/// falls between two rows is no matter of the whole recording. So many products are the least.
+/// Residuals are clipped at kMostResidual standard deviations in autocorrelations, so that single
+/// impacts between rows do not dominate; kLeastProducts is the minimum number of products.
 constexpr double kMostResidual = 3.0;
 constexpr int kLeastProducts = 20;
 
-/// The share of a pair's force, on geometry B, that acts on some bodies: 1, -1, or 0.
+/// Sign of a pair's force (on geometry B) in the sum over `bodies`: 1, -1, or 0.
 double sign_of(const Model& model, const ContactEstimate& pair, const std::vector<int>& bodies) {
   const auto has = [&](int geometry) {
     const int body = model.geometries()[static_cast<std::size_t>(geometry)].body;
@@ -35,10 +35,10 @@ double sign_of(const Model& model, const ContactEstimate& pair, const std::vecto
   return (has(pair.geometry_b) ? 1.0 : 0.0) - (has(pair.geometry_a) ? 1.0 : 0.0);
 }
 
-/// Covariance of forces that depend on three frames (J) and on parameters (P).
+/// Covariance of forces with derivatives J (three frames) and P (parameters).
 struct Covariance {
-  MatrixX frames;  ///< 3 nv x 3 nv, parameters held
-  MatrixX gain;    ///< 3 nv x parameters: these move the frames by -gain
+  MatrixX frames;  ///< 3 nv x 3 nv, for fixed parameters
+  MatrixX gain;    ///< 3 nv x parameters: a change p of these moves the frames by -gain p
   const MatrixX& parameters;
 
   MatrixX of(const MatrixX& J, const MatrixX& P) const {
@@ -69,19 +69,20 @@ void set_parameters(const MotionProblem& problem, const VectorX& values, const M
   }
 }
 
-/// Adds a row's residuals over their deviations to the figures of their sensors.
+/// Adds a row's normalized residuals to the figures of their sensors.
 void add_readings(const VectorX& residual, const std::vector<int>& term, MotionEstimate& out) {
   int last = -1;
   for (Eigen::Index k = 0; k < residual.size(); ++k) {
     const int own = term[static_cast<std::size_t>(k)];
     SensorFigures& figures = out.sensors[static_cast<std::size_t>(own)];
-    figures.rms += residual[k] * residual[k];  // a sum until the end
+    figures.rms +=
+        residual[k] * residual[k];  // sum of squares; set_sensors takes the root of its mean
     figures.outliers += std::abs(residual[k]) > kOutlier ? 1 : 0;
     figures.rows += own != std::exchange(last, own) ? 1 : 0;
   }
 }
 
-/// How each sensor's readings go with the motion; their share of the rows' cost ratios.
+/// Sets the figures of each sensor, and adds the sensors' part of the rows' cost ratios.
 void set_sensors(const MotionProblem& problem, const MotionFit& fit, VectorX& squares,
                  VectorX& counts, MotionEstimate& out) {
   for (const SensorTerm& term : problem.sensors)
@@ -103,7 +104,8 @@ void set_sensors(const MotionProblem& problem, const MotionFit& fit, VectorX& sq
       one.rms = one.deviation * std::sqrt(one.rms / (one.rows * error_size(one.kind)));
 }
 
-/// Mean squares of a row's residuals, coordinates' and sensors', over their deviations.
+/// Sets the cost ratio of each row: mean square of the normalized residuals of coordinates and
+/// sensors.
 void set_cost_ratios(const MotionProblem& problem, const MotionFit& fit, MotionEstimate& out) {
   VectorX squares = VectorX::Zero(problem.frames()), counts = squares;
   set_sensors(problem, fit, squares, counts, out);
@@ -121,7 +123,7 @@ void set_cost_ratios(const MotionProblem& problem, const MotionFit& fit, MotionE
   }
 }
 
-/// Accelerations of the recording that the estimate does not follow.
+/// Adds outliers: accelerations of the recording that the estimate does not follow.
 void add_pushes(const MotionProblem& problem, const std::vector<VectorX>& frames,
                 MotionEstimate& out) {
   if (problem.acceleration_weight.isZero(0.0)) return;
@@ -274,7 +276,8 @@ void leave_out_untouched(std::size_t wanted, MotionEstimate& out) {
   for (std::size_t s = 0; s < out.sums.size(); ++s) {
     const auto at = 3 * static_cast<Eigen::Index>(s);
     const auto rows = out.sum_centre.middleRows<3>(at);
-    if (s >= wanted && !(rows.array() == rows.array()).any()) continue;  // NaN: never in contact
+    if (s >= wanted && !(rows.array() == rows.array()).any())
+      continue;  // all NaN: never in contact
     sums.push_back(out.sums[s]);
     for (Eigen::Index k = 0; k < 3; ++k) kept.push_back(at + k);
   }

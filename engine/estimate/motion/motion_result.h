@@ -7,47 +7,46 @@
 
 namespace counterpoint::estimation {
 
-/// Sums, and one more for each link with a geometry.
+/// Returns the sums, with one more for each link that has a geometry.
 std::vector<ContactSum> with_links(const Model& model, std::vector<ContactSum> sums);
 
-/// Rows of a result, all unknown yet.
+/// A result with these rows, all NaN.
 MotionEstimate empty_estimate(const Model& model, const std::vector<double>& time,
                               std::vector<ContactSum> sums);
 
-/// Configurations and velocities of frames that are `h` [s] apart.
+/// Sets configurations and velocities from frames that are `h` [s] apart.
 void set_motion(const Model& model, const std::vector<VectorX>& frames, double h,
                 MotionEstimate& out);
 
-/// Forces and contacts of a fit, with their standard deviations; parameters; and the cost ratio of
+/// Sets forces and contacts with standard deviations, parameters, sensors and the cost ratio of
 /// each row.
 void set_forces(const MotionProblem& problem, MotionFit& fit, MotionEstimate& out);
 
-/// The same without standard deviations (NaN; of parameters infinity), in a tenth of the time: what
-/// a search that was stopped tells.
+/// The same without standard deviations (NaN; infinity for parameters), in a tenth of the time, for
+/// a search that was stopped.
 void set_forces_alone(const MotionProblem& problem, const MotionFit& fit, MotionEstimate& out);
 
-/// Forces and contacts of one row as an inverse gives them, without deviations.
+/// Sets forces and contacts of one row from inverse dynamics, with zero standard deviations.
 void set_inverse(const Model& model, const Inverse& inverse, int row, MotionEstimate& out);
 
-/// The same with sums, and deviations that nobody has computed: NaN.
+/// The same with sums, and with unknown standard deviations (NaN).
 void set_unsure(const Model& model, const Inverse& inverse, int row, MotionEstimate& out);
 
-/// Contact forces on links in a row: sums over its pairs. covariance: of all pairs' forces, or
-/// null.
+/// Sets the contact force sums of a row. covariance: of the forces of all pairs, or null.
 void set_sums(const Model& model, int row, const MatrixX* covariance, MotionEstimate& out);
 
-/// MotionEstimate::residual_correlation of white errors of these deviations; q: nq x rows.
+/// Computes MotionEstimate::residual_correlation for these standard deviations; q: nq x rows.
 VectorX residual_correlation(const Model& model, const RecordedMotion& recorded, const MatrixX& q,
                              const VectorX& deviation);
 
-/// Outliers, means over the rows, whiteness of residuals, and what is not explained.
+/// Collects outliers, means over rows, residual correlation and unexplained forces.
 void summarize(const Model& model, const RecordedMotion& recorded, MotionEstimate& out);
 
-/// Leaves out sums behind the first `wanted` whose links never touch anything.
+/// Drops sums after the first `wanted` whose links never touch anything.
 void leave_out_untouched(std::size_t wanted, MotionEstimate& out);
 
-/// Puts the rows of a part into those from `first` on, but for `skip` at its start; parameters
-/// become means, weighted by their precision.
+/// Copies the rows of a part, without its first `skip`, to the rows from `first` on; parameters
+/// become means weighted by precision.
 void append(const MotionEstimate& part, int first, int skip, MotionEstimate& out);
 
 }  // namespace counterpoint::estimation

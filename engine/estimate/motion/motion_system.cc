@@ -5,7 +5,7 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Coordinates that nothing weighs are held by this share of the damping.
+/// Lower bound of the damped diagonal, for coordinates without weight.
 constexpr double kLeastDiagonal = 1e-9;
 
 double dot(const MatrixX& a, const MatrixX& b) { return a.cwiseProduct(b).sum(); }

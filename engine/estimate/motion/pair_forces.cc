@@ -8,7 +8,7 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// A contact slides whose friction is this share of its limit.
+/// A contact is sliding if its friction exceeds this fraction of the limit.
 constexpr double kSliding = 0.9;
 
 using Pair = std::pair<int, int>;
@@ -18,11 +18,11 @@ struct Sums {
   ContactEstimate estimate;
   Vector3 weighted = Vector3::Zero(), plain = Vector3::Zero();
   Vector3 slip = Vector3::Zero();
-  double friction = 0.0;  ///< limits of all contacts [N]
+  double friction = 0.0;  ///< sum of the friction limits [N]
   int count = 0;
 };
 
-/// The pairs' forces of a step, in the order of `pairs`; zero where a pair has come apart.
+/// Sets the pair forces of a step in the order of `pairs`; zero for pairs no longer in contact.
 void set_forces(const Inverse& inverse, const std::vector<ContactEstimate>& pairs,
                 Eigen::Ref<VectorX> out) {
   out.setZero();
@@ -37,10 +37,11 @@ void set_forces(const Inverse& inverse, const std::vector<ContactEstimate>& pair
   }
 }
 
-/// Derivatives by the three frames of step t.
+/// Derivatives with respect to the three frames of step t, by central differences.
 void differentiate_by_frames(const MotionPoint& point, const SimulationOptions& options, int t,
                              InstantModel& model, MotionPoint& scratch, const Model& bodies,
-                             PairForces& out) {  // Parameters: what it depends on, and scratch
+                             PairForces& out) {  // Parameters: the fit's point and laws, and
+                                                 // scratch space that each thread owns
   const int nv = bodies.nv();
   const Eigen::Index rows = 3 * static_cast<Eigen::Index>(out.pairs.size());
   const double step = difference_step(options);
@@ -61,7 +62,7 @@ void differentiate_by_frames(const MotionPoint& point, const SimulationOptions& 
   }
 }
 
-/// The derivative of all frames by one parameter.
+/// Derivatives of the forces of all frames with respect to one parameter, by central differences.
 void differentiate_by_parameter(const MotionProblem& problem, const MotionFit& fit, int index,
                                 std::vector<PairForces>& out) {
   SimulationOptions options = fit.options();

@@ -1,4 +1,4 @@
-// Contact forces of one step by pairs of geometries, and how they go with the motion.
+// Contact forces of one step per pair of geometries, and their derivatives.
 #pragma once
 
 #include <vector>
@@ -8,17 +8,17 @@
 
 namespace counterpoint::estimation {
 
-/// Contacts of a step by pairs, in the order of their geometries; without deviations.
+/// Sums the contacts of a step per pair, ordered by geometry; without standard deviations.
 std::vector<ContactEstimate> pair_forces(const Model& model, const Inverse& inverse);
 
-/// Forces of one frame.
+/// Pair forces of one frame.
 struct PairForces {
   std::vector<ContactEstimate> pairs;
-  MatrixX by_frames;      ///< 3 pairs x 3 nv: derivatives by q_{t-1}, q_t, q_{t+1}
+  MatrixX by_frames;      ///< 3 pairs x 3 nv: derivatives with respect to q_{t-1}, q_t, q_{t+1}
   MatrixX by_parameters;  ///< 3 pairs x parameters
 };
 
-/// Forces of all frames, at the point of a fit; derivatives are central differences.
+/// Computes the forces of all frames at the point of a fit; derivatives are central differences.
 std::vector<PairForces> differentiate_pair_forces(const MotionProblem& problem, MotionFit& fit);
 
 }  // namespace counterpoint::estimation

@@ -13,16 +13,17 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// No recording is surer than this [m, rad].
+/// Lower bound of the noise of a recording [m, rad].
 constexpr double kLeastNoise = 1e-5;
-/// Spikes are not looked for below the steps of an encoder, whose deviation is about this [m, rad].
+/// Noise assumed in the search for spikes is at least this, the deviation of an encoder's steps [m,
+/// rad].
 constexpr double kLeastDamage = 1e-4;
-/// Spikes are larger than this many standard deviations of noise.
+/// Spikes are larger than this number of standard deviations of noise,
 constexpr double kDamage = 12.0;
-/// They are larger, too, than so many steps of the motion beside them, which may be an impact.
+/// and larger than this number of steps of the neighbouring motion, which may be an impact.
 constexpr double kFast = 3.0;
 
-/// Median interval of a recording's rows [s], and whether all are near it.
+/// Returns the median interval of the rows [s], and whether all intervals are close to it.
 std::pair<double, bool> spacing(const Recording& recording) {
   std::vector<double> intervals;
   for (std::size_t row = 1; row < recording.time.size(); ++row)
@@ -34,7 +35,8 @@ std::pair<double, bool> spacing(const Recording& recording) {
   return {h, even};
 }
 
-/// Sets `measured` (nv) to 0 where a cell of this row was missing; of an orientation, any.
+/// Sets `measured` (nv) to 0 for missing cells of a row; any missing component drops an
+/// orientation.
 void leave_out_missing(const Model& model, const Recording& recording, Eigen::Index row,
                        Eigen::Ref<VectorX> measured) {
   if (recording.missing.size() == 0) return;
@@ -52,7 +54,7 @@ void leave_out_missing(const Model& model, const Recording& recording, Eigen::In
   }
 }
 
-/// Rows at `h` from one to the next, each interpolated between the two recorded rows around it.
+/// Resamples to rows `h` [s] apart, interpolated linearly between recorded rows.
 void resample(const Model& model, const Recording& recording, double h, const VectorX& recorded,
               RecordedMotion& out) {
   const std::vector<double>& time = recording.time;
@@ -81,8 +83,8 @@ void resample(const Model& model, const Recording& recording, double h, const Ve
   }
 }
 
-/// A value is a spike that neither the two rows before nor the two behind lead to, both by as much:
-/// what moves, and what bounces, is on the line through one of these pairs.
+/// Rejects spikes: values off the lines through the two rows before and through the two rows after,
+/// by similar amounts. Smooth motions and bounces lie on one of these lines.
 void leave_out_spikes(const Model& model, RecordedMotion& motion) {
   const MatrixX d = steps_of(model, motion.frames);
   for (int row = 2; row + 2 < motion.rows(); ++row) {
@@ -95,7 +97,8 @@ void leave_out_spikes(const Model& model, RecordedMotion& motion) {
           least <=
               kDamage * std::sqrt(6.0) * std::max(motion.noise[i], kLeastDamage) + kFast * speed)
         continue;
-      // Both lines miss by the spike, the neighbours' own by half as much the other way.
+      // At a spike both lines miss by its height, and the second difference is twice that,
+      // opposite.
       const double bend = d(i, row) - d(i, row - 1);
       if (bend * left >= 0.0 || std::abs(bend) < 1.5 * least) continue;
       by[i] = -0.5 * (left + right);
@@ -109,7 +112,7 @@ void leave_out_spikes(const Model& model, RecordedMotion& motion) {
   }
 }
 
-/// Terms of sensors, and the coordinates that only they tell.
+/// Adds the sensor terms and the coordinates that only sensors measure.
 void add_sensors(const Model& model, const ColumnMap& map, const Recording& recording,
                  const VectorX& recorded, RecordedMotion& out) {
   out.by_sensors = VectorX::Zero(model.nv());

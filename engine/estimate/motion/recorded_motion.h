@@ -1,5 +1,5 @@
-// A recording made ready to be explained: evenly spaced frames, which values were measured, and
-// which are damaged.
+// A recording prepared for estimation: evenly spaced frames, with marks for measured and damaged
+// values.
 #pragma once
 
 #include <vector>
@@ -9,37 +9,38 @@
 
 namespace counterpoint::estimation {
 
-/// Rows are evenly spaced whose intervals differ by less than this share.
+/// Rows are evenly spaced if their intervals differ by less than this fraction.
 inline constexpr double kUneven = 0.02;
-/// A row of the even grid was measured that has recorded rows on both sides within so many
-/// intervals.
+/// A row of the even grid counts as measured if the recorded rows on both sides of it are at most
+/// this number of intervals apart.
 inline constexpr double kGap = 1.5;
 
 struct RecordedMotion {
   std::vector<double> time;     ///< evenly spaced [s]
-  std::vector<VectorX> frames;  ///< one a row: nq; interpolated where nothing was measured
+  std::vector<VectorX> frames;  ///< nq; one per row, interpolated where nothing was measured
   MatrixX measured;             ///< nv x rows: 1 where a position was measured, else 0
-  VectorX by_sensors;           ///< nv: 1 where sensors tell it, 0 where columns do
+  VectorX by_sensors;           ///< nv: 1 where only sensors measure it, otherwise 0
   SensorTerms sensors;
-  MatrixX force;                ///< nv x rows: recorded forces of joints [N, N m]
+  MatrixX force;                ///< nv x rows: recorded joint forces [N, N m]
   VectorX noise;                ///< nv: standard deviation of white noise [m, rad]
-  std::vector<Outlier> spikes;  ///< values that were left out
+  std::vector<Outlier> spikes;  ///< values that were rejected
   bool resampled = false;       ///< the recording's rows are not evenly spaced
 
   int rows() const { return static_cast<int>(frames.size()); }
   double h() const { return (time.back() - time.front()) / (rows() - 1); }
 };
 
-/// nv: are positions recorded? An orientation is if any of its components is.
+/// Marks the coordinates (nv) with a recorded position; an orientation if any component is
+/// recorded.
 std::vector<char> recorded_coordinates(const Model& model, const ColumnMap& map);
 
-/// Standard deviations that a map gives: nv, infinity where it gives none.
+/// Given standard deviations (nv), infinity where none is given.
 VectorX given(const VectorX& deviation, int nv);
 
-/// @throws InputError where a recording has fewer than kLeastRows rows, or no position.
+/// Prepares a recording. @throws InputError if it has fewer than kLeastRows rows, or no position.
 RecordedMotion prepare(const Model& model, const ColumnMap& map, const Recording& recording);
 
-/// Rows `first` ... `first` + `count` - 1.
+/// Returns rows `first` ... `first` + `count` - 1.
 RecordedMotion part(const RecordedMotion& whole, int first, int count);
 
 }  // namespace counterpoint::estimation

@@ -8,14 +8,14 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Sign with which a contact's force counts on some geometries: 1, -1, or 0 if it is on neither or
-/// between two of them. `has`: whether a geometry is one of them.
+/// Sign of a contact force in the sum over a set of geometries: 1, -1, or 0 if neither or both of
+/// its geometries belong to the set. `has` tests membership.
 template <class Has>
 double sign_on(const ContactForce& one, const Has& has) {
   return (has(one.contact.geometry_b) ? 1.0 : 0.0) - (has(one.contact.geometry_a) ? 1.0 : 0.0);
 }
 
-/// Sum of the contact forces on some bodies [N].
+/// Sum of the contact forces on some bodies, in W [N].
 Vector3 force_on(const Model& model, const std::vector<int>& bodies, const Inverse& inverse) {
   const auto has = [&](int geometry) {
     const int body = model.geometries()[static_cast<std::size_t>(geometry)].body;
@@ -26,9 +26,9 @@ Vector3 force_on(const Model& model, const std::vector<int>& bodies, const Inver
   return sum;
 }
 
-/// The wrench that a link gets from its parent through its joint: force, or moment about the
-/// sensor's point, in the sensor's axes [N, N m]. The data has poses, and forces through the joints
-/// without contacts; those on all that the link carries are taken off.
+/// Force, or moment about the sensor's point, that a link receives from its parent through the
+/// joint, in the sensor's axes [N, N m]. `data` holds poses and the joint wrenches without
+/// contacts; contact forces on the link and its descendants are subtracted.
 Vector3 wrench_through(const Model& model, const Kinematics& data, const Inverse& inverse,
                        const Sensor& sensor) {
   const Pose& link = data.X_WB[static_cast<std::size_t>(sensor.body)];

@@ -1,5 +1,5 @@
-// Residuals of measured forces at a step: contact forces on some links, forces of joints, wrenches
-// through joints.
+// Residuals of measured forces in a step: contact forces on links, joint forces, and wrenches
+// transmitted by joints.
 #pragma once
 
 #include <optional>
@@ -16,21 +16,22 @@ class ForceSensors {
   explicit ForceSensors(const std::vector<SensorTerm>& terms);
 
   bool any() const { return !term_of_row_.empty(); }
-  /// Are there rows whose derivatives are not among those of the applied force?
+  /// True if some rows need finite differences, since their derivatives do not follow from those of
+  /// the applied force.
   bool any_differences() const { return any_differences_; }
   /// Index of each row's sensor.
   const std::vector<int>& term_of_row() const { return term_of_row_; }
-  /// Residuals of all readings over their deviations at frame t, whose step has this inverse; 0
-  /// where nothing was read. Wrenches take the frames t - 1, t, t + 1.
+  /// Computes all residuals at frame t, in standard deviations, from inverse dynamics of its step;
+  /// 0 for missing readings. Wrenches use the frames t - 1, t, t + 1.
   void evaluate(const Model& model, const SensorFrames& frames, int t, const Inverse& inverse,
                 VectorX& out);
-  /// Rows of joints' forces: their derivatives from those of the applied force (nv x n).
+  /// Sets the derivatives of joint force rows from those of the applied force (nv x n).
   void differentiate_joints(const MatrixX& force, MatrixX& out) const;
-  /// How residuals of frame t go with offsets and delays (rows x constants).
+  /// Derivatives (rows x constants) of the residuals of frame t with respect to offsets and delays.
   void differentiate_constants(const SensorFrames& frames, int t, MatrixX& out) const;
 
  private:
-  /// Forces through all joints but for contacts: data_->F.
+  /// Computes the joint wrenches without contact forces into data_->F.
   void compute_joint_wrenches(const Model& model, const SensorFrames& frames, int t);
 
   const std::vector<SensorTerm>* terms_;

@@ -1,4 +1,4 @@
-// Nodes of a column map's YAML, read with errors that name file, line and key.
+// Reader of YAML nodes of a column map, with errors that name file, line and key.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -13,7 +13,7 @@
 
 namespace counterpoint::estimation {
 
-/// All functions throw InputError where the node is not what they read.
+/// All functions throw InputError if the node does not have the expected form.
 class MapNodes {
  public:
   MapNodes(const std::filesystem::path& file, const Model& model);
@@ -28,16 +28,16 @@ class MapNodes {
   std::string scalar(const YAML::Node& node, const std::string& what) const;
   double number(const YAML::Node& node, const std::string& what) const;
   double positive(const YAML::Node& node, const std::string& what) const;
-  /// 1 to 1,000,000.
+  /// Reads an integer from 1 to 1,000,000.
   int count(const YAML::Node& node, const std::string& what) const;
-  /// Three numbers.
+  /// Reads three numbers.
   Vector3 vector(const YAML::Node& node, const std::string& what) const;
-  /// A column name, a number (constant), or {column, scale, offset}.
+  /// Reads a column name, a number (constant), or {column, scale, offset}.
   ColumnSource source(const YAML::Node& node, const std::string& what) const;
-  /// A column, {column, scale, offset}, or a list of these, to be added: seconds and nanoseconds in
-  /// two columns.
+  /// Reads a column, {column, scale, offset}, or a list of these to be summed, such as seconds and
+  /// nanoseconds in two columns.
   std::vector<ColumnSource> time(const YAML::Node& node) const;
-  /// A link of the scene.
+  /// Finds a link of the scene by name.
   const Frame& link(const YAML::Node& node) const;
 
  private:

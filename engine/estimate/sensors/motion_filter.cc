@@ -10,10 +10,10 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// A Gaussian of this standard deviation over the frequency [Hz] has half the power there:
-/// sqrt(ln 2) / (2 pi).
+/// A Gaussian of standard deviation kHalfPower / f [s] has half the power at frequency f [Hz];
+/// kHalfPower = sqrt(ln 2) / (2 pi).
 constexpr double kHalfPower = 0.13251;
-/// It is cut off at so many standard deviations.
+/// The Gaussian is cut off at this number of standard deviations.
 constexpr double kCutOff = 4.0;
 
 }  // namespace

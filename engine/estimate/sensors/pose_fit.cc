@@ -12,13 +12,14 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Standard deviation of what is not seen about the row before [m, rad]; a coordinate is seen whose
-/// sensors alone tell it better than the second of these.
+/// Prior standard deviation of coordinates about the row before [m, rad]; a coordinate counts as
+/// seen if the sensors alone determine it better than kSeen.
 constexpr double kLoose = 1.0, kSeen = 0.1;
-/// Steps of the search in the first row and in others; it ends at steps this small [m, rad].
+/// Limits of steps in the first row and in the others; the search ends at steps below kStillPose
+/// [m, rad].
 constexpr int kFirstSteps = 200, kRowSteps = 20;
 constexpr double kStillPose = 1e-9;
-/// No coordinate goes farther in a step [m, rad].
+/// Largest step of a coordinate [m, rad].
 constexpr double kLongestPoseStep = 0.5;
 
 class PoseFit {
@@ -32,7 +33,7 @@ class PoseFit {
         h_(h),
         free_(VectorX::Ones(model.nv()) - recorded) {}
 
-  /// Moves frame t to the nearest configuration; `seen` (nv): 1 where sensors tell a coordinate.
+  /// Fits frame t; sets `seen` (nv) to 1 where sensors determine a coordinate.
   void fit(int t, int most_steps, std::vector<VectorX>& frames, Eigen::Ref<VectorX> seen) {
     VectorX& q = frames[static_cast<std::size_t>(t)];
     const VectorX before = q;
@@ -68,7 +69,7 @@ class PoseFit {
     }
   }
 
-  /// Puts trees that float where their points are, joints as they are in frame 0.
+  /// Places floating trees by their points, with joints as in frame 0.
   void place(std::vector<VectorX>& frames) {
     VectorX& q = frames.front();
     Data data(model_);
@@ -118,11 +119,11 @@ class PoseFit {
   const std::vector<SensorTerm> sensors_;
   SensorRows rows_;
   double start_, h_;
-  VectorX free_;  ///< nv: 0 where a coordinate is recorded
+  VectorX free_;  ///< nv: 0 for recorded coordinates
   const VectorX no_constants_;
 };
 
-/// Position sensors alone, and without unknown constants.
+/// Returns the position sensors, without unknown constants.
 std::vector<SensorTerm> position_terms(const std::vector<SensorTerm>& all) {
   std::vector<SensorTerm> out;
   for (SensorTerm term : all) {
@@ -144,7 +145,7 @@ FittedPoses fit_poses(const Model& model, const std::vector<SensorTerm>& sensors
   for (int t = 0; t < static_cast<int>(frames.size()); ++t) {
     const auto i = static_cast<std::size_t>(t);
     if (t > 0) {
-      // Recorded coordinates are those of this row, all others start as in the row before.
+      // Recorded coordinates come from this row; the others start from the row before.
       const VectorX by = difference(model, out.frames[i - 1], frames[i]).cwiseProduct(recorded);
       out.frames[i] = moved(model, out.frames[i - 1], by);
     }

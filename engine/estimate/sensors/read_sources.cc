@@ -1,4 +1,4 @@
-// Readings of sensors, from the recording itself and from other files.
+// Reads sensors from the recording itself and from other files.
 #include "counterpoint/engine/estimate/sensors/read_sources.h"
 
 #include <fmt/format.h>
@@ -13,8 +13,7 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Recorded contact forces of a source, at the rows of the recording, averaged over their
-/// intervals.
+/// Reads the contact forces of a source at the row times of the recording, by interpolation.
 void read_contact_forces(const Table& table, const ColumnMap& map, const SensorSource& source,
                          const std::vector<double>& time, Recording& recording) {
   const int rows = recording.num_rows();

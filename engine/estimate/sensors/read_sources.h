@@ -1,4 +1,4 @@
-// Readings of sensors from a table.
+// Reads sensors from a table.
 #pragma once
 
 #include <string>
@@ -8,7 +8,8 @@
 
 namespace counterpoint::estimation {
 
-/// The readings of the sensors whose source has this name, at these times; others stay as they are.
+/// Sets the readings of the sensors with this source name, at these times [s]; leaves others
+/// unchanged.
 void read_readings(const Table& table, const ColumnMap& map, const std::string& source,
                    const std::vector<double>& time, std::vector<SensorReadings>& out);
 

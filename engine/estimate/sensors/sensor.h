@@ -1,4 +1,4 @@
-// Sensors beside recorded coordinates: what each measures, and its readings at their own times.
+// Sensors in addition to recorded coordinates, and their readings at their own times.
 #pragma once
 
 #include <limits>
@@ -9,7 +9,7 @@
 
 namespace counterpoint::estimation {
 
-/// Value of one coordinate: scale * column + offset, or a constant where `column` is empty.
+/// Source of one value: scale * column + offset, or the constant `offset` if `column` is empty.
 struct ColumnSource {
   std::string column;
   double scale = 1.0;
@@ -18,20 +18,19 @@ struct ColumnSource {
 
 enum class SensorKind {
   kPoint,            ///< position of a point of a link, in W [m]
-  kOrientation,      ///< orientation of axes on a link, as a quaternion w, x, y, z from these to W
-  kAngularVelocity,  ///< angular velocity of a link, in the axes of the sensor [rad/s]
-  kSpecificForce,    ///< acceleration of a point of a link less gravity, in the axes of the sensor
-                     ///< [m/s^2]
-  kCoordinate,       ///< position of a joint of one coordinate [m, rad]
+  kOrientation,      ///< orientation of axes on a link: quaternion w, x, y, z from these axes to W
+  kAngularVelocity,  ///< angular velocity of a link, in sensor axes [rad/s]
+  kSpecificForce,    ///< acceleration of a point of a link minus gravity, in sensor axes [m/s^2]
+  kCoordinate,       ///< position of a one-coordinate joint [m, rad]
   kContactForce,     ///< sum of the contact forces on some links, in W [N]
-  kJointForce,       ///< applied force of a joint of one coordinate [N, N m]
-  kLinkForce,        ///< force through a link's joint, from the parent, in the sensor's axes [N]
-  kLinkTorque,       ///< moment of that about the sensor's point, in the sensor's axes [N m]
+  kJointForce,       ///< applied force of a one-coordinate joint [N, N m]
+  kLinkForce,        ///< force on a link from its parent through the joint, in sensor axes [N]
+  kLinkTorque,       ///< moment of the same about the sensor's point, in sensor axes [N m]
 };
-/// Numbers that a reading has, and components of its error.
+/// Number of values of a reading, and number of components of its error.
 int reading_size(SensorKind kind);
 int error_size(SensorKind kind);
-/// The kind as column maps name it, and the unit of a component of its error.
+/// Name of the kind in column maps, and unit of a component of its error.
 const char* sensor_kind_name(SensorKind kind);
 const char* sensor_unit(SensorKind kind);
 
@@ -39,40 +38,40 @@ struct Sensor {
   std::string name;
   SensorKind kind = SensorKind::kPoint;
   int body = 0;                        ///< 0: world
-  Vector3 point = Vector3::Zero();     ///< in the body's axes [m]
-  Matrix3 axes = Matrix3::Identity();  ///< R_BS: from the sensor's axes to the body's
-  int coordinate = -1, position = -1;  ///< indices into v and q, of a joint
+  Vector3 point = Vector3::Zero();     ///< in body axes [m]
+  Matrix3 axes = Matrix3::Identity();  ///< R_BS: rotation from sensor axes to body axes
+  int coordinate = -1, position = -1;  ///< indices into v and q of a joint
   std::vector<int> bodies;             ///< kContactForce only
-  std::vector<ColumnSource> columns;   ///< reading_size
-  std::string source;                  ///< ColumnMap::sources; empty: the recording itself
-  /// Standard deviation of a component of a reading; NaN: found from the readings.
+  std::vector<ColumnSource> columns;   ///< reading_size(kind) columns
+  std::string source;                  ///< name in ColumnMap::sources; empty: the recording itself
+  /// Standard deviation of a component of a reading; NaN: estimated from the readings.
   double deviation = std::numeric_limits<double>::quiet_NaN();
-  /// The readings differ by an unknown constant from what is measured.
+  /// An unknown constant is added to the readings.
   bool has_offset = false;
 };
 
 /// Another file with readings of the same motion.
 struct SensorSource {
   std::string name;
-  std::vector<ColumnSource> time;  ///< their sum [s]; none: `rate` holds
+  std::vector<ColumnSource> time;  ///< columns whose sum is the time [s]; empty: `rate` is used
   double rate = 0.0;               ///< rows per second, the first at 0 s
   bool time_unit_given = false;
-  /// Its clock is late: what it says at time t happened at t - delay [s].
+  /// Delay of its clock: an event at time t has the time stamp t + delay [s].
   double delay = 0.0;
-  double delay_deviation = 0.0;  ///< standard deviation of that [s]; 0: it is known
+  double delay_deviation = 0.0;  ///< standard deviation of the delay [s]; 0: the delay is known
 };
 
 /// The readings of a sensor.
 struct SensorReadings {
-  std::vector<double> time;  ///< rising [s]
+  std::vector<double> time;  ///< increasing [s]
   MatrixX values;            ///< reading_size x rows; NaN: missing
 };
 
-/// A constant that is estimated beside the motion.
+/// A constant that is estimated together with the motion.
 struct SensorConstant {
   std::string name;
   std::string unit;
-  double deviation = 0.0;  ///< standard deviation of its prior, whose mean is 0
+  double deviation = 0.0;  ///< standard deviation of its prior, which has mean 0
 };
 
 }  // namespace counterpoint::estimation

@@ -9,10 +9,10 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// An unknown delay is expected to be no more than about this [s].
+/// Standard deviation of an unknown delay [s].
 constexpr double kDelayDeviation = 0.05;
 
-/// A name that users give a sensor, and the sensors of this program that it consists of.
+/// Kind name in column maps, and the internal sensors that it consists of.
 struct NamedKind {
   const char* name;
   std::vector<SensorKind> parts;
@@ -67,7 +67,7 @@ class SensorReader {
     for (const auto& pair : node) read_sensor(nodes_.scalar(pair.first, "sensors"), pair.second);
   }
 
-  /// Points on links, one a row of a table with the columns marker, link, x, y, z.
+  /// Reads points on links from a table with the columns marker, link, x, y, z.
   void read_markers(const YAML::Node& node) {
     nodes_.check_keys(node, {"table", "axes", "scale", "deviation", "source"});
     if (!node["table"])
@@ -114,7 +114,7 @@ class SensorReader {
     sensor.axes = frame.X_BF.rotation;
   }
 
-  /// Axes of the world in terms of the file's: [x, -z, y] where its y axis points up.
+  /// Reads the world axes in terms of the file's axes: [x, -z, y] if the file's y axis points up.
   std::array<std::pair<char, double>, 3> world_axes(const YAML::Node& node) const {
     std::array<std::pair<char, double>, 3> out = {{{'x', 1.0}, {'y', 1.0}, {'z', 1.0}}};
     if (!node) return out;
@@ -245,7 +245,7 @@ class SensorReader {
                           force ? "u" : "q"));
   }
 
-  /// One of the kind, or one of each part.
+  /// Reads one value for the kind, or one for each of its parts.
   std::vector<double> read_deviations(const YAML::Node& node, const NamedKind& kind) const {
     std::vector<double> out;
     if (!node) return out;

@@ -6,11 +6,11 @@
 
 namespace counterpoint::estimation {
 
-/// Fills the sources and sensors of `map` from the keys `sources`, `sensors` and `markers` of
-/// `root`. @throws InputError naming file, line, key, what was expected.
+/// Sets the sources and sensors of `map` from the keys `sources`, `sensors` and `markers` of
+/// `root`. @throws InputError naming file, line, key and the expected value.
 void read_sensors(const MapNodes& nodes, const YAML::Node& root, ColumnMap& map);
 
-/// The name of a source that `map` has; empty where there is no node.
+/// Reads the name of one of the sources of `map`; empty if there is no node.
 std::string source_name(const MapNodes& nodes, const YAML::Node& node, const ColumnMap& map);
 
 }  // namespace counterpoint::estimation

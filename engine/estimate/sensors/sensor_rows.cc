@@ -147,7 +147,7 @@ Vector3 SensorRows::residual(const SensorFrames& frames, int t, const SensorTerm
   return out;
 }
 
-/// Acceleration of the sensor's point less gravity, in W [m/s^2].
+/// Acceleration of the sensor's point minus gravity, in W [m/s^2].
 Vector3 SensorRows::acceleration(double h, const Sensor& s) const {
   const auto at = [&](int i) {
     return optimization::point_position(poses_[static_cast<std::size_t>(i)], s.body, s.point);

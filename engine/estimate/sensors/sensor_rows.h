@@ -1,13 +1,13 @@
-// Residuals of sensors at one frame, and their derivatives, by one thread.
+// Residuals of sensors at one frame, and their derivatives; one object per thread.
 //
 //   point               p(q_t) - z
 //   orientation         log(R_z' R(q_t))
 //   coordinate          q_t - z
 //   angular velocity    S' log(R_{t-1}' R_t) / h - z                 mean over the interval before
-//   t specific force      S' R_t' ((p_{t+1} - 2 p_t + p_{t-1}) / h^2 - g) - z
+//   specific force      S' R_t' ((p_{t+1} - 2 p_t + p_{t-1}) / h^2 - g) - z
 //
-// R: axes of the link in W; S: those of the sensor in the link's. z is read at t + the source's
-// delay; an unknown offset of the sensor is added to the left side.
+// R: rotation of the link to W; S: rotation of the sensor to the link. z is the reading at t +
+// delay of the source; an unknown offset of the sensor is added to the left side.
 #pragma once
 
 #include <vector>
@@ -17,44 +17,46 @@
 
 namespace counterpoint::estimation {
 
-/// A sensor in a sum of squares.
+/// A sensor as a term of the least squares cost.
 struct SensorTerm {
   Sensor sensor;
   SensorSignal signal;
   double weight = 0.0;  ///< inverse standard deviation of a component of SensorSignal::read_frame
-  double delay = 0.0;   ///< known part of its source's delay [s]
-  int delay_constant = -1;   ///< index of the delay's unknown part; -1: there is none
-  int offset_constant = -1;  ///< index of the first component of its offset
+  double delay = 0.0;   ///< known part of the delay of its source [s]
+  int delay_constant = -1;   ///< index of the constant with the unknown delay; -1: none
+  int offset_constant = -1;  ///< index of the first component of the offset; -1: none
 };
 
-/// Frames, and what else residuals depend on.
+/// Frames and constants that residuals depend on.
 struct SensorFrames {
   const std::vector<VectorX>& q;
-  VectorRef constants;  ///< their values
+  VectorRef constants;  ///< values of the sensor constants
   double start = 0.0;   ///< time of frame 0 [s]
   double h = 0.0;       ///< [s]
 };
 
-/// When the source of a sensor tells of frame t [s].
+/// Time stamp at which a sensor's source reports frame t [s].
 double read_time(const SensorFrames& frames, int t, const SensorTerm& term);
 
-/// Rows divided by their standard deviations.
+/// Residuals in standard deviations, with derivatives.
 struct WeightedRows {
   VectorX residual;
-  MatrixX by_frames;      ///< rows x nv of frame t alone, or x 3 nv of t - 1, t, t + 1
+  MatrixX by_frames;      ///< rows x nv for frame t alone, or rows x 3 nv for t - 1, t, t + 1
   MatrixX by_constants;   ///< rows x constants
   std::vector<int> term;  ///< index of each row's sensor
-  int size = 0;           ///< rows in use
+  int size = 0;           ///< number of rows in use
 };
 
 class SensorRows {
  public:
   SensorRows(const Model& model, const std::vector<SensorTerm>& terms, int constants);
 
-  /// All rows of frame t. Forces have none here (force_sensors.h).
+  /// Evaluates all rows of frame t, except those of forces (force_sensors.h).
   void evaluate(const Model& model, const SensorFrames& frames, int t, bool derivatives);
-  const WeightedRows& of_frame() const { return of_frame_; }    ///< those of frame t alone
-  const WeightedRows& of_motion() const { return of_motion_; }  ///< those of three frames
+  /// The rows that depend on frame t alone.
+  const WeightedRows& of_frame() const { return of_frame_; }
+  /// The rows that depend on three frames.
+  const WeightedRows& of_motion() const { return of_motion_; }
 
  private:
   void set_poses(const Model& model, const SensorFrames& frames, int t);
@@ -73,11 +75,11 @@ class SensorRows {
   Vector3 gravity_;
 };
 
-/// Can the kind be told from one frame?
+/// True if the kind depends on a single frame.
 bool is_position(SensorKind kind);
-/// Is it of forces, which need the inverse of a step?
+/// True for forces, which need inverse dynamics of a step.
 bool is_force(SensorKind kind);
-/// Is it of what a joint passes to its link?
+/// True for forces and moments that a joint transmits to its link.
 bool is_wrench(SensorKind kind);
 
 }  // namespace counterpoint::estimation

@@ -9,13 +9,13 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Readings farther apart than so many intervals have a gap between them.
+/// Readings more than this number of median intervals apart have a gap between them.
 constexpr double kGapIntervals = 1.5;
-/// Positions are averaged that are read at intervals below this share of the frames'.
+/// Positions are averaged if their interval is below this fraction of the frame interval.
 constexpr double kFaster = 0.6;
-/// A reading counts as one of the time asked for that is within this share of an interval.
+/// A reading matches a requested time within this fraction of an interval.
 constexpr double kSameTime = 1e-3;
-/// No sensor is surer than this, by kind [m, rad, rad/s, m/s^2, N, N m].
+/// Lower bound of a sensor's standard deviation, by kind [m, rad, rad/s, m/s^2, N, N m].
 double least_deviation(SensorKind kind) {
   switch (kind) {
     case SensorKind::kAngularVelocity:
@@ -74,7 +74,7 @@ SensorSignal::SensorSignal(const Sensor& sensor, const SensorReadings& readings,
   deviation_ = one * std::sqrt(noise_share(interval));
 }
 
-/// The square sum of the weights with which read_frame takes readings.
+/// Variance ratio of read_frame to a single reading: sum of the squared weights.
 double SensorSignal::noise_share(double interval) const {
   const double readings = std::max(1.0, interval / spacing_);
   switch (kind_) {
@@ -102,28 +102,28 @@ double SensorSignal::found_deviation() const {
     const double one = series_noise(series.tail(last) - series.head(last));
     sum += one * one;
   }
-  // A rotation vector is about twice the vector part of a quaternion's change.
+  // A rotation vector is about twice the vector part of the quaternion's change.
   const double scale = kind_ == SensorKind::kOrientation ? 4.0 : 1.0;
   return std::sqrt(scale * sum / error_size(kind_));
 }
 
-/// The interval between readings that a time is in: the index of its first one.
+/// Index of the first reading of the interval that contains `time`.
 std::size_t SensorSignal::segment(double time) const {
   const auto it = std::upper_bound(time_.begin() + 1, time_.end() - 1, time);
   return static_cast<std::size_t>(it - time_.begin()) - 1;
 }
 
-/// Are there readings without a gap from one time to the other?
+/// Returns whether there are readings without a gap from `first` to `last`.
 bool SensorSignal::within(double first, double last) const {
   const double slack = kSameTime * spacing_;
   if (time_.size() < 2 || first < time_.front() - slack || last > time_.back() + slack)
     return false;
   const std::size_t k = segment(std::max(first, time_.front()) + slack);
   const std::size_t l = segment(std::min(last, time_.back()) - slack);
-  return k > l || gaps_[l + 1] == gaps_[k];  // k > l: at one reading
+  return k > l || gaps_[l + 1] == gaps_[k];  // k > l: both times match the same reading
 }
 
-/// At a time in the interval after reading k.
+/// Integral up to a time in the interval after reading k.
 Reading SensorSignal::integral(std::size_t k, double time) const {
   const double s = time - time_[k], h = time_[k + 1] - time_[k];
   return integral_[k] + s * values_[k] + 0.5 * s * s / h * (values_[k + 1] - values_[k]);

@@ -7,24 +7,24 @@
 
 namespace counterpoint::estimation {
 
-/// A reading: reading_size numbers, the others zero.
+/// A reading: the first reading_size numbers; the others are zero.
 using Reading = Eigen::Vector4d;
 
-/// Readings joined by straight lines, and their integrals.
+/// Readings with linear interpolation, and their time integrals.
 class SensorSignal {
  public:
-  /// @param interval  of frames [s]
+  /// @param interval  interval of frames [s]
   SensorSignal(const Sensor& sensor, const SensorReadings& readings, double interval);
 
-  /// Interpolated between the readings around `time` [s]. False where none is near.
+  /// Interpolates at `time` [s]. Returns false if no reading is near.
   bool read(double time, Reading& out) const;
-  /// The reading that belongs to frame t at `time`, frames being h [s] apart: angular
-  /// velocities as the mean over the interval before, forces and accelerations as the mean with the
-  /// weights of a triangle over both intervals beside it, all others at the time itself, or as the
-  /// mean over h about it where readings come faster than frames.
+  /// Computes the reading that corresponds to frame t at `time`, for frames h [s] apart. Angular
+  /// velocity: mean over the interval before. Forces and accelerations: mean over both adjacent
+  /// intervals with triangular weights. Others: the value at the time, or the mean over h around it
+  /// if readings come faster than frames.
   bool read_frame(double time, double h, Reading& out) const;
-  /// Standard deviation of a component of read_frame: from that of a reading as given, or that of
-  /// white noise in the readings, found from their third differences. 0 where there are too few.
+  /// Standard deviation of a component of read_frame, from the given one of a reading, or from the
+  /// white noise of the readings (third differences). 0 if there are too few readings.
   double deviation() const { return deviation_; }
 
  private:
@@ -40,10 +40,10 @@ class SensorSignal {
   SensorKind kind_;
   double start_ = 0.0;           ///< origin of all times below [s]
   std::vector<double> time_;     ///< [s]
-  std::vector<Reading> values_;  ///< those that are there
+  std::vector<Reading> values_;  ///< valid readings
   std::vector<Reading> integral_,
-      second_integral_;    ///< up to each reading, over time once and twice
-  std::vector<int> gaps_;  ///< gaps before each reading
+      second_integral_;    ///< single and double time integral up to each reading
+  std::vector<int> gaps_;  ///< number of gaps before each reading
   double spacing_ = 0.0;   ///< median interval [s]
   double deviation_ = 0.0;
 };

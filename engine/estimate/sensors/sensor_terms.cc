@@ -9,7 +9,7 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Standard deviation of an unknown offset.
+/// Prior standard deviation of an unknown offset.
 double offset_deviation(SensorKind kind, const Model& model) {
   switch (kind) {
     case SensorKind::kPoint:

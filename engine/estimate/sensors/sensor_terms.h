@@ -1,4 +1,4 @@
-// The sensors of a recording as terms of an estimate.
+// The sensors of a recording as terms of a motion estimate.
 #pragma once
 
 #include <vector>
@@ -8,18 +8,18 @@
 
 namespace counterpoint::estimation {
 
-/// Terms, and the unknown constants that they name: offsets of sensors, delays of sources.
+/// Terms, and the unknown constants they refer to: offsets of sensors and delays of sources.
 struct SensorTerms {
   std::vector<SensorTerm> terms;
   std::vector<SensorConstant> constants;
 };
 
 /// @param h  interval of frames [s]
-/// @throws InputError naming a sensor that has no readings.
+/// @throws InputError naming a sensor without readings.
 SensorTerms sensor_terms(const Model& model, const ColumnMap& map, const Recording& recording,
                          double h);
 
-/// The same without those that tell positions, but where they tell a delay.
+/// Removes position sensors, except those that determine an unknown delay.
 SensorTerms without_positions(const SensorTerms& all);
 
 }  // namespace counterpoint::estimation

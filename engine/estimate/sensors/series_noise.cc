@@ -7,15 +7,15 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// The quantile of absolute values that a deviation is judged by, and its place in a normal
-/// distribution [standard deviations]. The median would be zero where an encoder repeats itself.
+/// Quantile of absolute values used for the estimate, and its value for a standard normal
+/// distribution. The median would be zero if an encoder repeats values.
 constexpr double kShare = 0.75, kAtShare = 1.1503;
 
 }  // namespace
 
 double series_noise(VectorX steps, int order) {
   double out = 0.0;
-  double growth = 2.0;  // of the variance of white noise: (2 n)! / n!^2 for differences of order n
+  double growth = 2.0;  // variance growth of white noise: (2 n)! / n!^2 for differences of order n
   for (int n = 2; n <= order && steps.size() > 1; ++n) {
     steps = (steps.tail(steps.size() - 1) - steps.head(steps.size() - 1)).eval();
     growth *= 4.0 - 2.0 / n;

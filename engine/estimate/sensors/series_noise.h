@@ -1,14 +1,14 @@
-// White noise in a series, from its differences of high order.
+// Estimation of white noise in a series from high-order differences.
 #pragma once
 
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint::estimation {
 
-/// Standard deviation of white noise in a series whose steps from value to value these are: from a
-/// quantile of third differences, in which a smooth motion leaves little and an impact leaves a few
-/// outliers, or the least that differences of the orders from three to `order` tell. Steps that are
-/// NaN are missing; 0 where there are too few.
+/// Returns the standard deviation of white noise in a series with these steps from value to value:
+/// from a quantile of third differences, in which smooth motions leave little and impacts leave few
+/// outliers, or the smallest estimate from differences of orders three to `order`. NaN steps are
+/// missing. Returns 0 if there are too few.
 double series_noise(VectorX steps, int order = 3);
 
 }  // namespace counterpoint::estimation

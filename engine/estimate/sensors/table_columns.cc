@@ -9,7 +9,7 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Is this the time since 1970, in this unit, of a year from 2000 to 2100?
+/// Returns whether this is a time since 1970, in this unit [s], between the years 2000 and 2100.
 bool since_1970(double time, double unit) { return time * unit > 9.4e8 && time * unit < 4.1e9; }
 
 }  // namespace
@@ -44,7 +44,7 @@ std::vector<double> recorded_times(const Table& table, double rate,
 std::string settle_time_unit(const Table& table, const std::string& column, bool unit_given,
                              std::vector<double>& time) {
   constexpr double kLargest = 1e12,
-                   kLongest = 1e5;  // [s]: no recording of a motion is 30 000 years or rests a day
+                   kLongest = 1e5;  // [s]: no motion recording spans 30,000 years or pauses a day
   if (time.size() < 2) return {};
   std::vector<double> steps;
   for (std::size_t row = 1; row < time.size(); ++row) steps.push_back(time[row] - time[row - 1]);

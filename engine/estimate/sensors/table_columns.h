@@ -1,4 +1,4 @@
-// Columns of a table as a column map reads them.
+// Columns of a table as defined by a column map.
 #pragma once
 
 #include <limits>
@@ -10,24 +10,24 @@
 
 namespace counterpoint::estimation {
 
-/// A value that was not recorded.
+/// A missing value.
 inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-/// Is the cell of this source empty?
+/// Returns whether the cell of this source is empty.
 bool is_missing(const ColumnSource& source, const Table& table, int row);
 
-/// scale * cell + offset. @throws InputError naming file, row and column where that is no finite
-/// number.
+/// Returns scale * cell + offset. @throws InputError naming file, row and column if it is not
+/// finite.
 double evaluate(const ColumnSource& source, const Table& table, int row);
 
-/// Times that rise [s]: rows at a rate (0: none), or the sum of some columns.
+/// Row times [s], from a rate (0: none) or the sum of some columns. @throws InputError if they do
+/// not increase.
 std::vector<double> recorded_times(const Table& table, double rate,
                                    const std::vector<ColumnSource>& columns);
 
-/// Programs count time since 1970 in whole nano-, micro- or milliseconds as often as in seconds; a
-/// recording of motions has rows less than a second apart. Such a column is read in its unit, which
-/// the note that is returned says; any other that cannot be seconds is refused. The columns are as
-/// the map scales them.
+/// Converts times in whole nano-, micro- or milliseconds since 1970 to seconds, in place, and
+/// returns a note that says so; rows of motion recordings are less than a second apart. Times are
+/// after the map's scaling. @throws InputError for other times that cannot be seconds.
 std::string settle_time_unit(const Table& table, const std::string& column, bool unit_given,
                              std::vector<double>& time);
 

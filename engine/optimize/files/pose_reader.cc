@@ -7,10 +7,10 @@
 namespace counterpoint::optimization {
 namespace {
 
-/// "left_knee" of "left_knee.q".
+/// Joint name of a coordinate: "left_knee" for "left_knee.q".
 std::string owner(const std::string& name) { return name.substr(0, name.rfind('.')); }
 
-/// Calls set(i) for each named coordinate that a pattern means; an error if there is none.
+/// Calls set(i) for each coordinate whose name matches a pattern; an error if there is none.
 template <class Set>
 void for_each_match(const YamlValue& in, const std::string& pattern,
                     const std::vector<std::string>& names, bool owners, Set set) {

@@ -1,4 +1,4 @@
-// Coordinates by name in problem files. Not for users.
+// Coordinates by name in problem files. Internal header.
 #pragma once
 
 #include "counterpoint/engine/motion_files.h"
@@ -6,12 +6,12 @@
 
 namespace counterpoint::optimization {
 
-/// Sets coordinates of q (nq) from a map {name: value}: joints, or columns of a trajectory
-/// ("pelvis.z"); patterns with '*'. Quaternions are brought to unit length.
+/// Sets coordinates of q (nq) from a map {name: value}. Names are joints or columns of a trajectory
+/// ("pelvis.z"), or patterns with '*'. Quaternions are normalized.
 void read_pose(const YamlValue& in, const Model& model, VectorX& q);
 
 /// Sets entries of a vector over v (nv) from a map {name or pattern: number}, in the order of the
-/// file; or all of it from one number.
+/// file, or all entries from one number.
 void read_by_velocity(const YamlValue& in, const Model& model, VectorX& values);
 
 }  // namespace counterpoint::optimization

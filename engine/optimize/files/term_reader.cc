@@ -22,7 +22,7 @@ FrameRange read_frames(const YamlValue& in, int steps) {
   return {frame(numbers.front()), frame(numbers.back())};
 }
 
-/// Weights over what `over` says, by coordinate of v.
+/// Divides the weights (nv) by the value of `over`.
 void scale_weights(const YamlValue& in, const Model& model, VectorX& weight) {
   if (!in.has("over")) return;
   const YamlValue over = in.at("over");
@@ -54,7 +54,7 @@ void read_coordinate_weights(const YamlValue& in, const Model& model,
   } else {
     term.weight.setOnes();
   }
-  // A force of no motor is no effort: it is to vanish.
+  // Forces without a motor are not effort; kUnactuatedForce makes them vanish.
   if (term.quantity == Quantity::kAppliedForce)
     for (Eigen::Index i = 0; i < model.nv(); ++i)
       if (!motors[static_cast<std::size_t>(i)]) term.weight[i] = 0.0;
@@ -99,7 +99,7 @@ std::vector<std::string> read_links(const YamlValue& in) {
   return links;
 }
 
-/// One term for each link and point.
+/// Returns one term for each link and point.
 std::vector<Term> read_body_terms(const YamlValue& in, const Model& model, const Term& common) {
   std::vector<Vector3> points;
   if (in.has("point")) points.push_back(in.at("point").vector3());

@@ -1,4 +1,4 @@
-// Terms of problem files. Not for users.
+// Terms of problem files. Internal header.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace counterpoint::optimization {
 
-/// One entry of `terms`: a term, or one for each of its links and points. start, goal: poses that a
-/// target may be (nq; goal may be empty). Of the problem: its model, steps and motors.
+/// Reads one entry of `terms`: a term, or one for each of its links and points. start, goal: poses
+/// that targets may refer to (nq; goal may be empty). Uses model, steps and motors of the problem.
 std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const VectorX& start,
                              const VectorX& goal);
 

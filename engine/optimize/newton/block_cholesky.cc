@@ -24,11 +24,11 @@ BlockCholesky::BlockCholesky(int num_blocks, int block_size, bool bordered, int 
       block_size_(block_size),
       bordered_(bordered),
       width_(width),
-      // Rows of the band, and the pairs of blocks that see each other around the seam.
+      // Blocks of the band, and blocks that are coupled across the seam.
       blocks_(size((width + 1) * num_blocks + width * (width + 1) / 2),
               MatrixX::Zero(block_size, block_size)),
       separator_of_(size(num_blocks), -1) {
-  // The seam lies between the last blocks and the first; as many more part the rest.
+  // Separators: the last `width` blocks (the seam) if bordered, and `width` blocks in the middle.
   const int end = bordered ? std::max(0, num_blocks - width) : num_blocks;
   const int middle = std::max(0, (end - width) / 2);
   for (int i = middle; i < std::min(middle + width, end); ++i) separators_.push_back(i);
@@ -75,7 +75,7 @@ bool BlockCholesky::in_pattern(int i, int j) const {
 
 std::size_t BlockCholesky::index(int i, int j) const {
   if (i - j <= width_) return size((width_ + 1) * i + i - j);
-  const int row = num_blocks_ - 1 - i;  // from the seam: its blocks have width - row places
+  const int row = num_blocks_ - 1 - i;  // counted from the seam: row r has width - r blocks
   return size((width_ + 1) * num_blocks_ + row * width_ - row * (row - 1) / 2 + j);
 }
 
@@ -83,7 +83,7 @@ void BlockCholesky::set_zero() {
   for (MatrixX& block : blocks_) block.setZero();
 }
 
-/// out += block (i, j) of either triangle, if there is one.
+/// Adds block (i, j) of either triangle to out, if it is in the pattern.
 void BlockCholesky::add_block(int i, int j, Eigen::Ref<MatrixX> out) const {
   if (i >= j && in_pattern(i, j)) {
     out += block(i, j);
@@ -106,7 +106,7 @@ void BlockCholesky::eliminate(Chain& chain, double scale, const MatrixX& shift) 
     own.diagonal() += scale * shift.col(i);
     for (int s = 0; s < slots; ++s) {
       auto rows = others.middleRows(s * m, m);
-      if (s == pivot) {  // the block that takes this slot was not seen before
+      if (s == pivot) {  // the next block in this slot has no update yet
         rows.setZero();
       } else if (s > pivot) {
         rows = U.block(s * m, pivot * m, m, m);
@@ -123,7 +123,7 @@ void BlockCholesky::eliminate(Chain& chain, double scale, const MatrixX& shift) 
   }
 }
 
-/// The root's share of what a chain took from the separators.
+/// Adds the Schur update of a chain to the root matrix.
 void BlockCholesky::add_update(const Chain& chain) {
   const int m = block_size_;
   for (int s = 0; s < chain.slots(); ++s) {

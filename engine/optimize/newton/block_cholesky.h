@@ -1,11 +1,12 @@
-// Cholesky factorization of matrices in square blocks, of which each row knows those beside it: the
-// normal equations of a motion, whose instants see three frames, or four.
+// Cholesky factorization of block-banded matrices: the normal equations of a motion, whose
+// residuals at one instant depend on three or four neighbouring frames.
 //
-// Neighbouring blocks in the middle, as many as the band is wide, separate the motion, and as many
-// more at the seam where it is periodic: two independent chains are left, which are eliminated in
-// parallel, block after block. A front contains the next blocks of the band and the seam
-// (multifrontal: Duff and Reid, "The multifrontal solution of indefinite sparse symmetric linear
-// equations", 1983); the separators come last, as one dense matrix.
+// Separators are neighbouring blocks in the middle, as many as the band is wide; for a periodic
+// motion, as many more at the seam between the last block and the first. Two independent chains
+// remain, which are eliminated in parallel, block by block. A front contains the next blocks of the
+// band and the separators at the seam (multifrontal method: Duff and Reid, "The multifrontal
+// solution of indefinite sparse symmetric linear equations", 1983). The separators are factored
+// last, as one dense matrix.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -16,14 +17,14 @@
 
 namespace counterpoint::optimization {
 
-/// A symmetric matrix of n x n blocks, each m x m: block (i, j) may differ from zero where
-/// |i - j| <= width, and, if it is bordered, where that holds around the seam between the last and
-/// the first (a periodic motion). Its factorization takes O(n width^2 m^3) either way.
+/// A symmetric matrix of n x n blocks, each m x m. Block (i, j) may be nonzero for
+/// |i - j| <= width, where a bordered matrix (periodic motion) counts the distance around the seam
+/// as well. Factorization takes O(n width^2 m^3) in both cases.
 class BlockCholesky {
  public:
   BlockCholesky(int num_blocks, int block_size, bool bordered, int width = 2);
 
-  /// The lower triangle: j <= i, in the pattern; m x m.
+  /// Block (i, j) of the lower triangle, j <= i, in the pattern; m x m.
   MatrixX& block(int i, int j) { return blocks_[index(i, j)]; }
   const MatrixX& block(int i, int j) const { return blocks_[index(i, j)]; }
   bool in_pattern(int i, int j) const;
@@ -32,27 +33,30 @@ class BlockCholesky {
   int width() const { return width_; }
   void set_zero();
 
-  /// Factors this + scale diag(shift); shift: m x n. False if that is not positive definite. The
-  /// same bits whatever the pool's threads.
+  /// Factors this + scale diag(shift), shift: m x n. Returns false if it is not positive definite.
+  /// The result does not depend on the threads of the pool.
   bool factor(double scale, const MatrixX& shift, ThreadPool& pool);
-  /// x (m x n, a column a block) of A x = b, in place. Needs factor().
+  /// Solves A x = b in place; x: m x n, one column per block. Needs factor().
   void solve(MatrixX& x, ThreadPool& pool);
 
  private:
-  /// Blocks eliminated one after the other. `width` slots hold those that come next, block k in
-  /// slot k modulo `width`; others those separators that all of the chain may see.
+  /// Blocks eliminated one after the other. Their front has `width` slots for the next blocks,
+  /// block k in slot k modulo `width`, followed by slots for separators that all of the chain
+  /// depends on.
   struct Chain {
     int width = 2;
-    std::vector<int> blocks;      ///< in order, and behind them the separators at its end
-    std::vector<int> seam;        ///< separators in slots width, width + 1, ...
-    MatrixX update;               ///< slots x slots: what was eliminated takes from them
-    std::vector<MatrixX> panels;  ///< by block: its own factor, below it the slots' rows
-    VectorX carried;              ///< slots
+    std::vector<int> blocks;  ///< in order of elimination, followed by the separators at the end of
+                              ///< the chain
+    std::vector<int> seam;    ///< separators in slots width, width + 1, ...
+    MatrixX update;           ///< slots x slots: Schur update of the front by the eliminated blocks
+    std::vector<MatrixX> panels;  ///< per block: its Cholesky factor, and below it the rows of the
+                                  ///< slots
+    VectorX carried;              ///< slots: update of the right-hand side, or solution
     bool failed = false;
 
     int size() const { return static_cast<int>(panels.size()); }
     int slots() const { return width + static_cast<int>(seam.size()); }
-    /// The block in a slot once `eliminated` blocks are gone.
+    /// Index of the block in a slot after `eliminated` blocks.
     int at(int slot, int eliminated) const;
   };
 
@@ -70,9 +74,9 @@ class BlockCholesky {
   int width_;
   std::vector<MatrixX> blocks_;
   std::vector<int> separators_;    ///< in ascending order
-  std::vector<int> separator_of_;  ///< by block: index into separators_, or -1
+  std::vector<int> separator_of_;  ///< per block: index into separators_, or -1
   std::vector<Chain> chains_;      ///< two, or none
-  MatrixX root_;                   ///< separators x separators: their factor
+  MatrixX root_;                   ///< separators x separators: their Cholesky factor
   VectorX root_x_;
 };
 

@@ -11,34 +11,34 @@
 namespace counterpoint::optimization {
 namespace {
 
-/// Below this smoothing [m] nothing is found any more, only made more exact: penalties stay.
+/// Below this smoothing [m] the motion is only refined, and penalties are constant.
 constexpr double kHard = 1e-6;
-/// Below this one [m] the laws hardly change any more.
+/// Below this smoothing [m] the contact laws hardly change any more.
 constexpr double kUnseen = 2e-9;
-/// A stage is refused whose mean unactuated force is above both: this, and so many times that of
-/// the stage before.
+/// A stage is rejected if its mean violation exceeds kWorse and kWorseRatio times that of the stage
+/// before.
 constexpr double kWorse = 0.02, kWorseRatio = 1.2;
-/// So is one below the first of these smoothings [m] that ran out of iterations and costs as much
-/// more: contacts are formed by then, and it has lost them.
+/// Below smoothing kFormed [m], where contacts are formed, a stage that ran out of iterations is
+/// rejected if its cost exceeds kDearer times that of the stage before: it has lost contacts.
 constexpr double kFormed = 1e-3, kDearer = 1.1;
-/// And one that costs so much more, however few iterations it took.
+/// The same limit for stages that did not run out of iterations.
 constexpr double kMuchDearer = 1.5;
-/// Overlaps are recovered at up to this speed [m/s] down to Continuation::quick_recovery_above, and
-/// as the problem's own options say from this smoothing [m] on.
+/// Recovery speed [m/s] of overlaps above Continuation::quick_recovery_above; below kSlowRecovery
+/// [m] the problem's own options apply.
 constexpr double kQuickRecovery = 1e4, kSlowRecovery = 1e-6;
-constexpr int kMostRefused = 8;  ///< one after the other
-/// While contacts are still forming a stage that was refused so often is taken as it is: a start
-/// may sit where no small step helps, and the next stages leave it.
+constexpr int kMostRefused = 8;  ///< limit of consecutive rejections
+/// While contacts are forming, a stage is accepted as it is after this number of rejections: the
+/// start may be a point where no small step helps, which later stages leave.
 constexpr int kPatience = 3;
-constexpr double kLeastFactor = 1.1;  ///< no stage is closer to the one before
-/// Rounds of restoration, and of minimization and multipliers between, at the last smoothing.
+constexpr double kLeastFactor = 1.1;  ///< minimum ratio of the smoothings of two stages
+/// Limits at the last smoothing: rounds of polish(), and Newton steps of each restoration.
 constexpr int kPolishRounds = 12, kRestoringSteps = 20;
-/// Where a round leaves more than this share of a violation, conditions weigh so much more.
-/// Minimizations there go on for this share of the usual decrease.
+/// Polishing rounds: tolerance of minimizations relative to Settings::tolerance; if a round leaves
+/// more than kSlow of a violation, the penalty is multiplied by kSteeper.
 constexpr double kExact = 1e-4;
 constexpr double kSlow = 0.25, kSteeper = 10.0;
-/// Conditions weigh at least so much in a restoration: what is left of them after a linear step is
-/// one over this of what terms of order one would have them be.
+/// Minimum penalty in a restoration. A linear step leaves about the inverse of it of the violation
+/// that terms of order one would cause.
 constexpr double kRestoringPenalty = 1e7;
 
 double end_of(const Problem& problem, const Settings& settings) {
@@ -58,7 +58,7 @@ Stage stage_at(const Problem& problem, const Settings& settings, double smoothin
   contact.compliance =
       std::max(contact.compliance, std::min(1.0, c.compliance_per_metre * smoothing));
   contact.margin = std::max(contact.margin, c.margin_per_smoothing * smoothing);
-  // Little by little: a motion that leans on quick recovery has to unlearn it.
+  // The change is gradual, so that a motion that relies on quick recovery can adapt.
   const double quick = std::clamp(
       std::log(smoothing / kSlowRecovery) / std::log(c.quick_recovery_above / kSlowRecovery), 0.0,
       1.0);
@@ -106,9 +106,8 @@ void Continuing::begin_stage() {
   stage_iterations_ = 0;
 }
 
-/// Goes on along the line through the ends of the last two stages, if that is better than to stay:
-/// gaps that carry a load are in proportion to smoothing, and Newton's method, started at gaps of
-/// twice the size, overshoots.
+/// Extrapolates the last two stages linearly in the smoothing, if that lowers the cost: gaps of
+/// loaded contacts are proportional to it, and Newton's method overshoots from gaps twice as large.
 void Continuing::extrapolate(const std::vector<VectorX>& last) {
   if (previous_.empty() || !settings_->continuation.extrapolate) return;
   const Model& model = *problem_->model;
@@ -162,9 +161,9 @@ Continuing::Next Continuing::run_stage(bool last) {
   return last ? polish() : Next::kGoOn;
 }
 
-/// Multipliers and motion come to the optimum slowly, since Gauss and Newton's matrix knows nothing
-/// of the curvature of conditions; to where conditions hold it is a few steps, of Newton's method
-/// for them alone.
+/// Restores feasibility by Gauss-Newton steps for the conditions alone. The multiplier iteration
+/// converges slowly, since the Gauss-Newton matrix lacks the curvature of the conditions, but a few
+/// such steps reach a feasible motion.
 Continuing::Next Continuing::restore(double tolerance) {
   const Stage kept = stage_;
   stage_.restoring = true;
@@ -189,7 +188,7 @@ Continuing::Next Continuing::polish() {
     const std::vector<VectorX> kept = newton_.frames().variables();
     if (restore(settings_->violation_tolerance) == Next::kStop) return Next::kStop;
     if (newton_.violation().max <= settings_->violation_tolerance) break;
-    // It has run into where nothing small helps: the way of multipliers, from before.
+    // The restoration got stuck: continue with multipliers from the motion before it.
     newton_.frames().set_variables(kept);
     if (violation > kSlow * before) stage_.penalty *= kSteeper;
     before = violation;
@@ -201,7 +200,7 @@ Continuing::Next Continuing::polish() {
   return Next::kGoOn;
 }
 
-/// The cost without conditions.
+/// Cost without conditions.
 double Continuing::objective() const {
   const VectorX costs = newton_.cost_by_term();
   double sum = 0.0;

@@ -1,4 +1,4 @@
-// The course of an optimization from large smoothing to small.
+// Continuation of an optimization from large to small smoothing.
 #pragma once
 
 #include "counterpoint/engine/optimize/newton/newton.h"
@@ -34,7 +34,8 @@ class Continuing {
   double smoothing_ = 0.0, last_good_ = 0.0, last_mean_ = 0.0, last_objective_ = 0.0, factor_;
   int stages_ = 0, refused_ = 0, refused_in_row_ = 0, stage_iterations_ = 0;
   bool stopped_ = false;
-  std::vector<VectorX> previous_;    ///< variables of the last stage but one that was accepted
+  std::vector<VectorX> previous_;    ///< variables at the end of the accepted stage before the last
+                                     ///< one
   double previous_smoothing_ = 0.0;  ///< [m]
   std::vector<Progress> history_;
 };

@@ -1,5 +1,5 @@
-// Damping of Gauss-Newton steps (Levenberg-Marquardt), as a share of the diagonal (Nielsen,
-// "Damping parameter in Marquardt's method", 1999).
+// Levenberg-Marquardt damping of Gauss-Newton steps, relative to the diagonal (Nielsen, "Damping
+// parameter in Marquardt's method", 1999).
 #pragma once
 
 #include <algorithm>
@@ -9,30 +9,31 @@ namespace counterpoint::optimization {
 
 class Damping {
  public:
-  /// Trials of one step, at most.
+  /// Limit of trials of one step.
   static constexpr int kMaxTrials = 12;
 
   double value() const { return value_; }
-  /// So large that no step is left.
+  /// True if damping is so large that steps are negligible.
   static bool exhausted(double value) { return value > kMost; }
-  /// May trial number `trial` of a step, from 0, be made?
+  /// True if trial number `trial` of a step, from 0, may be made.
   bool allows(int trial) const { return trial < kMaxTrials && !exhausted(value_); }
-  /// A stage begins with no more than a small one: trials that fail are cheap, short steps are not.
+  /// Limits the damping at the start of a stage: failed trials are cheap, short steps are not.
   void begin() {
     value_ = std::min(value_, kFirst);
     growth_ = 2.0;
   }
   void set(double value) { value_ = value; }
   void limit(double most) { value_ = std::min(value_, most); }
-  /// Damping for equations whose matrix was not positive definite with `value`.
+  /// Increased damping after a factorization that was not positive definite with `value`.
   static double stronger(double value) { return std::max(10.0 * value, kLeast); }
   void strengthen() { value_ = stronger(value_); }
-  /// A step did not lower the cost.
+  /// Increases the damping after a step that did not lower the cost.
   void reject() {
     value_ *= 2.0 * growth_;
     growth_ *= 1.5;
   }
-  /// A step lowered the cost by `decrease`, where the linear model expected `expected`.
+  /// Updates the damping after a step that lowered the cost by `decrease`, where the linear model
+  /// predicted `expected`.
   void accept(double decrease, double expected) {
     const double gain = decrease / std::max(expected, 1e-300);
     const double factor = std::clamp(1.0 - std::pow(2.0 * gain - 1.0, 3), 0.1, 2.0);

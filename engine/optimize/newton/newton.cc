@@ -9,14 +9,16 @@
 namespace counterpoint::optimization {
 namespace {
 
-/// No coordinate goes farther in a step [m, rad]: beyond, the linearization says nothing.
+/// Largest step of a coordinate [m, rad], beyond which the linearization is invalid.
 constexpr double kMaxStep = 0.5;
-/// Coordinates that nothing weighs are held by this.
+/// Lower bound of the damped diagonal, for coordinates without weight.
 constexpr double kLeastDiagonal = 1e-4;
 
-/// out += the block of an instant's Gram matrix, in the axes of frames that may be mirrored.
+/// Adds block (a, b) of an instant's Gram matrix to out, in coordinates of possibly mirrored
+/// frames.
 void add_block(const MatrixX& gram, int nv, int a, int b, const Mirror* mirror_a,
-               const Mirror* mirror_b, MatrixX& out) {  // Parameters: matrices and their places
+               const Mirror* mirror_b, MatrixX& out) {  // Parameters: two matrices, the block, and
+                                                        // the mirror of each side
   const auto block = gram.block(a * nv, b * nv, nv, nv);
   if (mirror_a == nullptr && mirror_b == nullptr) {
     out += block;
@@ -79,7 +81,7 @@ void Newton::linearize() {
   assemble();
 }
 
-// Always in the order of the instants: the same bits whatever the threads.
+// The sum runs in the order of instants, so that the result does not depend on the threads.
 void Newton::assemble() {
   system_.set_zero();
   gradient_.setZero(problem_->model->nv(), frames_.num_slots());
@@ -105,7 +107,7 @@ void Newton::add_to_system(int instant) {
     }
     for (int b = 0; b <= a; ++b) {
       if (sources[b].slot < 0) continue;
-      if (a == b) {  // both triangles: a mirror exchanges them
+      if (a == b) {  // both triangles, since a mirror exchanges them
         auto block = normal.gram.block(a * nv, a * nv, nv, nv);
         block.triangularView<Eigen::StrictlyUpper>() = block.transpose();
       }
@@ -121,7 +123,7 @@ void Newton::add_to_system(int instant) {
   }
 }
 
-/// Moves the frames by step_, no farther than `bound`, if that is better; returns the decrease.
+/// Moves the frames by step_, limited to `bound`, if that lowers the cost. Returns the decrease.
 double Newton::try_step(double bound, Iteration& iteration) {
   double expected = 0.0;
   for (Eigen::Index i = 0; i < step_.cols(); ++i)

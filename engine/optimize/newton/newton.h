@@ -1,11 +1,11 @@
-// Gauss-Newton on the frames of a motion, with steps limited by Levenberg-Marquardt damping, at one
-// stage of the continuation; conditions by an augmented Lagrangian.
+// Gauss-Newton with Levenberg-Marquardt damping on the frames of a motion, at one stage of the
+// continuation; conditions are imposed by an augmented Lagrangian.
 //
 //   (J'J + mu D) step = -J'r,   D = diag J'J
 //
-// mu follows the ratio of the decrease found to that expected (Nielsen, "Damping parameter in
-// Marquardt's method", 1999). A condition c = 0 counts rho / 2 |c + lambda|^2; once the motion is
-// near it lambda += c (Hestenes 1969, Powell 1969), lambda being the multiplier over rho.
+// mu follows the ratio of actual to predicted decrease (Nielsen, "Damping parameter in Marquardt's
+// method", 1999). A condition c = 0 adds rho / 2 |c + lambda|^2 to the cost; near
+// feasibility lambda += c (Hestenes 1969, Powell 1969). lambda is the multiplier over rho.
 #pragma once
 
 #include <memory>
@@ -21,36 +21,37 @@ namespace counterpoint::optimization {
 
 class Newton {
  public:
-  /// num_threads: 0 for one a core. The result does not depend on it.
+  /// num_threads: 0 for one per core. The result does not depend on it.
   Newton(const Problem& problem, const std::vector<VectorX>& frames, int num_threads);
 
   Frames& frames() { return frames_; }
   const Frames& frames() const { return frames_; }
 
-  /// Starts anew at a stage. scale: multipliers keep their force where the penalty changes.
+  /// Restarts at a stage. scale: rescale lambda so that rho lambda is kept when the penalty
+  /// changes.
   void begin(const Stage& stage, bool scale = true);
-  /// Cost of the motion as it is; infinite where an inverse has no answer.
+  /// Cost of the current motion; infinite if inverse dynamics fails.
   double cost() const { return cost_; }
-  /// One step: linearizes, and tries steps until one is better.
+  /// Takes one iteration: linearizes, and tries steps until one lowers the cost.
   Iteration iterate();
 
-  /// |violation| of conditions over instants.
+  /// Violation of all conditions over the instants.
   Spread violation() const;
-  /// The same of kUnactuatedForce alone: scene weights.
+  /// The same for kUnactuatedForce only, in weights of the trees.
   Spread unactuated() const;
-  /// lambda += violation where all are below `limit`; else lambda is halved.
+  /// Adds the violations to lambda if all are below `limit`; otherwise halves lambda.
   void update_multipliers(double limit);
-  /// By term: its share of the cost.
+  /// Cost of each term.
   VectorX cost_by_term() const;
   const std::vector<InstantValues>& values() const { return values_; }
 
   std::vector<VectorX> multipliers() const { return multipliers_; }
   void set_multipliers(std::vector<VectorX> multipliers) { multipliers_ = std::move(multipliers); }
-  /// The penalty that multipliers belong to, where they are put back.
+  /// Restores the penalty that restored multipliers refer to.
   void restore_penalty(double penalty) { stage_.penalty = penalty; }
   void set_damping(double mu) { damping_.set(mu); }
   double damping() const { return damping_.value(); }
-  /// J'J + as factored, for tests; linearize() fills it.
+  /// Fills J'J and J'r; public for tests.
   void linearize();
   const BlockCholesky& system() const { return system_; }
   const MatrixX& gradient() const { return gradient_; }
@@ -66,10 +67,10 @@ class Newton {
   Frames frames_;
   Stage stage_;
   ThreadPool pool_;
-  std::vector<std::unique_ptr<Evaluator>> evaluators_;  ///< by thread
-  std::vector<InstantValues> values_, trial_values_;    ///< by instant
-  std::vector<NormalEquations> normal_;                 ///< by instant
-  std::vector<VectorX> multipliers_;                    ///< by instant: rows
+  std::vector<std::unique_ptr<Evaluator>> evaluators_;  ///< one per thread
+  std::vector<InstantValues> values_, trial_values_;    ///< one per instant
+  std::vector<NormalEquations> normal_;                 ///< one per instant
+  std::vector<VectorX> multipliers_;                    ///< one per instant: lambda by row
   BlockCholesky system_;
   MatrixX gradient_, shift_, step_;  ///< nv x slots
   double cost_ = 0.0;

@@ -1,4 +1,4 @@
-// A few threads that wait for work: starting one takes longer than an inverse step.
+// Worker threads that are kept waiting, since starting a thread takes longer than an inverse step.
 #pragma once
 
 #include <condition_variable>
@@ -12,15 +12,15 @@ namespace counterpoint::optimization {
 
 class ThreadPool {
  public:
-  /// num_threads: 0 for one a core. The calling thread is one of them.
+  /// num_threads: 0 for one per core. The calling thread is one of them.
   explicit ThreadPool(int num_threads);
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
 
   int size() const { return static_cast<int>(threads_.size()) + 1; }
-  /// Calls task(i, thread) for i = 0 ... count - 1, each once, by whichever thread is free; returns
-  /// when all are done. Of exceptions one is thrown on.
+  /// Calls task(i, thread) for i = 0 ... count - 1, each once, on any thread, and returns when all
+  /// are done. If tasks throw, rethrows one of the exceptions.
   void run(int count, const std::function<void(int, int)>& task);
 
  private:

@@ -14,7 +14,7 @@ bool of_forces(Quantity quantity) {
   return quantity == Quantity::kAppliedForce || quantity == Quantity::kUnactuatedForce;
 }
 
-/// How far each limited coordinate is beyond the bounds drawn in by `length`; 0 within.
+/// Excess of each limited coordinate over the limits tightened by `length`; 0 within them.
 void limit_excess(const Model& model, const VectorX& q, double length, VectorX& out) {
   out.setZero(model.nv());
   for (int i = 1; i < model.num_bodies(); ++i) {
@@ -38,7 +38,7 @@ Layout::Layout(const Problem& problem) {
     const bool step = of_step(term.quantity);
     const int count = step ? problem.steps : instants;
     const auto resolved = [&](int frame) { return frame < 0 ? frame + count : frame; };
-    // At frame 0 of a motion with a start nothing can be changed.
+    // Frame 0 is fixed unless the motion is periodic, so that its terms are constant.
     const int least = step || problem.periodic ? 0 : 1;
     const int first = std::max(least, resolved(term.frames.first));
     const int last = std::min(count - 1, resolved(term.frames.last));
@@ -92,7 +92,7 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
   out.residual.setZero(layout.rows(instant));
   out.violation.setZero(layout.rows(instant));
   num_dense_ = 0;
-  dense_.resize(layout.rows(instant), 3 * nv);  // of which some rows are used
+  dense_.resize(layout.rows(instant), 3 * nv);  // only the first num_dense_ rows are used
   dense_residual_.resize(layout.rows(instant));
   force_weight2_.setZero(nv);
   force_gradient_.setZero(nv);
@@ -139,7 +139,7 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
   if (normal != nullptr) add_dense_rows(*normal);
 }
 
-/// Residual and violation from value_, which becomes the weighted value.
+/// Sets residual and violation of a term from value_.
 void Evaluator::set_rows(const Term& term, const Span& span, double factor,
                          const VectorX& multiplier, InstantValues& out) const {
   auto residual = out.residual.segment(span.first, span.rows);
@@ -248,7 +248,8 @@ void Evaluator::add_coordinate_rows(const VectorX& weight, const Span& span,
   }
 }
 
-/// The rows of all applied forces together: their weights add up.
+/// Adds the rows of all applied forces at once, with their summed squared weights, and the dense
+/// rows.
 void Evaluator::add_dense_rows(NormalEquations& normal) {
   const Eigen::Index nv = model_->nv();
   Eigen::Index forces = 0;
@@ -325,7 +326,8 @@ void Evaluator::evaluate_dense(const Term& term, const Span& span, const Stage& 
   num_dense_ += span.rows;
 }
 
-/// By central differences of the inverse: forces of single contacts have no derivatives elsewhere.
+/// Differentiates by central differences of the inverse, which has no derivatives of single contact
+/// forces.
 void Evaluator::differentiate_contact_force(const Term& term, const Stage& stage) {
   const double step = std::clamp(1e-3 * stage.options.contact.smoothing, 1e-10, 1e-6);
   const Inverse kept = inverse_;
@@ -351,7 +353,8 @@ void Evaluator::differentiate_contact_force(const Term& term, const Stage& stage
   inverse_ = kept;
 }
 
-/// By v it is linear; by q by central differences of kinematics alone.
+/// Differentiates the angular momentum: exactly with respect to v, in which it is linear; by
+/// central differences of kinematics with respect to q.
 void Evaluator::differentiate_angular_momentum() {
   constexpr double kStep = 1e-5;
   const Eigen::Index nv = model_->nv();

@@ -1,4 +1,4 @@
-// Residuals of one instant of a motion and their derivatives, by one thread.
+// Residuals of one instant of a motion and their derivatives; one object per thread.
 #pragma once
 
 #include <vector>
@@ -10,13 +10,13 @@
 
 namespace counterpoint::optimization {
 
-/// What a stage of the continuation asks for: how steps are done, and how much conditions weigh.
+/// Settings of a stage of the continuation.
 struct Stage {
   SimulationOptions options;
-  double penalty = 1.0;  ///< rho: a condition counts rho / 2 |c + multiplier|^2
+  double penalty = 1.0;  ///< rho: a condition costs rho / 2 |c + lambda|^2
   double late = 0.0;     ///< exponent of Term::late_weight, 0 ... 1
-  /// Only conditions count, without multipliers; other terms say what a change costs. A step then
-  /// goes the cheapest way to where the conditions hold.
+  /// Restoration: only conditions have residuals, without multipliers. Other terms stay in the
+  /// Gauss-Newton matrix as a metric, so that steps towards feasibility are cheapest in it.
   bool restoring = false;
   DerivativeMethod derivatives = DerivativeMethod::kAnalytic;
 };
@@ -27,7 +27,7 @@ struct Span {
   int first = 0, rows = 0;
 };
 
-/// Which terms have rows at which instant.
+/// Assigns rows of the instants to terms.
 class Layout {
  public:
   explicit Layout(const Problem& problem);
@@ -41,14 +41,14 @@ class Layout {
   std::vector<int> rows_;
 };
 
-/// What an instant comes to.
+/// Values of an instant.
 struct InstantValues {
-  VectorX residual;       ///< rows: sqrt of what counts; NaN where forces cannot be known
+  VectorX residual;       ///< rows; NaN if inverse dynamics fails
   VectorX violation;      ///< rows: weight (value - target) of conditions, 0 of other terms
   VectorX applied_force;  ///< nv [N, N m]; empty at frame N
 };
 
-/// J' J and J' r of an instant's rows by its three frames: before, at, behind.
+/// J'J and J'r of an instant's rows over three frames: before, at and after it.
 struct NormalEquations {
   MatrixX gram;      ///< 3 nv x 3 nv, lower triangle
   VectorX gradient;  ///< 3 nv
@@ -58,8 +58,8 @@ class Evaluator {
  public:
   explicit Evaluator(const Problem& problem);
 
-  /// multiplier: rows, of conditions. normal: unless null, the linearization.
-  /// Parameters: what it depends on, one by one.
+  /// Evaluates an instant. multiplier: lambda by row. normal: the linearization, or null.
+  /// Parameters: three inputs of the problem, the instant, and its inputs and outputs.
   void evaluate(const Layout& layout, const Frames& frames, const Stage& stage, int instant,
                 const VectorX& multiplier, InstantValues& out, NormalEquations* normal);
 
@@ -69,7 +69,8 @@ class Evaluator {
                             const VectorX& multiplier, InstantValues& out, NormalEquations* normal);
   void evaluate_forces(const Term& term, const Span& span, double factor, const VectorX& multiplier,
                        InstantValues& out, bool derivatives);
-  /// Parameters: what it depends on, one by one.
+  /// Parameters: the term with its place and scale, the stage, and inputs and outputs of the
+  /// instant.
   void evaluate_dense(const Term& term, const Span& span, const Stage& stage, double factor,
                       const VectorX& multiplier, InstantValues& out, bool derivatives);
   void differentiate_contact_force(const Term& term, const Stage& stage);
@@ -93,12 +94,12 @@ class Evaluator {
   KinematicScratch scratch_;
   VectorX q_before_, q_, q_next_, v_, w_, difference_;
   TangentMap v_by_before_, v_by_at_, w_by_at_, w_by_next_, by_target_, by_q_, sum_;
-  VectorX value_;                           ///< of the term at hand
+  VectorX value_;                           ///< value of the current term
   MatrixX by_before_, by_at_;               ///< rows x nv
-  MatrixX by_q_v_w_[3];                     ///< rows x nv: derivatives by q, v, v_next
-  VectorX force_weight2_, force_gradient_;  ///< nv: of all terms of applied forces
+  MatrixX by_q_v_w_[3];                     ///< rows x nv: derivatives with respect to q, v, v_next
+  VectorX force_weight2_, force_gradient_;  ///< nv: sums over all terms of applied forces
   MatrixX force_rows_;                      ///< nv x 3 nv: derivatives of the applied force
-  MatrixX dense_;                           ///< rows x 3 nv, weighted; as many as are used
+  MatrixX dense_;  ///< rows x 3 nv, weighted; the first num_dense_ rows are used
   VectorX dense_residual_;
   Eigen::Index num_dense_ = 0;
 };

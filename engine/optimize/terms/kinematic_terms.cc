@@ -8,15 +8,16 @@
 namespace counterpoint::optimization {
 namespace {
 
-/// Heights are rounded off near zero over this share of the length.
+/// Heights near zero are smoothed over this fraction of the length.
 constexpr double kRounding = 0.25;
 
-/// A factor that falls with a point's height, and its derivative over itself by the height.
+/// A factor that decreases with height, and its logarithmic derivative with respect to height.
 struct Fading {
   double value = 1.0, slope = 0.0;
 };
 Fading fading(double height, double length) {
-  // What is below counts as if it were at zero, smoothly: at a kink Newton's method would stay.
+  // Negative heights count as zero; the transition is smooth, since Newton's method stalls at a
+  // kink.
   const double root = std::hypot(height, kRounding * length);
   return {std::exp(-0.5 * (height + root) / length), -0.5 * (1.0 + height / root) / length};
 }
@@ -43,7 +44,8 @@ CenterOfMass center_of_mass(const Model& model, BodyRange bodies, const Kinemati
   return center;
 }
 
-/// 3 x nv: of every joint, what turns or moves the subtree behind it.
+/// Jacobian (3 x nv) of the centre of mass, from mass and first moment of the subtree of each
+/// joint.
 void center_jacobian(const Model& model, BodyRange bodies, const Kinematics& data, double mass,
                      KinematicScratch& scratch, MatrixX& out) {
   out.setZero();
@@ -63,8 +65,8 @@ void center_jacobian(const Model& model, BodyRange bodies, const Kinematics& dat
   }
 }
 
-/// Slip over h of the material point that is lowest at the start of the step, as contacts of a step
-/// have it: the centre of a sphere that rolls moves, and does not slide. x, last: of the centre at
+/// Slip over h of the material point that is lowest at the start of the step, as in contacts: the
+/// centre of a rolling sphere moves, but its contact point does not slide. x, last: the centre at
 /// the end and at the start; s.a, s.b: their Jacobians, if derivatives are wanted.
 void evaluate_sliding(const FramePoses& frames, const Term& term, const Vector3& x,
                       const Vector3& last, KinematicScratch& s, TermValue& out) {
@@ -72,7 +74,7 @@ void evaluate_sliding(const FramePoses& frames, const Term& term, const Vector3&
   const Vector3 z = Vector3::UnitZ();
   const Matrix3 turn = at.X_WB[term.body].rotation * before.X_WB[term.body].rotation.transpose();
   const Vector3 up = turn * z, slip = x - last - term.radius * (up - z);
-  // A contact gives force in a step that ends with it closed: the height at the end tells.
+  // Height at the end of the step: contacts exert force in steps that end with a closed gap.
   const Fading f = fading(x.z() - term.radius, term.length);
   out.value = f.value / h * slip.head<2>();
   if (!out.derivatives()) return;
@@ -129,7 +131,7 @@ void evaluate_turn(const FramePoses& frames, const Term& term, KinematicScratch&
     const Vector3 r = quaternion_log(Quaternion(off));
     out.value = r;
     if (!out.derivatives()) return;
-    // An angular velocity in W is R' times that in the body: the right Jacobian's axes.
+    // R' converts the angular velocity from W to body axes, where the right Jacobian applies.
     const double angle2 = r.squaredNorm(), angle = std::sqrt(angle2);
     const double c = angle2 < 1e-4 ? 1.0 / 12.0 + angle2 / 720.0
                                    : (1.0 - 0.5 * angle / std::tan(0.5 * angle)) / angle2;

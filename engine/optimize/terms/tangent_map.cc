@@ -7,10 +7,10 @@
 namespace counterpoint::optimization {
 namespace {
 
-/// The inverse of the right Jacobian of SO(3) at a rotation vector [rad] of less than a turn.
+/// The inverse of the right Jacobian of SO(3) at a rotation vector [rad] of less than one turn.
 Matrix3 inverse_right_jacobian(const Vector3& r) {
   const double angle2 = r.squaredNorm();
-  // By its series below 1e-2 rad: the next term is angle^4 / 30240 < 4e-13.
+  // Below 1e-2 rad its series is used; the next term is angle^4 / 30240 < 4e-13.
   double c = 1.0 / 12.0 + angle2 / 720.0;
   if (angle2 > 1e-4) {
     const double angle = std::sqrt(angle2);
