@@ -14,24 +14,25 @@ namespace {
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// The next length is this share of what the error allows, and within these factors of the last.
 constexpr double kSafety = 0.9, kMaxGrowth = 10.0, kMaxShrink = 0.1, kBisect = 0.5;
-/// Where the integrator failed, nothing says how much too long the step was.
+/// Factor after a failed step, whose error is unknown.
 constexpr double kAfterFailure = 0.25;
-/// How long before an impact a step ends, in lengths of the step that it then falls into: in the
-/// middle of its first half.
+/// Time from the end of a step to the impact ahead, as a share of the step that contains the
+/// impact: it falls into the middle of that step's first half.
 constexpr double kAim = 0.25;
-/// Differences below this many roundings of the largest coordinate are none.
+/// Differences below this share of the largest coordinate are rounding.
 constexpr double kRoundings = 16.0 * kEpsilon;
-/// Where contacts rest above each other, in lengths of smoothing; they settle there at any step.
+/// Height at which contacts rest above each other, in smoothing lengths; it is the same at any
+/// step.
 constexpr double kSmoothings = 16.0;
 
 bool given_is_at_fault(const StepReport& report) {
   return report.fault.kind >= FaultKind::kTime && report.fault.kind <= FaultKind::kServoVelocity;
 }
 
-/// What contacts and limits did in a step.
+/// The action of contacts and limits in a step.
 struct Push {
-  double speed = 0.0;   ///< taken or given, summed over them [m/s, rad/s]
-  bool landed = false;  ///< one that was open stopped something, faster than the tolerance
+  double speed = 0.0;   ///< sum of their changes of speed [m/s, rad/s]
+  bool landed = false;  ///< an open one changed a speed by more than the tolerance
 };
 
 Push find_push(const SimulationOptions& options, const ConstraintSet& constraints,
@@ -58,8 +59,8 @@ Push find_push(const SimulationOptions& options, const ConstraintSet& constraint
   return push;
 }
 
-/// When [s] the first contact of the last step will close that closes faster than `speed` [m/s],
-/// from the start of that step; early, as if gravity drove it. Infinity if there is none.
+/// Time [s] from the start of the last step until its first contact closes faster than `speed`
+/// [m/s]. It is a lower bound, as if gravity drove the contact; infinity if there is none.
 double time_to_contact(const Model& model, double speed, const ConstraintSet& constraints,
                        const Kinematics& at) {
   const double gravity = model.gravity().norm();
@@ -75,7 +76,7 @@ double time_to_contact(const Model& model, double speed, const ConstraintSet& co
   return first;
 }
 
-/// One length tried: two halves, and the whole to compare them with.
+/// A trial of one step length: two half steps, and a whole step to compare them with.
 class Trial {
  public:
   Trial(const Model& model, const SimulationOptions& options, const contact::Settings& settings,
@@ -89,7 +90,7 @@ class Trial {
         ws_(workspace.impl()),
         report_(report) {}
 
-  /// Fills the report but for what follows from the error.
+  /// Fills the report, except the fields that follow from the error.
   void run(const State& state, double h, State& middle, State& next) {
     report_.step = h;
     report_.error = kInfinity;
@@ -131,7 +132,7 @@ class Trial {
     return report.succeeded();
   }
 
-  /// The distance of the whole from the halves, over what is allowed.
+  /// Sets the error: the distance of the whole step from the halves, over the allowed distance.
   void measure(double h, const State& next) {
     StepControlScratch& scratch = ws_.control;
     scratch.q.resize(model_.nv());
@@ -143,8 +144,8 @@ class Trial {
     report_.error = 0.0;
     for (int t = 0; t < model_.num_trees(); ++t) {
       const Tree& tree = model_.trees()[t];
-      // Where constraints act velocities are those that close a gap within the step, or, with
-      // impulses in the middle of it, show half a step of falling: off by h, without adding up.
+      // Velocities under constraints are those that close a gap within the step, or contain half a
+      // step of falling (midpoint rule): an error of order h that does not accumulate.
       const bool velocities = scratch.touched[static_cast<size_t>(t)] == 0;
       for (int i = tree.v_begin; i < tree.v_end; ++i) {
         double off = std::abs(scratch.q[i]) - rounding_q;
@@ -171,14 +172,16 @@ class Trial {
   int coordinate_ = 0;
 };
 
-/// The error of a step is in proportion to h^(order + 1), what is allowed to h.
+/// Factor to the next step length: the error of a step grows as h^(order + 1), the allowed one as
+/// h.
 double factor(double error, int order) {
   if (!(error < kInfinity)) return kAfterFailure;
   return std::clamp(kSafety * std::pow(error, -1.0 / order), kMaxShrink, kMaxGrowth);
 }
 
-/// A step that ends shortly before the impact that is in one of h, or half as long.
-double nearer(const StepControlOptions& control, double h, double impact_step, double to_contact) {
+/// The length [s] of a step that ends shortly before the impact in a step of h, or of half a step.
+/// to_contact: time to the first contact [s].
+double nearer(double h, double impact_step, double to_contact) {
   const double before = to_contact - kAim * impact_step;
   return before > 0.0 && before < kBisect * h ? before : kBisect * h;
 }
@@ -193,7 +196,6 @@ void fail_missed(const Trial& trial, const Model& model, double min_step,
 
 }  // namespace
 
-/// Parameters: all it depends on.
 ControlledReport step_controlled(const Model& model, const SimulationOptions& options,
                                  const contact::Settings& settings, const State& state,
                                  const Input& input, double until, Workspace& workspace,
@@ -203,11 +205,11 @@ ControlledReport step_controlled(const Model& model, const SimulationOptions& op
   const StepControlOptions& control = *options.step_control;
   const double left = until - state.time;
   if (!(left > 0.0)) throw InputError("a controlled step must end later than it begins");
-  // Times would not rise by less.
+  // A smaller step would be lost in the rounding of the time.
   const double min_step = std::max(control.min_step, 64.0 * kEpsilon * std::abs(until));
   const double impact_step = std::max(control.event_tolerance, min_step);
   const double wanted = std::clamp(proposal, min_step, control.max_step);
-  // No sliver is left for the last step.
+  // The last two steps share the rest of the time, so that neither is very short.
   double h = left <= wanted ? left : std::min(wanted, 0.5 * left);
 
   ControlledReport report;
@@ -226,7 +228,7 @@ ControlledReport step_controlled(const Model& model, const SimulationOptions& op
       return time_to_contact(model, control.tolerance, ws.constraints, ws.start.kinematics());
     };
     h = report.impact
-            ? std::max(nearer(control, h, impact_step, to_contact()), impact_step)
+            ? std::max(nearer(h, impact_step, to_contact()), impact_step)
             : std::max(h * std::min(factor(report.error, trial.order()), kBisect), min_step);
   }
   if (!report.succeeded()) return report;
@@ -234,7 +236,7 @@ ControlledReport step_controlled(const Model& model, const SimulationOptions& op
   const double growth = report.impact || report.missed ? 1.0 : factor(report.error, trial.order());
   const double cap = report.rejected > 0 ? 1.0 : kMaxGrowth;
   const double allowed = report.step * std::clamp(growth, kMaxShrink, cap);
-  // A step cut short by `until` says nothing against the length that was wanted.
+  // A step cut short by `until` leaves the wanted length as it was.
   const bool cut = report.rejected == 0 && report.step < wanted;
   proposal = std::min(control.max_step, cut ? std::max(wanted, allowed) : allowed);
   return report;

@@ -3,8 +3,8 @@
 namespace counterpoint {
 
 bool AbaDerivator::compute(const Model& model, const VectorRef& v, const VectorRef& a,
-                           const VectorRef& diagonal, const Vector3& gravity,
-                           const Kinematics& data, AbaDerivatives& out) {
+                           const VectorRef& diagonal, const Vector3& gravity, const Data& data,
+                           AbaDerivatives& out) {
   rnea_.compute(model, v, a, gravity, data, inverse_);
   const int nv = model.nv();
   inverse_.da.diagonal() += diagonal;

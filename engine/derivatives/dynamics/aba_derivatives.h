@@ -17,7 +17,7 @@ class AbaDerivator {
   /// singular; D is diag(diagonal) (nv, constant, not negative). Nothing is allocated once `out`
   /// has its size.
   bool compute(const Model& model, const VectorRef& v, const VectorRef& a,
-               const VectorRef& diagonal, const Vector3& gravity, const Kinematics& data,
+               const VectorRef& diagonal, const Vector3& gravity, const Data& data,
                AbaDerivatives& out);  // Parameters: those of aba, and results
   /// Derivatives of inverse dynamics at the last compute(), with M + D in `da`.
   const RneaDerivatives& inverse() const { return inverse_; }

@@ -29,7 +29,7 @@ Vector3 force_on(const Model& model, const std::vector<int>& bodies, const Inver
 /// Force, or moment about the sensor's point, that a link receives from its parent through the
 /// joint, in the sensor's axes [N, N m]. `data` holds poses and the joint wrenches without
 /// contacts; contact forces on the link and its descendants are subtracted.
-Vector3 wrench_through(const Model& model, const Kinematics& data, const Inverse& inverse,
+Vector3 wrench_through(const Model& model, const Data& data, const Inverse& inverse,
                        const Sensor& sensor) {
   const Pose& link = data.X_WB[static_cast<std::size_t>(sensor.body)];
   const Vector3 point = link * sensor.point;
