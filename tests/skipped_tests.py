@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""skipped_tests.py LOG: the tests that ctest's log (Testing/Temporary/LastTest.log) says were skipped, by reason."""
+"""skipped_tests.py LOG: lists the tests that ctest's log (Testing/Temporary/LastTest.log) reports as skipped, by
+reason."""
 
 import collections
 import re

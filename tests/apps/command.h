@@ -1,4 +1,4 @@
-// Runs the built command as a user would, and reads what it leaves behind.
+// Runs the built command as a user would, and reads the files that it writes.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@
 
 namespace counterpoint::test {
 
-/// Of the test that runs, as part of a file's name.
+/// Name of the running test, usable as part of a file name.
 inline std::string test_name() {
   std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
   std::replace(name.begin(), name.end(), '/', '_');
@@ -30,7 +30,8 @@ struct CommandResult {
   std::string errors;  ///< standard error
 };
 
-/// A folder of its own for a test, removed with it; commands run from the root of the sources.
+/// A temporary folder for one test, removed by the destructor. Commands run in the root of the
+/// sources.
 class CommandFolder {
  public:
   explicit CommandFolder(const std::string& name);
@@ -38,7 +39,7 @@ class CommandFolder {
   CommandFolder(const CommandFolder&) = delete;
   CommandFolder& operator=(const CommandFolder&) = delete;
 
-  /// `arguments` as on a command line; "{}" stands for the folder.
+  /// Runs the command; `arguments` as on a command line, with "{}" replaced by the folder.
   CommandResult run(const std::string& arguments) const;
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   std::string read(const std::string& name) const;
@@ -77,16 +78,16 @@ inline void CommandFolder::write(const std::string& name, const std::string& con
   std::ofstream(folder_ / name, std::ios::binary) << content;
 }
 
-/// Tests of `counterpoint simulate`, in a folder of their own.
+/// Tests of `counterpoint simulate`, each in a folder of its own.
 class SimulateTest : public testing::Test {
  protected:
-  /// The report of a run that is to succeed.
+  /// Runs `simulate`, expects success, and returns the report.
   nlohmann::json simulate(const std::string& arguments) const {
     const CommandResult result = folder_.run("simulate " + arguments + " --json {}/r.json");
     EXPECT_EQ(result.exit_code, 0) << arguments << "\n" << result.errors;
     return folder_.json("r.json");
   }
-  /// `line`: the whole command line.
+  /// Expects exit code 2 and `message` on standard error. `line`: the whole command line.
   void expect_bad_input(const std::string& line, const std::string& message) const {
     const CommandResult result = folder_.run(line);
     EXPECT_EQ(result.exit_code, 2) << line;

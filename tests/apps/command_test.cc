@@ -1,4 +1,4 @@
-// The command as its users meet it: exit codes, messages, the keys of reports.
+// The command line as users meet it: exit codes, messages, the keys of reports.
 #include "apps/command.h"
 
 #include <gtest/gtest.h>
@@ -87,7 +87,7 @@ TEST_F(Command, SimulateReports) {
                        "max_penetration_m", "energy_start_J", "energy_end_J"});
   EXPECT_EQ(report["status"], "ok");
   EXPECT_EQ(report["steps"], 500);
-  EXPECT_NEAR(report["simulated_seconds"], 1.0, 1e-9);  // a sum of 500 steps
+  EXPECT_NEAR(report["simulated_seconds"], 1.0, 1e-9);  // round-off of a sum of 500 steps
   EXPECT_EQ(report["solver_failures"], 0);
   EXPECT_GT(report["contacts_mean"], 0.0);
   const std::string trajectory = folder_.read("t.csv");
@@ -95,7 +95,8 @@ TEST_F(Command, SimulateReports) {
 }
 
 TEST_F(Command, SimulateReportsTheKineticEnergy) {
-  // A box of half lengths 0.1, 0.2, 0.3 m and 1 kg turns at (0.01, 5, 0.01) rad/s, nothing else.
+  // A box of 1 kg with half lengths 0.1, 0.2 and 0.3 m rotates at (0.01, 5, 0.01) rad/s without
+  // translation.
   const double known = 0.5 / 3 * (0.13 * 1e-4 + 0.1 * 25 + 0.05 * 1e-4);
   expect_success(
       "simulate data/scenes/hard/dzhanibekov.yaml --duration 0.01 --output {}/t.csv --json "
@@ -106,7 +107,7 @@ TEST_F(Command, SimulateReportsTheKineticEnergy) {
 TEST_F(Command, AReportOnStandardOutputStandsAlone) {
   const CommandResult result =
       folder_.run("simulate data/scenes/cube_drop.yaml --duration 0.01 --json -");
-  EXPECT_EQ(nlohmann::json::parse(result.output)["steps"], 5);  // throws if there is more
+  EXPECT_EQ(nlohmann::json::parse(result.output)["steps"], 5);  // throws if there is more text
   EXPECT_NE(result.errors.find("5 steps"), std::string::npos);
 }
 
@@ -124,7 +125,7 @@ TEST_F(Command, SameInputGivesTheSameBytes) {
   EXPECT_NE(folder_.read("a.csv"), folder_.read("c.csv"));
 }
 
-/// Cell of the last row of a CSV, by its place.
+/// Cell of `column` in the last row of a CSV.
 double last_cell(const std::string& csv, const std::string& column) {
   const std::string header = csv.substr(0, csv.find('\n'));
   const size_t begin_of_last = csv.rfind('\n', csv.size() - 2) + 1;
@@ -141,7 +142,8 @@ TEST_F(Command, AppliedForcesHoldFromTheirRowToTheNext) {
   // 2 N on 1 kg from 0.1 to 0.2 s: ten steps of 0.01 s.
   folder_.write("u.csv", "time,cube.fx\n0.1,2\n0.2,0\n");
   expect_success("simulate {}/free.yaml --inputs {}/u.csv --output {}/t.csv");
-  EXPECT_NEAR(last_cell(folder_.read("t.csv"), "cube.vx"), 0.2, 1e-14);  // ten additions
+  EXPECT_NEAR(last_cell(folder_.read("t.csv"), "cube.vx"), 0.2,
+              1e-14);  // round-off of ten additions
 }
 
 TEST_F(Command, AFailedStepKeepsWhatWasComputed) {
@@ -165,7 +167,7 @@ TEST_F(Command, InspectCountsTheHumanoid) {
   const nlohmann::json report = folder_.json("r.json");
   EXPECT_EQ(report["nv"], 31);
   EXPECT_EQ(report["joints"].size(), 26u);
-  EXPECT_NEAR(report["mass_kg"], 63.6, 1e-9);  // the sum of the masses of the file
+  EXPECT_NEAR(report["mass_kg"], 63.6, 1e-9);  // the sum of the masses in the file
   for (const auto& joint : report["joints"]) {
     if (joint["type"] != "revolute") continue;
     EXPECT_TRUE(joint["lower"].is_number() && joint["upper"].is_number()) << joint["name"];
@@ -188,7 +190,7 @@ TEST_F(Command, InspectListsTheSurfacesThatPairsEndUpWith) {
   const auto between = [](const char* a, const char* b) { return nlohmann::json{a, b}; };
   EXPECT_EQ(surfaces[0]["between"], between("b/body/shape", "ground"));
   EXPECT_EQ(surfaces[0]["friction"], 0.3);
-  EXPECT_EQ(surfaces[0]["torsional_friction_m"], 0.01);  // the larger of both
+  EXPECT_EQ(surfaces[0]["torsional_friction_m"], 0.01);  // the larger of the two geometries' values
   EXPECT_EQ(surfaces[0]["rolling_friction_m"], 0.0);
   EXPECT_EQ(surfaces[1]["between"], between("a/body/shape", "ground"));
   EXPECT_EQ(surfaces[1]["rolling_friction_m"], 0.002);
@@ -227,7 +229,7 @@ TEST_F(Command, InspectSaysWhyPairsAreLeftOutAndWhatIsConcave) {
   EXPECT_EQ(report["joined_pairs"], 3);
   EXPECT_EQ(report["excluded_pairs"],
             nlohmann::json::parse(R"([{"a": "a/0", "b": "d/0", "reason": "SRDF: Never"}])"));
-  // a - c and b - d, 1 m apart; the sixth pair is the one of the SRDF.
+  // Pairs a - c and b - d, 1 m apart; the sixth pair is the one that the SRDF disables.
   EXPECT_EQ(report["overlapping_pairs"].size(), 2u);
   EXPECT_EQ(report["enabled_pairs"], 0);
   const nlohmann::json mesh = report["geometries"][0];
@@ -248,11 +250,11 @@ TEST_F(Command, ClosuresAreListedHeldAndInverted) {
   EXPECT_EQ(listed[3]["link_b"], "right/body");
   EXPECT_NEAR(listed[0]["length_m"], std::sqrt(1.09), 1e-12);
   for (const auto& closure : listed) EXPECT_NEAR(closure["open_m"], 0.0, 1e-12);
-  EXPECT_EQ(folder_.json("r.json")["excluded_pairs"].size(), 2u);  // beam - load, left - right
+  EXPECT_EQ(folder_.json("r.json")["excluded_pairs"].size(), 2u);  // beam - load and left - right
   expect_success("simulate data/scenes/closures.yaml --output {}/t.csv");
   expect_success("inverse data/scenes/closures.yaml {}/t.csv --json {}/i.json");
   const nlohmann::json inverse = folder_.json("i.json");
-  // Nothing is applied: what is found is error.
+  // No force is applied, so any recovered force is error.
   EXPECT_LT(inverse["unactuated_force_max"], 1e-8 * inverse["force_scale_max"].get<double>());
 }
 

@@ -1,4 +1,4 @@
-// compare: the score of a rollout against a recording.
+// `counterpoint compare`: scores of a rollout against a recording.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -17,8 +17,8 @@ namespace {
 using test::CommandFolder;
 using test::CommandResult;
 
-constexpr double kGravity = 9.81;  // [m/s^2], the scene's
-constexpr double kRate = 148.0;    // [1/s]
+constexpr double kGravity = 9.81;  // gravity of the scene [m/s^2]
+constexpr double kRate = 148.0;    // rows per second [1/s]
 
 /// A recording of a ballistic flight without rotation; velocities are backward differences.
 std::string ballistic_recording(int rows) {
@@ -32,7 +32,7 @@ std::string ballistic_recording(int rows) {
   return csv;
 }
 
-/// A column map of the cube with these first lines.
+/// A column map of the cube that starts with these lines.
 std::string cube_map(std::string lines) {
   lines += "columns:\n";
   for (const char* name :
@@ -53,7 +53,7 @@ TEST(Compare, StartsAFlightWithTheVelocityAtTheRow) {
   for (const auto* entry : {&report["recordings"][0], &report["median"]}) {
     EXPECT_TRUE(entry->contains("position_error_mean_m"));
     EXPECT_TRUE(entry->contains("rotation_error_mean_deg"));
-    // Semi-implicit Euler falls g h t / 2 too far: the discrete answer, to round-off.
+    // Semi-implicit Euler falls g h t / 2 too far; expects this discrete error to round-off.
     const double t = 59 / kRate;
     EXPECT_NEAR((*entry)["position_error_end_m"], 0.5 * kGravity * t / (8 * kRate), 1e-12);
     EXPECT_NEAR((*entry)["rotation_error_end_deg"], 0.0, 1e-12);
@@ -83,7 +83,7 @@ TEST(Compare, SaysWhatIsWrongInAColumnMap) {
   expect("rate: [1\n", "map.yaml:2");
 }
 
-/// A trajectory of the toss scene by the engine itself, and the column map that reads it.
+/// Writes a trajectory of the toss scene made by the engine, and the column map that reads it.
 void record_own_toss(const CommandFolder& folder) {
   ASSERT_EQ(folder.run("simulate data/scenes/cube_toss.yaml --output {}/own.csv").exit_code, 0);
   std::string map = "time: time\nfree: cube\nsubsteps: 1\ncolumns:\n";
@@ -104,15 +104,15 @@ TEST(Compare, OneStepOfAnOwnTrajectoryIsExact) {
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     return folder.json("r.json")["median"];
   };
-  // Differences of times are not quite the time step, nor are recorded quaternions of unit length
-  // to the last bit: 1e-16 of each, and 1e-8 rad are the root of 1e-16 in an angle from a cosine.
+  // Differences of times equal the time step, and recorded quaternions have unit length, to 1e-16
+  // only. Angles come from a cosine: sqrt(1e-16) = 1e-8 rad.
   const nlohmann::json one_step = run("--mode one-step");
   EXPECT_LT(one_step["position_error_mean_m"], 1e-13);
   EXPECT_LT(one_step["rotation_error_mean_deg"], 1e-9);
-  // It is not the recording compared with itself: another friction is seen.
+  // Another friction changes the score, so the recording is not merely compared with itself.
   const nlohmann::json other = run("--mode one-step --set friction=0.3");
   EXPECT_GT(other["position_error_mean_m"], 1e-7);
-  // Of a whole rollout the first row is the only start.
+  // A whole rollout starts from the first row only.
   const nlohmann::json rollout = run("");
   EXPECT_LT(rollout["position_error_mean_m"], 1e-9);
   EXPECT_GT(run("--set friction=0.3")["position_error_mean_m"],
@@ -131,14 +131,13 @@ TEST(Compare, NothingIsUnexplainedInAnOwnTrajectory) {
     return folder.json("r.json")["median"];
   };
   const nlohmann::json own = run("");
-  // Contacts give by 1e-8 of their force; impacts are up to a hundred times the weight.
-  // A bounce has its friction at its corners, and is looked at as if an edge had it beside its
-  // middle.
+  // Contacts yield by 1e-8 of their force; impacts reach a hundred times the weight. The friction
+  // of a bounce acts at the corners; the analysis may place it elsewhere on the edge.
   EXPECT_LT(own["unexplained_force_max"], 1e-5);
   EXPECT_LT(own["unexplained_torque_max"], 1e-5);
-  EXPECT_GT(own["contact_force_max"], 5.0);  // there were impacts to be explained
+  EXPECT_GT(own["contact_force_max"], 5.0);  // the recording has impacts
   EXPECT_NE(folder.read("page/index.html").find("<svg"), std::string::npos);
-  // Without friction the ground cannot have slowed it down; without reach it gives nothing.
+  // Without friction, or with the ground out of reach, the recorded loss of speed is unexplained.
   EXPECT_GT(run("--set friction=0")["unexplained_force_mean"], 0.05);
   EXPECT_GT(run("--set height=-1")["unexplained_force_mean"], 0.5);
 }
@@ -153,18 +152,18 @@ TEST(Compare, TheMeanOfAFlightIsAFlight) {
       "compare data/scenes/cube_toss.yaml {}/flight.csv --columns {}/map.yaml --json {}/r.json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const nlohmann::json report = folder.json("r.json");
-  // Five rows are one: two fewer at either end. 56 rows in four pieces.
+  // Means over five rows shorten the recording by two rows at either end: 56 rows in four pieces.
   ASSERT_EQ(report["recordings"].size(), 4u);
   for (const nlohmann::json& one : report["recordings"]) {
     EXPECT_EQ(one["rows"], 14);
-    // As of a flight without mean, see above.
+    // The error of a flight without averaging, see StartsAFlightWithTheVelocityAtTheRow.
     EXPECT_NEAR(one["position_error_end_m"], 0.5 * kGravity * 13 / kRate / (8 * kRate), 1e-12);
   }
 }
 
 TEST(Compare, TurnsAngularVelocitiesOfTheWorld) {
   const CommandFolder folder("compare_world");
-  // Turned by 90 degrees about z, and turning about the world's x.
+  // The body is rotated by 90 degrees about z and rotates about the world's x axis.
   std::string csv = "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n";
   const double s = std::sqrt(0.5);
   for (int k = 0; k < 3; ++k) {
@@ -182,13 +181,15 @@ TEST(Compare, TurnsAngularVelocitiesOfTheWorld) {
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     return folder.json("r.json")["median"]["rotation_error_end_deg"].get<double>();
   };
-  // A cube turns about any axis as it did. The angle is from a cosine: the root of 1e-16.
+  // The inertia of a cube is isotropic, so its angular velocity is constant. The angle comes from a
+  // cosine: error sqrt(1e-16).
   EXPECT_LT(error("world"), 1e-5);
   EXPECT_GT(error("body"), 0.5);
 }
 
-/// Impacts of a ball that slides, by closed form: m (1 + e) v_n along the normal, mu times that
-/// along the ground. Above the ground and within it, and one that is to be skipped.
+/// Writes closed-form impacts of a sliding ball: impulse m (1 + e) v_n along the normal, mu times
+/// that along the ground. The ball starts above or within the ground; the last row is to be
+/// skipped.
 void record_impacts(const CommandFolder& folder, double mu, double e) {
   constexpr double kRadius = 0.1;
   std::string csv = "z,vx,vz,ux,uz,uw,bad\n";
@@ -217,7 +218,7 @@ TEST(Compare, ImpactsOfABallAreThoseOfTheClosedForm) {
   const nlohmann::json report = folder.json("r.json");
   ASSERT_EQ(report["recordings"].size(), 6u);
   for (const nlohmann::json& one : report["recordings"]) {
-    // Contacts give by their compliance, 1e-6 of an impulse.
+    // Contacts yield by their compliance, 1e-6 of an impulse.
     EXPECT_LT(one["velocity_error_m_s"], 2e-5);
     EXPECT_NEAR(one["energy_ratio"], one["recorded_energy_ratio"], 2e-5);
   }
@@ -225,17 +226,18 @@ TEST(Compare, ImpactsOfABallAreThoseOfTheClosedForm) {
   for (const nlohmann::json& one : report["coordinates"]) EXPECT_GT(one["r2"], 0.999);
   const std::string rows = folder.read("rows.csv");
   EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 7);
-  // Another restitution bounces otherwise: by 0.3 of 1 ... 1.5 m/s and what friction makes of it.
+  // A restitution lower by 0.3 changes the bounce by 0.3 times 1 ... 1.5 m/s, plus the friction
+  // that follows.
   ASSERT_EQ(folder.run(command + "--set restitution=0.2").exit_code, 0);
   EXPECT_NEAR(folder.json("r.json")["median"]["velocity_error_m_s"], 0.3 * 1.25, 0.02);
-  // Beyond the margin nothing touches.
+  // No contact beyond the margin.
   folder.write("impacts.csv", "z,vx,vz,ux,uz,uw,bad\n0.2,1,-2,1,-2,0,0\n0.2,1,-2,1,-2,0,0\n");
   ASSERT_EQ(folder.run(command).exit_code, 0);
   EXPECT_EQ(folder.json("r.json")["median"]["velocity_error_m_s"], 0.0);
 }
 
-/// A ball of 2 kg slides up and down on a cart of 1 kg, whose rotor is felt as 3 kg along the rail:
-/// what friction takes at the ground slows 6 kg.
+/// A ball of 2 kg slides along a cart of 1 kg whose rotor adds 3 kg of reflected inertia along the
+/// rail, so the friction at the ground decelerates 6 kg.
 TEST(Compare, ImpactsMoveRotorsToo) {
   const CommandFolder folder("compare_impact_rotor");
   constexpr double kFriction = 0.2, kRestitution = 0.5;
@@ -278,7 +280,7 @@ TEST(Compare, ImpactsMoveRotorsToo) {
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const nlohmann::json report = folder.json("r.json");
   ASSERT_EQ(report["recordings"].size(), 4u);
-  // Contacts give by their compliance, 1e-6 of an impulse.
+  // Contacts yield by their compliance, 1e-6 of an impulse.
   for (const nlohmann::json& one : report["recordings"]) EXPECT_LT(one["velocity_error_m_s"], 2e-5);
 }
 
@@ -313,7 +315,7 @@ TEST(Compare, FindsRobotsInListedPackages) {
   EXPECT_NE(result.errors.find("--package ours=FOLDER"), std::string::npos) << result.errors;
 }
 
-/// The bounds on the median over the recorded tosses.
+/// Required bounds on the median over the recorded tosses.
 constexpr double kTossPosition = 0.014;  // [m]
 constexpr double kTossRotation = 14.0;   // [degrees]
 

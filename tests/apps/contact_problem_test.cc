@@ -1,4 +1,4 @@
-// counterpoint contact-problem: exit codes, the keys of its report, what it says about wrong files.
+// `counterpoint contact-problem`: exit codes, the keys of its report, messages about wrong files.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 class ContactProblem : public testing::Test {
  protected:
-  // One kilogram on the ground, sliding at 1 m/s and pushed down by 2 N s; mu 0.5.
+  // A mass of 1 kg on the ground slides at 1 m/s and is pushed down by 2 N s; mu = 0.5.
   ContactProblem() {
     write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,1,0,0.5\n");
     write("W.csv", "row,col,value\n0,0,1\n1,1,1\n2,2,1\n");
@@ -52,10 +52,10 @@ TEST_F(ContactProblem, ReportsBothFrictionModels) {
     EXPECT_EQ(problem["contacts"], 1);
     EXPECT_EQ(problem["rank"], 3);
     EXPECT_EQ(problem["asymmetry"], 0.0);
-    constexpr double kCompliance = 1e-8;  // the default: the residuals it allows, of impulses of 2
+    constexpr double kCompliance = 1e-8;  // the default; bounds the residuals for impulses of 2 N s
     EXPECT_LE(problem["dual"], 10 * kCompliance);
     EXPECT_LE(problem["complementarity"], 10 * kCompliance);
-    // The rounding of v over the compliance: 1e-16 / 1e-8, a few units.
+    // Round-off of v over the compliance: a few units of 1e-16 / 1e-8.
     EXPECT_LE(problem["inverse_error"], 1e-7);
   }
   EXPECT_EQ(report["problems"][0]["friction_model"], "convex");
@@ -65,7 +65,8 @@ TEST_F(ContactProblem, ReportsBothFrictionModels) {
 TEST_F(ContactProblem, OneFrictionModelIfAsked) {
   const CommandResult result = folder_.run("contact-problem {}/p --friction coulomb --json -");
   EXPECT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json report = nlohmann::json::parse(result.output);  // throws if there is more
+  const nlohmann::json report =
+      nlohmann::json::parse(result.output);  // throws if there is more text
   ASSERT_EQ(report["problems"].size(), 1u);
   EXPECT_EQ(report["problems"][0]["friction_model"], "coulomb");
   expect_bad_input("{}/p --friction none", "--friction");
@@ -82,13 +83,13 @@ TEST_F(ContactProblem, AFolderOfProblemsIsSolvedByName) {
 }
 
 TEST_F(ContactProblem, NotesWhereTheMatrixIsNotSymmetric) {
-  write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,0.5,0,0.5\n");  // sticks: r = (2, -0.5, 0), about
+  write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,0.5,0,0.5\n");  // sticks with r of about (2, -0.5, 0)
   write("W.csv", "row,col,value\n0,0,1\n1,1,1\n2,2,1\n0,1,0.02\n1,0,0.01\n");
   EXPECT_EQ(folder_.run("contact-problem {}/p --json {}/r.json").exit_code, 0);
   const nlohmann::json problem = folder_.json("r.json")["problems"][0];
   EXPECT_NEAR(problem["asymmetry"], 0.01, 1e-15);
   EXPECT_LT(problem["dual"], 1e-6);
-  // W r + q is off by 0.005 r, 0.01 across; over |q| of 2.
+  // W r + q is off by 0.005 r, 0.01 in the tangential direction, relative to |q| = 2.
   EXPECT_GT(problem["dual_as_given"], 1e-3);
 }
 
@@ -153,7 +154,7 @@ TEST_F(ContactProblem, SolvesTheRecordedProblems) {
   const nlohmann::json report = folder_.json("r.json");
   EXPECT_GE(report["problems"].size(), 11u);
   for (const auto& problem : report["problems"]) {
-    constexpr double kSolved = 1e-6;  // what is asked
+    constexpr double kSolved = 1e-6;  // required tolerance
     EXPECT_LT(problem["primal"], kSolved) << problem["name"];
     EXPECT_LT(problem["dual"], kSolved) << problem["name"];
     EXPECT_LT(problem["complementarity"], kSolved) << problem["name"];

@@ -1,4 +1,5 @@
-// explain: forces behind a recording that noise was added to, its tables, its report, its refusals.
+// `counterpoint explain` on a recording with added noise: forces, tables, report and error
+// messages.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -22,11 +23,11 @@ namespace {
 using test::CommandFolder;
 using test::CommandResult;
 
-constexpr double kWeight = 9.80665;  // of the cube [N]
-constexpr int kThinning = 5;         // of rows 2 ms apart: the recording has 100 Hz
+constexpr double kWeight = 9.80665;  // weight of the cube [N]
+constexpr int kThinning = 5;         // rows 2 ms apart become a recording at 100 Hz
 constexpr double kNoise = 1e-3;      // [m, rad]
 
-/// A table of numbers and words, by columns.
+/// A table of numbers and text, by column.
 struct Cells {
   std::vector<std::string> columns;
   std::vector<std::map<std::string, std::string>> rows;
@@ -57,8 +58,8 @@ struct Cells {
 
 constexpr std::array kPose{"x", "y", "z", "qw", "qx", "qy", "qz"};
 
-/// The motion of a cube that slides over the ground from 3 m/s on, seen at 100 Hz with white
-/// noise; beside it the force of the ground, from which the noise has been left out.
+/// Records a cube that slides over the ground from 3 m/s, sampled at 100 Hz with white noise, and
+/// the noise-free force of the ground.
 void record(const CommandFolder& folder, double noise = kNoise) {
   folder.write(
       "box.yaml",
@@ -76,7 +77,8 @@ void record(const CommandFolder& folder, double noise = kNoise) {
   for (std::size_t row = 0; row < motion.rows.size(); row += kThinning) {
     csv += motion.rows[row].at("time");
     for (const char* name : kPose) {
-      // The cube keeps its attitude: q = 1 + half the rotation vector of noise.
+      // The cube keeps its orientation, so the vector part of q is half the rotation vector of the
+      // noise.
       const bool real = name == std::string("qw");
       const double scale = real ? 0.0 : name[0] == 'q' ? 0.5 * noise : noise;
       csv += fmt::format(",{:.9g}", motion.number(row, std::string("box/body.") + name) +
@@ -95,7 +97,7 @@ std::string column_map(const std::string& more) {
 
 constexpr const char* kPlate = "contact_forces:\n  plate: {links: [box/body], z: plate}\n";
 
-/// Explains the recording, with all files.
+/// Explains the recording and writes every output file.
 CommandResult explained(const CommandFolder& folder, const std::string& more = "") {
   return folder.run(
       "explain {}/box.yaml {}/recording.csv --columns {}/map.yaml --output {}/motion.csv "
@@ -103,7 +105,7 @@ CommandResult explained(const CommandFolder& folder, const std::string& more = "
       more);
 }
 
-/// Every key of a report, at any depth, is named in docs/reference/json-reports.md.
+/// Expects every key of a report, at any depth, to be named in docs/reference/json-reports.md.
 void expect_documented(const nlohmann::json& report) {
   static const std::string document = [] {
     std::ifstream stream(test::source_dir() + "/docs/reference/json-reports.md");
@@ -124,7 +126,7 @@ TEST(Explain, TheGroundCarriesABoxThatSlides) {
   folder.write("map.yaml", column_map(kPlate));
   const CommandResult result = explained(folder, "--errors white --report {}/page");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  // In words, at the end.
+  // The last lines summarize the result in a sentence.
   const std::size_t last = result.output.rfind('\n', result.output.size() - 2);
   EXPECT_NE(result.output.find("the ground carries ", last), std::string::npos) << result.output;
   EXPECT_NE(result.output.find("not explained", last), std::string::npos) << result.output;
@@ -137,7 +139,8 @@ TEST(Explain, TheGroundCarriesABoxThatSlides) {
   EXPECT_EQ(entry["rows"], 51);
   EXPECT_EQ(entry["support"], "ground");
   EXPECT_NEAR(entry["weight_N"], kWeight, 1e-9);
-  // The ground carries the box; the second difference of 1 mm of noise alone is 2.5 weights.
+  // Expected result: the ground carries the box. The second difference of 1 mm of noise alone is
+  // 2.5 weights.
   EXPECT_NEAR(entry["carried"], 1.0, 0.06);
   EXPECT_LT(entry["unexplained_mean"], 0.05);
   ASSERT_EQ(entry["contact_forces"].size(), 1u);
@@ -163,7 +166,7 @@ TEST(Explain, TablesHoldMotionContactsAndForces) {
   EXPECT_NEAR(motion.number(0, "time"), 0.1, 1e-12);
   EXPECT_NEAR(motion.number(0, "time_step"), 0.01, 1e-12);
   EXPECT_EQ(motion.rows.back().at("time_step"), "");
-  // A trajectory, but one that the engine did not make: it has no hash, and inverse has doubts.
+  // A trajectory that the engine did not make has no hash, and inverse reports a doubt.
   EXPECT_FALSE(motion.has("state_hash"));
   const CommandResult inverse = folder.run("inverse {}/box.yaml {}/motion.csv --json {}/i.json");
   EXPECT_EQ(inverse.exit_code, 0) << inverse.errors;
@@ -174,8 +177,8 @@ TEST(Explain, TablesHoldMotionContactsAndForces) {
   for (std::size_t row = 0; row < contacts.rows.size(); ++row) {
     EXPECT_EQ(contacts.rows[row].at("geometry_b"), "ground");
     EXPECT_GT(contacts.number(row, "normal"), 0.0);
-    // The box drags the ground along, and slows down by half of g. Friction of a smoothed law stays
-    // a little below its limit.
+    // The box drags the ground along and decelerates at g / 2. Smoothed friction stays slightly
+    // below its limit.
     const double normal = contacts.number(row, "normal");
     EXPECT_NEAR(contacts.number(row, "fx"), 0.5 * normal, 0.1 * normal);
     EXPECT_NEAR(contacts.number(row, "fz"), -normal, 0.02 * normal);
@@ -215,7 +218,7 @@ TEST(Explain, SaysWhereNothingExplainsTheMotion) {
   const CommandFolder folder("explain_air");
   record(folder);
   folder.write("map.yaml", column_map(""));
-  // Without ground the box hangs in the air.
+  // Without ground the box is unsupported.
   const CommandResult result = explained(folder, "--set height=-1 --errors white");
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_NE(result.errors.find("recording.csv"), std::string::npos) << result.errors;
@@ -252,7 +255,7 @@ TEST(Explain, RowsThatAreNotEvenlySpacedAreInterpolated) {
   const CommandFolder folder("explain_uneven");
   record(folder);
   std::string csv = folder.read("recording.csv");
-  // The twentieth row is missing.
+  // Removes the twentieth row.
   std::size_t line = 0;
   for (int k = 0; k < 20; ++k) line = csv.find('\n', line) + 1;
   csv.erase(line, csv.find('\n', line) + 1 - line);

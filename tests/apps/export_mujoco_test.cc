@@ -1,4 +1,4 @@
-// What an exported scene does in MuJoCo.
+// Motion of exported scenes in MuJoCo.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,11 +18,11 @@ namespace {
 class ExportedToMujoco : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (peers::mujoco_version() < "3")  // "" where it was not found
+    if (peers::mujoco_version() < "3")  // "" if MuJoCo was not found
       GTEST_SKIP() << "MuJoCo 3, which reads what is exported, was not found when this was built";
   }
 
-  /// Largest distance of any body's origin there from ours after that long [m].
+  /// Largest distance [m] between MuJoCo's and our body origins after `seconds`.
   double difference(Scene scene, double time_step, double seconds) const {
     scene.options.time_step = time_step;
     const Exported out = export_mjcf(scene, collision::Collider(scene.model).overlapping_pairs());
@@ -43,23 +43,25 @@ class ExportedToMujoco : public ::testing::Test {
   test::CommandFolder folder_{"export_mujoco"};
 };
 
-// Both integrators are of first order, and of the same motion.
+// Both integrators are of first order and converge to the same motion.
 TEST_F(ExportedToMujoco, MovesAsOursUpToTheTimeStep) {
   const std::string folder = test::source_dir() + "/data/scenes/";
   const Scene pendulum = load_scene(folder + "double_pendulum.yaml");
   const double coarse = difference(pendulum, 1e-3, 0.1), fine = difference(pendulum, 5e-4, 0.1);
-  EXPECT_LT(coarse, 1e-5);  // 9e-7 measured; a wrong axis or inertia shows as millimetres
-  // Twice; what is of second order is 1e-3 of it.
+  EXPECT_LT(coarse, 1e-5);  // 9e-7 measured; a wrong axis or inertia gives millimetres
+  // The ratio is 2 for first order; second-order terms are 1e-3 of it.
   EXPECT_NEAR(coarse / fine, 2.0, 0.1);
-  // Falls without turning: the same sums in both.
+  // Falls without rotation: both engines compute the same sums.
   EXPECT_LT(difference(load_scene(folder + "humanoid_drop.yaml"), 1e-3, 0.1), 1e-14);
 }
 
-// The way there differs with the contact models, and where tumbling ends; not what stands.
+// The contact models differ in transients and in the final pose of tumbling bodies, but not for
+// standing bodies.
 TEST_F(ExportedToMujoco, StandsWhereOursStands) {
   for (const char* name : {"box_stack.yaml", "stack_5.yaml", "grid_5.yaml"}) {
     SCOPED_TRACE(name);
-    // 4e-7 measured: how far each sinks in. Those of the pyramid end 7 mm apart.
+    // 4e-7 m measured, from the difference in penetration. Pyramids are left out: their boxes end 7
+    // mm apart.
     const Scene scene = load_scene(test::source_dir() + "/data/scenes/" + name);
     EXPECT_LT(difference(scene, 2e-3, 1.0), 1e-5);
   }

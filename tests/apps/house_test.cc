@@ -1,4 +1,4 @@
-// The folders as docs/architecture.md draws them, and documents that point at what exists.
+// The include graph follows docs/architecture.md, and documents refer to things that exist.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -33,7 +33,7 @@ std::vector<fs::path> files_in(const fs::path& folder, const std::set<std::strin
   return files;
 }
 
-/// Of a folder and all below it.
+/// Files of a folder and of all folders below it.
 std::vector<fs::path> files_below(const fs::path& folder, const std::set<std::string>& extensions) {
   std::vector<fs::path> files = files_in(folder, extensions);
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -43,7 +43,7 @@ std::vector<fs::path> files_below(const fs::path& folder, const std::set<std::st
   return files;
 }
 
-/// First capture of every match.
+/// First capture group of every match.
 std::vector<std::string> matches(const std::string& text, const std::string& pattern) {
   const std::regex regex(pattern);
   std::vector<std::string> found;
@@ -72,7 +72,8 @@ TEST(House, FoldersIncludeOnlyWhatTheArchitectureAllows) {
   EXPECT_GT(includes, 50);
 }
 
-/// Which rooms of a library include which, what is shared at its top and other libraries left out.
+/// Include graph of the libraries' subfolders: folder -> folders it includes, without the top
+/// folders.
 using Rooms = std::map<std::string, std::set<std::string>>;
 
 Rooms rooms_of_libraries() {
@@ -93,7 +94,7 @@ Rooms rooms_of_libraries() {
   return rooms;
 }
 
-/// Whether `to` is included by `from`, through others too.
+/// Whether `from` includes `to`, directly or through others.
 bool leads(const Rooms& rooms, const std::string& from, const std::string& to,
            std::set<std::string>& seen) {
   const auto found = rooms.find(from);
@@ -113,7 +114,7 @@ TEST(House, NoRoomsIncludeOneAnother) {
   }
 }
 
-/// Every file that includes itself, through others too.
+/// No header includes itself, directly or through others.
 TEST(House, NoFileIncludesItself) {
   Rooms files;
   for (const char* library : {"model", "collision", "contact", "engine"})
@@ -134,7 +135,7 @@ TEST(House, NoFileIncludesItself) {
   }
 }
 
-/// cmake/public_headers.txt by section.
+/// Reads cmake/public_headers.txt: section -> headers.
 std::map<std::string, std::set<std::string>> public_headers() {
   std::map<std::string, std::set<std::string>> sections;
   std::ifstream stream(kRoot / "cmake/public_headers.txt");
@@ -150,8 +151,8 @@ std::map<std::string, std::set<std::string>> public_headers() {
   return sections;
 }
 
-/// What is installed compiles without anything else of ours: the apps and the package's consumer
-/// see no other header, and every one is there for a reason.
+/// Installed headers include only installed headers, and each one beyond those for users is
+/// included by another or by an app.
 TEST(House, PublicHeadersIncludeNoOthers) {
   const auto sections = public_headers();
   ASSERT_EQ(sections.size(), 2u);
@@ -216,7 +217,7 @@ TEST(Documents, LinksLeadSomewhere) {
   EXPECT_GT(links, 10);
 }
 
-/// Every key of a report, at any depth, is named in docs/reference/json-reports.md.
+/// Expects every key of a report, at any depth, to be named in docs/reference/json-reports.md.
 void expect_documented(const nlohmann::json& report, const std::string& document) {
   if (report.is_array() && !report.empty()) expect_documented(report[0], document);
   if (!report.is_object()) return;

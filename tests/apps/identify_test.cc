@@ -1,4 +1,4 @@
-// identify: figures found from recordings, and what is said of bad input.
+// `counterpoint identify`: parameters found from recordings, and messages about bad input.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,8 @@ namespace {
 using test::CommandFolder;
 using test::CommandResult;
 
-/// Cube tosses with other figures than the scene's, one file a toss; rows 1/148 s apart.
+/// Records cube tosses with other parameters than the scene's, one file per toss, rows 1/148 s
+/// apart.
 void toss(const CommandFolder& folder, int count, const std::string& figures) {
   for (int i = 0; i < count; ++i) {
     folder.write(fmt::format("toss{}.yaml", i),
@@ -57,8 +58,8 @@ TEST(Identify, FindsTheFiguresOfItsOwnTosses) {
   const nlohmann::json report = folder.json("r.json");
   const auto& found = report["parameters"];
   ASSERT_EQ(found.size(), 3u);
-  // The recordings are exact: what is left is where Levenberg-Marquardt stops: derivatives
-  // leave out what an impact within a step displaces.
+  // The recordings are exact; the remaining error is where Levenberg-Marquardt stops, since the
+  // derivatives leave out the displacement by an impact within a step.
   constexpr double kTolerance = 2e-6;
   EXPECT_NEAR(found[0]["value"], 0.25, kTolerance);
   EXPECT_NEAR(found[1]["value"], 0.3, kTolerance);
@@ -66,10 +67,10 @@ TEST(Identify, FindsTheFiguresOfItsOwnTosses) {
     EXPECT_LE(found[i]["lower_95"], i == 0 ? 0.25 + kTolerance : 0.3 + kTolerance);
     EXPECT_GE(found[i]["upper_95"], i == 0 ? 0.25 - kTolerance : 0.3 - kTolerance);
   }
-  // A free body falls and slides the same whatever its mass.
+  // The motion of a free body does not depend on its mass.
   EXPECT_FALSE(found[2]["identifiable"]);
   EXPECT_TRUE(found[2]["lower_95"].is_null());
-  EXPECT_NEAR(found[2]["value"], 0.37, 1e-12);  // left as it is
+  EXPECT_NEAR(found[2]["value"], 0.37, 1e-12);  // keeps the scene's value
   EXPECT_LT(report["test"]["found"]["position_error_mean_m"], 1e-6);
   EXPECT_GT(report["test"]["scene"]["position_error_mean_m"], 1e-3);
 }
@@ -108,21 +109,21 @@ TEST(Identify, FindsJointFiguresFromForces) {
       "armature:shoulder=0..2,damping:elbow=0..2 --objective force --samples 8 --json {}/r.json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const auto found = folder.json("r.json")["parameters"];
-  // Forces are linear in both: what is left is rounding of differences of times, 1e-16 / 0.002.
+  // Forces are linear in both parameters; the round-off of time differences remains, 1e-16 / 0.002.
   EXPECT_NEAR(found[0]["value"], 0.4, 1e-7);
   EXPECT_NEAR(found[1]["value"], 0.3, 1e-7);
-  // By joint: as good as found is what was recorded, and not without.
+  // Per joint: the found parameters reproduce the recording, the scene's do not.
   const auto coordinates = folder.json("r.json")["train"]["coordinates"];
   for (int i = 0; i < 2; ++i) {
     EXPECT_LT(coordinates["found"][i]["rms"], 1e-6);
     EXPECT_GT(coordinates["scene"][i]["rms"], 1e-2);
-    EXPECT_TRUE(coordinates["found"][i]["r2"].is_null());  // no force was recorded but 0
+    EXPECT_TRUE(coordinates["found"][i]["r2"].is_null());  // the recorded force is constant at 0
   }
 }
 
 TEST(Identify, FindsFrictionAndRestitutionOfImpacts) {
   const CommandFolder folder("identify_impacts");
-  // A ball that slides, by closed form (compare_test.cc).
+  // A sliding ball by closed form (compare_test.cc).
   constexpr double kFriction = 0.12, kRestitution = 0.35, kRadius = 0.1;
   std::string csv = "vx,vz,ux,uz,uw\n";
   for (int k = 0; k < 8; ++k) {
@@ -144,7 +145,7 @@ TEST(Identify, FindsFrictionAndRestitutionOfImpacts) {
       "friction=0.05..0.5,restitution=0..0.8 --objective rows --samples 10 --json {}/r.json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const nlohmann::json report = folder.json("r.json");
-  // Contacts give by their compliance, 1e-6 of an impulse.
+  // Contacts yield by their compliance, 1e-6 of an impulse.
   EXPECT_NEAR(report["parameters"][0]["value"], kFriction, 1e-5);
   EXPECT_NEAR(report["parameters"][1]["value"], kRestitution, 1e-5);
   EXPECT_EQ(report["test"]["recordings"], 4);
@@ -152,7 +153,7 @@ TEST(Identify, FindsFrictionAndRestitutionOfImpacts) {
   EXPECT_GT(report["test"]["scene"]["velocity_error_m_s"], 0.1);
 }
 
-/// The file with one column off by up to +-`size`, evenly, in all rows but the first.
+/// Adds uniform noise of up to +-`size` to one column, in all rows but the first.
 void disturb(const CommandFolder& folder, const std::string& file, const std::string& column,
              double size, std::uint64_t seed) {
   std::istringstream in(folder.read(file));
@@ -181,7 +182,7 @@ TEST(Identify, IntervalsCoverTheTruthUnderNoise) {
        {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
     map += fmt::format("  box/body.{0}: box/body.{0}\n", name);
   folder.write("map.yaml", map);
-  // A box slides to a stop within 0.08 m and more: v^2 / (2 mu g).
+  // The box slides to a stop after v^2 / (2 mu g), at least 0.08 m.
   constexpr int kRecordings = 8;
   for (int i = 0; i < kRecordings; ++i) {
     folder.write("slide.yaml",
@@ -199,8 +200,9 @@ TEST(Identify, IntervalsCoverTheTruthUnderNoise) {
       "{}/r.json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const nlohmann::json found = folder.json("r.json")["parameters"][0];
-  // Noise of 2.9 mm (5 mm / sqrt 3) in 100 rows of 8 recordings, which end mu g t^2 / 2 = 0.3 m
-  // short: mu is known to some 0.001. Wider than rounding, no wider than ten times that.
+  // Noise of 2.9 mm (5 mm / sqrt 3) in 100 rows of 8 recordings, whose ends depend on mu by mu g
+  // t^2 / 2 = 0.3 m, leaves mu uncertain by about 0.001. Intervals must be wider than round-off and
+  // at most ten times that.
   for (const std::string kind : {"", "bootstrap_"}) {
     const double lower = found[kind + "lower_95"], upper = found[kind + "upper_95"];
     EXPECT_LE(lower, 0.25) << kind;

@@ -1,5 +1,5 @@
-// Ctrl-C ends a run, not the program: what was computed is kept, and the user is told. simulate and
-// rollout have their tests beside their others.
+// Ctrl-C ends a run in order: results so far are written and the user is told. The tests of
+// simulate and rollout are beside their other tests.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -16,11 +16,11 @@ using test::CommandFolder;
 using test::CommandResult;
 using test::test_name;
 
-/// A second, and what a machine at work on other things adds [s].
+/// The promised second, plus an allowance for a loaded machine [s].
 constexpr double kMostSeconds = 1.0 + 2.0;
 
-/// Runs a command that would take minutes, and sends a signal a moment after it has begun to listen
-/// to it (bit 2 of the signals caught).
+/// Runs a command that would take minutes, and sends a signal 0.5 s after it has installed its
+/// handler (bit 2 of SigCgt in /proc/<pid>/status).
 CommandResult interrupted(const CommandFolder& folder, const std::string& arguments,
                           const std::string& signal = "INT") {
   CommandResult result =
@@ -43,7 +43,7 @@ CommandResult interrupted(const CommandFolder& folder, const std::string& argume
 
 long lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
 
-/// tosses of the bundled cube, as recordings, and their column map.
+/// Writes tosses of the bundled cube as recordings, and their column map.
 void record_tosses(const CommandFolder& folder) {
   ASSERT_EQ(folder
                 .run("simulate data/scenes/cube_drop.yaml --duration 0.4 --timestep 0.02 "
@@ -75,7 +75,7 @@ TEST(Interrupt, DerivativesHasTheStepsSoFar) {
 TEST(Interrupt, CompareHasTheRecordingsSoFar) {
   const CommandFolder folder(test_name());
   record_tosses(folder);
-  // The second takes minutes; it is left out, the first is there.
+  // The first recording is short; the second takes minutes and is left out of the report.
   folder.write("short.csv", [&] {
     const std::string all = folder.read("toss.csv");
     size_t end = 0;
@@ -150,7 +150,7 @@ TEST(Interrupt, OptimizeHasTheMotionSoFar) {
   EXPECT_GT(lines(folder.read("walk.csv")), 10);
 }
 
-// Where a single row, recording, point or piece takes minutes: nothing waits for its end.
+// A single row, recording, point or piece takes minutes; the signal must not wait for its end.
 TEST(Interrupt, EndsWhateverTakesMinutesWithinASecond) {
   const CommandFolder folder(test_name());
   record_tosses(folder);

@@ -1,4 +1,4 @@
-// From motion back to force, through files: what simulate applied, inverse recovers.
+// Inverse dynamics through files: `inverse` recovers the forces that `simulate` applied.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -18,20 +18,20 @@ namespace {
 using test::CommandFolder;
 using test::CommandResult;
 
-/// A scene on the command line, driven at random for a time that covers falls, impacts and limits.
+/// A scene driven at random for long enough to cover falls, impacts and joint limits.
 struct Case {
   const char* name;
   const char* file;     ///< "@": in the folder of shared data
-  const char* options;  ///< that go with it
+  const char* options;  ///< command line options
   double duration;      ///< [s]
-  double inputs = 2.0;  ///< as --random-inputs
+  double inputs = 2.0;  ///< value of --random-inputs
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
 class Inverse : public testing::TestWithParam<std::tuple<Case, double>> {};
 
-/// The issue's bound on |u recovered - u applied| / largest force at work.
+/// Required bound on |recovered - applied force| / largest force at work.
 constexpr double kRelativeError = 1e-8;
 
 TEST_P(Inverse, RecoversRandomAppliedForces) {
@@ -57,7 +57,7 @@ TEST_P(Inverse, RecoversRandomAppliedForces) {
   EXPECT_EQ(report["steps"], folder.json("f.json")["steps"]);
   EXPECT_LT(report["applied_force_relative_error_max"], kRelativeError);
   EXPECT_GT(report["applied_force_max"], 0.0);
-  // A floating base is not driven: what is found there is error too.
+  // A floating base is not actuated, so any force found there is error.
   EXPECT_LT(report["unactuated_force_max"],
             kRelativeError * report["force_scale_max"].get<double>());
   RecordProperty("relative_error", report["applied_force_relative_error_max"].dump());
@@ -68,9 +68,9 @@ const Case kCases[] = {
     {"quadruped", "data/scenes/quadruped_drop.yaml", "", 0.5},
     {"arm7", "data/scenes/arm7.yaml", "", 0.8},
     {"solo12", "@solo12/solo_description/robots/solo12.urdf", "--base floating --ground", 1.0,
-     1.0},  // twice that turns its shins by up to 5 rad a step of 10 ms: 2e-8 then, of rounding
+     1.0},  // 2.0 turns its shins by up to 5 rad per 10 ms step; round-off then gives 2e-8
     {"panda", "@panda_primitives/panda_description/urdf/panda_collision.urdf", "--base fixed",
-     1.0},  // its first link would turn 9 cm deep in a ground at z = 0
+     1.0},  // on a ground at z = 0 its first link would start 9 cm deep
     {"husky", "@husky/data/husky/husky.urdf", "--base floating --ground", 1.0},
 };
 
@@ -99,7 +99,7 @@ TEST(InverseFiles, RecoveredForcesDriveTheSameMotion) {
                      "--json {}/b.json")
                 .exit_code,
             0);
-  // The energy at the end sums up the state; forces are recovered to round-off.
+  // The energy at the end depends on the whole motion; forces are recovered to round-off.
   EXPECT_NEAR(folder.json("a.json")["energy_end_J"], folder.json("b.json")["energy_end_J"], 1e-8);
 }
 
@@ -112,8 +112,8 @@ TEST(InverseFiles, ContactsCarryTheWeightOfACubeAtRest) {
                    "/data/robots/cube.urdf\n    base: floating\n    position: [0, 0, 0.1]\n");
   ASSERT_EQ(folder.run("simulate {}/rest.yaml --output {}/t.csv").exit_code, 0);
   ASSERT_EQ(folder.run("inverse {}/rest.yaml {}/t.csv --contacts {}/c.csv").exit_code, 0);
-  // The last four rows are the corners in the last step; the last column but the three of the slip
-  // is the force along z on geometry b, the ground.
+  // The last four rows are the corners in the last step. The last three columns are the slip; the
+  // one before is the force along z on geometry b, the ground.
   const std::string csv = folder.read("c.csv");
   double weight = 0.0;
   size_t end = csv.size() - 1;
@@ -123,7 +123,7 @@ TEST(InverseFiles, ContactsCarryTheWeightOfACubeAtRest) {
     weight -= std::stod(csv.substr(begin, end - begin));
     end = csv.rfind('\n', begin);
   }
-  // At rest to the solver's tolerance (1e-10 relative) after 500 steps of settling.
+  // At rest to the solver's relative tolerance of 1e-10, after 500 steps of settling.
   EXPECT_NEAR(weight, 9.80665, 1e-6);
 }
 
@@ -146,8 +146,9 @@ TEST(InverseFiles, WhereNothingMovesNothingIsFound) {
 
 TEST(InverseFiles, ServoTargetsAndWrenchesAreKnownFromTheTrajectory) {
   const CommandFolder folder("inverse_known");
-  // Only some of the columns: the other servos keep the scene's targets. elbow_link is pushed.
-  // Targets move by less than brings the motor to its limit, where the motion no longer tells u.
+  // Only some columns are given: the other servos keep the scene's targets, and elbow_link is
+  // pushed. Targets move too little to saturate the motors; at the effort limit the motion does not
+  // determine u.
   folder.write("in.csv",
                "time,elbow.u,elbow.target,wrist_pitch.target_velocity,elbow_link.fx,elbow_link.tz\n"
                "0,1,0.9,0,0,0\n0.02,2,0.92,0.1,15,-2\n0.05,-1,0.88,0,0,3\n");
@@ -166,7 +167,7 @@ TEST(InverseFiles, ServoTargetsAndWrenchesAreKnownFromTheTrajectory) {
   EXPECT_NE(unknown.errors.find("elbow.targt"), std::string::npos) << unknown.errors;
 }
 
-/// 64 bodies that start half inside each other, driven at random: every step has softer contacts.
+/// 64 bodies that start half inside each other, driven at random: every step is softened.
 constexpr const char* kSoftened =
     "data/scenes/piles/pile_64_overlap.yaml --duration 0.02 --random-wrenches 0.5";
 
@@ -181,7 +182,7 @@ TEST(InverseFiles, SoftenedStepsAreInvertedByTheirRecord) {
   const nlohmann::json report = folder.json("i.json");
   EXPECT_GT(report["applied_force_max"], 1.0);
   EXPECT_LT(report["applied_force_relative_error_max"], kRelativeError);
-  // The two columns are what makes it so.
+  // The inverse depends on the two softening columns: without them it is wrong.
   std::string csv = folder.read("t.csv"), line, without;
   std::istringstream lines(csv);
   while (std::getline(lines, line)) {
@@ -214,8 +215,7 @@ TEST(InverseFiles, RefusesATrajectoryOfAnotherScene) {
   EXPECT_NE(result.errors.find("cube.x"), std::string::npos) << result.errors;
 }
 
-/// The trajectory with its numbers in so many digits, every n-th row, without the columns of these
-/// names.
+/// Rewrites a trajectory with `digits` digits, every `every`-th row, and without the named columns.
 std::string spoilt(const std::string& text, int digits, int every,
                    const std::vector<std::string>& without) {
   std::istringstream lines(text);
@@ -238,8 +238,8 @@ std::string spoilt(const std::string& text, int digits, int every,
   return out;
 }
 
-// The ground carries a box at rest. Of rounded velocities the contact's share cannot be told: its
-// weight is never called an applied force without a word about it.
+// The ground carries a box at rest. Rounded velocities do not determine the contact forces, so the
+// weight must not be reported as an applied force without a warning.
 TEST(InverseFiles, RoundedAndThinnedRowsAreSentToTheCommandThatFits) {
   const CommandFolder folder("inverse_rounded");
   folder.write("s.yaml",

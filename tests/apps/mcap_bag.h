@@ -1,4 +1,4 @@
-// An .mcap file as rosbag2 writes it, byte by byte (mcap.dev/spec), and messages in CDR.
+// Writes .mcap files as rosbag2 does, byte by byte (mcap.dev/spec), with messages in CDR.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,7 @@
 
 namespace counterpoint::test {
 
-/// The fields of one message, in the order in which they are given; aligned to their size, as CDR
-/// has them.
+/// Fields of one message in call order, each aligned to its size as CDR requires.
 class RosMessage {
  public:
   template <class Number, class Given>
@@ -32,7 +31,7 @@ class RosMessage {
   std::string bytes_;
 };
 
-/// Schemas, channels and messages, in one chunk without compression.
+/// Schemas, channels and messages in one chunk without compression.
 class McapBag {
  public:
   void schema(std::uint16_t id, const std::string& name, const std::string& definition) {

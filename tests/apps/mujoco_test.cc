@@ -1,4 +1,4 @@
-// MuJoCo as our scenes drive it: the same bodies, frames, forces and signs as ours.
+// The MuJoCo adapter drives our scenes with the same bodies, frames, forces and signs as ours.
 #include "peers/mujoco.h"
 
 #include <gtest/gtest.h>
@@ -28,13 +28,13 @@ class MujocoTest : public ::testing::Test {
     if (mujoco_version().empty()) GTEST_SKIP() << "MuJoCo was not found when this was built";
   }
 
-  /// A scene written as YAML; without contacts unless it says otherwise.
+  /// Loads a scene from YAML text; without contacts unless the text has a ground.
   Scene scene(const std::string& yaml) const {
     folder_.write("scene.yaml", "gravity: [0, 0, -9.81]\n" + yaml);
     return load_scene(folder_.path("scene.yaml"));
   }
 
-  /// Steps for that long [s].
+  /// Steps for `seconds`.
   static void run(Mujoco& mujoco, const Scene& scene, double seconds, const Input& input = {}) {
     const long steps = std::lround(seconds / scene.options.time_step);
     for (long i = 0; i < steps; ++i) ASSERT_EQ(mujoco.step(input).failure, "");
@@ -43,7 +43,7 @@ class MujocoTest : public ::testing::Test {
   test::CommandFolder folder_{"mujoco"};
 };
 
-/// Trees of every joint type, tilted inertias and turned axes, at rest nowhere.
+/// Random trees with every joint type, rotated inertias and axes, and nonzero velocities.
 Scene random_scene(std::uint64_t seed) {
   test::RandomModelOptions options;
   options.links = 10;
@@ -79,7 +79,7 @@ TEST_F(MujocoTest, HasOurMassesFramesAndEnergy) {
         kinetic_energy(scene.model, scene.v, data) + potential_energy(scene.model, data);
     EXPECT_NEAR(mujoco.energy(), energy, kRoundOff * std::max(1.0, std::abs(energy)));
 
-    // Floating joints of ours have their linear velocity in the axes of the joint's frame.
+    // Our floating joints express the linear velocity in the joint's frame.
     MatrixX to_mujoco = MatrixX::Identity(scene.model.nv(), scene.model.nv());
     for (const Body& body : scene.model.bodies()) {
       if (body.parent == 0 && body.joint_type == JointType::kFloating)
@@ -96,14 +96,14 @@ TEST_F(MujocoTest, HasOurMassesFramesAndEnergy) {
   }
 }
 
-// Where no constraint acts, both schemes are semi-implicit Euler with implicit damping: one step is
-// the same to first order, since our Coriolis forces are those in the middle of the step. Gravity,
-// Coriolis forces, applied forces and wrenches all have their part in it.
+// Without constraints both schemes are semi-implicit Euler with implicit damping. One step agrees
+// to first order, since we evaluate Coriolis forces at the middle of the step. Gravity, Coriolis
+// forces, applied forces and wrenches all take part.
 TEST_F(MujocoTest, StepsFreeTreesAsWeDo) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     Scene scene = random_scene(seed);
-    // 2 ms apart by up to 1e-3 of second order, most of it what momentum asks of the base: here by
-    // 1e-11. 1 N on 1 kg makes 2e-7.
+    // The second-order difference is up to 1e-3 at 2 ms, mostly from the momentum balance of the
+    // base, and 1e-11 at this step. For comparison: 1 N on 1 kg gives 2e-7 m/s.
     scene.options.time_step = 2e-7;
     const int nv = scene.model.nv();
     Input input;
@@ -120,7 +120,7 @@ TEST_F(MujocoTest, StepsFreeTreesAsWeDo) {
     EXPECT_LT((mujoco.state().v - sim.state().v).cwiseAbs().maxCoeff(), 1e-11 * scale) << seed;
     VectorX way(nv);
     configuration_difference(scene.model, sim.state().q, mujoco.state().q, way);
-    // Rounding of the pose, and h^2 / 2 times how fast a base is pushed by what its links do.
+    // Round-off of the pose, plus h^2 / 2 times the base acceleration due to its links.
     EXPECT_LT(way.cwiseAbs().maxCoeff(), 2e-13 * scale) << seed;
   }
 }
@@ -130,7 +130,7 @@ TEST_F(MujocoTest, FallsFreely) {
   for (const MujocoSettings settings : kBoth) {
     Mujoco mujoco(ball, settings);
     run(mujoco, ball, 1.0);
-    // Semi-implicit Euler of a constant force: v exact, way g t (t + h) / 2.
+    // Semi-implicit Euler with a constant force: v is exact, the distance is g t (t + h) / 2.
     const double h = ball.options.time_step;
     EXPECT_NEAR(mujoco.state().v[2], -kGravity, 1e-11);
     EXPECT_NEAR(mujoco.state().q[2] - ball.q[2], -0.5 * kGravity * (1.0 + h), 1e-11);
@@ -139,7 +139,7 @@ TEST_F(MujocoTest, FallsFreely) {
 }
 
 TEST_F(MujocoTest, SwingsWithThePendulumsPeriod) {
-  Scene pendulum = load_scene(test::source_dir() + "/data/scenes/pendulum.yaml");  // 1 m
+  Scene pendulum = load_scene(test::source_dir() + "/data/scenes/pendulum.yaml");  // length 1 m
   pendulum.q[0] = 1e-3;
   const double h = pendulum.options.time_step;
   const double period = 2.0 * std::numbers::pi * std::sqrt(1.0 / kGravity);
@@ -156,8 +156,8 @@ TEST_F(MujocoTest, SwingsWithThePendulumsPeriod) {
       }
       last = now;
     }
-    // The scheme's period is off by (w h)^2 / 24, 4e-7 of it; amplitude: a^2 / 16, 6e-8; the bob's
-    // own inertia 2e-7.
+    // Relative errors of the period: (w h)^2 / 24 = 4e-7 from the scheme, a^2 / 16 = 6e-8 from the
+    // amplitude, 2e-7 from the inertia of the bob.
     EXPECT_NEAR((crossing - first_crossing) / 10.0, period, 2e-6 * period);
   }
 }
@@ -169,28 +169,28 @@ TEST_F(MujocoTest, CarriesABoxByItsWeight) {
     run(mujoco, box, 2.0);
     Vector3 sum = Vector3::Zero();
     for (const ContactForce& c : mujoco.contacts()) {
-      // Geometry A is the lower index, and the force is on B.
+      // Geometry A has the lower index; the force acts on B.
       const bool box_is_b = box.model.geometries()[std::size_t(c.contact.geometry_b)].body == 1;
       sum += box_is_b ? c.force : Vector3(-c.force);
       EXPECT_GT(c.contact.normal.dot(c.force), 0.0);
     }
     EXPECT_GE(mujoco.contacts().size(), 3u);
-    // At rest; soft contacts take long to settle: 1e-6 of the weight by measurement.
+    // At rest; soft contacts settle slowly: 1e-6 of the weight measured.
     EXPECT_LT((sum - Vector3(0, 0, 3.0 * kGravity)).norm(), 1e-5 * 3.0 * kGravity);
   }
 }
 
-// MuJoCo itself would take the larger friction.
+// MuJoCo itself would use the larger of the two friction coefficients.
 TEST_F(MujocoTest, SlidesWithOurFrictionOfThePair) {
   const Scene block = scene(
       "ground: {friction: 0.8}\n"
       "models: [{name: a, box: [0.1, 0.1, 0.02], mass: 1, position: [0, 0, 0.02], friction: 0.2,"
       " velocity: {linear: [3, 0, 0]}}]\n");
   Mujoco mujoco(block, MujocoSettings::kBest);
-  run(mujoco, block, 0.1);  // past the first bounces
+  run(mujoco, block, 0.1);  // after the first bounces
   const double before = mujoco.state().v[0];
   run(mujoco, block, 0.4);
-  // sqrt(0.2 0.8) = 0.4. The plate hops: 11 % off as measured; the larger friction would give 100
+  // sqrt(0.2 0.8) = 0.4. The plate hops: 11 % off measured; the larger coefficient would give 100
   // %.
   EXPECT_NEAR((before - mujoco.state().v[0]) / 0.4, 0.4 * kGravity, 0.15 * 0.4 * kGravity);
 }
@@ -211,7 +211,7 @@ TEST_F(MujocoTest, ClosuresCarryWhatHangsOnThem) {
       const Vector3 on_b = mujoco.closures().at(0).force.force;
       const Vector3 known(0, 0, (a_is_world ? 1.0 : -1.0) * 2.0 * kGravity);
       EXPECT_LT((on_b - known).norm(), 1e-6 * known.norm()) << closure;  // at rest
-      // Soft: it sags by some g / stiffness, 1 mm at the defaults.
+      // Soft closures sag by about g / stiffness, 1 mm at the defaults.
       EXPECT_LT((mujoco.state().q.head<3>() - hanging.q.head<3>()).norm(), 1e-3) << closure;
     }
   }
@@ -223,7 +223,7 @@ TEST_F(MujocoTest, RodOfAnotherLengthThanAtTheStartIsPulledToIt) {
       "closures: [{type: distance, between: [world, a/body], anchor_a: [0, 0, 2], length: 1.1}]\n");
   Mujoco mujoco(rod, MujocoSettings::kBest);
   run(mujoco, rod, 2.0);
-  EXPECT_NEAR(mujoco.state().q[2], 0.9, 1e-4);  // the sag of the last test
+  EXPECT_NEAR(mujoco.state().q[2], 0.9, 1e-4);  // sag as in ClosuresCarryWhatHangsOnThem
 }
 
 TEST_F(MujocoTest, JointForcesAreOurs) {
@@ -233,7 +233,7 @@ TEST_F(MujocoTest, JointForcesAreOurs) {
   Input push{VectorX::Constant(1, 3.0), {}};
   Mujoco friction(held, MujocoSettings::kBest);
   run(friction, held, 1.0, push);
-  EXPECT_LT(std::abs(friction.state().v[0]), 1e-3);  // soft: it creeps
+  EXPECT_LT(std::abs(friction.state().v[0]), 1e-3);  // soft friction creeps
   push.applied_force[0] = 9.0;
   run(friction, held, 1.0, push);
   EXPECT_NEAR(friction.state().v[0], (9.0 - 5.0) / 2.0, 1e-2);
@@ -257,7 +257,7 @@ TEST_F(MujocoTest, RefusesWhatMujocoLacks) {
   EXPECT_THROW(Mujoco(quadratic, MujocoSettings::kDefault), NotExpressible);
 }
 
-// More contacts than there was room for: the step is taken again with more room.
+// When the contacts exceed the buffer, the step is repeated with a larger one.
 TEST_F(MujocoTest, FindsRoomForContacts) {
   const Scene boxes = scene(
       "ground: {}\nmodels: [{name: a, box: [0.1, 0.1, 0.1], mass: 1, position: [0, 0, 0.0999],"
@@ -269,7 +269,7 @@ TEST_F(MujocoTest, FindsRoomForContacts) {
 
 TEST_F(MujocoTest, SaysThatAMotionIsLost) {
   Scene ball = test::free_ball({});
-  ball.v[0] = 1e11;  // beyond what MuJoCo takes for a number
+  ball.v[0] = 1e11;  // above the largest value that MuJoCo accepts
   Mujoco mujoco(ball, MujocoSettings::kDefault);
   EXPECT_NE(mujoco.step({}).failure, "");
 }

@@ -1,4 +1,4 @@
-// counterpoint optimize, as a user runs it.
+// `counterpoint optimize` as a user runs it.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -29,11 +29,11 @@ TEST(OptimizeCommand, WritesMotionReportAndFigures) {
   for (const auto& [key, value] : report.items())
     EXPECT_NE(document.find('`' + key + '`'), std::string::npos) << key;
 
-  // The motion is one that simulate makes: its forces, played from its start, end where it does.
+  // The plan is a motion of the engine: simulating its forces from its start reaches its end.
   const test::CommandResult followed = folder.run(
       "simulate data/scenes/optimize/scenes/acrobot.yaml --follow {}/m.csv --json {}/s.json");
   ASSERT_EQ(followed.exit_code, 0) << followed.errors;
-  // Upright is unstable: round-off of 1e-16 grows by e^(4/s 2 s), and forces of 1e-11 N m with it.
+  // The upright pose is unstable: round-off of 1e-16 and forces of 1e-11 N m grow by e^(4/s 2 s).
   EXPECT_LT(folder.json("s.json")["follow_error_max"], 1e-6);
 }
 

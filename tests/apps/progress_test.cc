@@ -1,4 +1,4 @@
-// Progress bars: on terminals only, and only of work that takes long.
+// Progress bars are drawn on terminals only, and only for long work.
 #include "report/progress.h"
 
 #include <fcntl.h>
@@ -12,10 +12,10 @@
 namespace counterpoint::apps::progress_test {
 namespace {
 
-constexpr double kNever = 3600.0;  // [s] longer than any test runs
-constexpr int kPatience = 200;     // [ms] after which a terminal has nothing more to pass on
+constexpr double kNever = 3600.0;  // [s] longer than any test
+constexpr int kPatience = 200;     // [ms] wait for more output of the terminal
 
-/// What `bar`, asked for twice, writes to a standard error that is the file `descriptor`, read from
+/// Text that two updates of a bar write to standard error, redirected to `descriptor` and read from
 /// `reader`.
 std::string written(int descriptor, int reader, double delay) {
   const int saved = dup(STDERR_FILENO);
@@ -27,7 +27,7 @@ std::string written(int descriptor, int reader, double delay) {
   }
   dup2(saved, STDERR_FILENO);
   close(saved);
-  // A terminal passes on what it was given in parts, some of it later.
+  // A terminal delivers its text in parts, some with a delay.
   std::string out;
   pollfd waiting{reader, POLLIN, 0};
   while (poll(&waiting, 1, kPatience) > 0 && (waiting.revents & POLLIN) != 0) {

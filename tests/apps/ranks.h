@@ -1,4 +1,4 @@
-// Commands run as ranks of MPI on this machine, and by whatever else the shell has.
+// Runs commands as MPI ranks on this machine, and arbitrary shell command lines.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace counterpoint::test {
 
-/// Any command line of the shell: {} is the folder, COMMAND the program.
+/// Runs a shell command line; {} is replaced by the folder, COMMAND by the program.
 inline CommandResult shell(const CommandFolder& folder, std::string line) {
   for (const auto& [word, text] :
        {std::pair{std::string("{}"), folder.path("")}, {"COMMAND", command_file()}})
@@ -22,11 +22,11 @@ inline CommandResult shell(const CommandFolder& folder, std::string line) {
           folder.read("stderr")};
 }
 
-/// How ranks are started, on a machine that may have fewer cores and as root.
+/// Starts ranks, also as root and on a machine with fewer cores.
 inline const std::string kMpirun =
     "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 timeout 300 mpirun --oversubscribe ";
 
-/// Why there are no ranks to test with; empty: there are.
+/// Reason why ranks cannot be tested; empty if they can.
 inline std::string why_no_mpi(const CommandFolder& folder) {
   if (shell(folder, "command -v mpirun").exit_code != 0) return "no mpirun (Debian: openmpi-bin)";
   const std::string version = folder.run("--version").output;

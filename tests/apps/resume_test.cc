@@ -1,4 +1,4 @@
-// Runs that stop and go on, and runs that fail, as users meet them.
+// Runs that stop and resume, and runs that fail.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,16 +13,16 @@ using test::CommandResult;
 
 class Resume : public test::SimulateTest {
  protected:
-  /// Two seconds at once, and in two runs, end with the same bits.
+  /// Expects one run of two seconds and two runs of one second to end with the same bits.
   void expect_same(const std::string& scene_and_inputs) const {
     const auto whole = simulate(scene_and_inputs + " --duration 2 --output {}/whole.csv");
     simulate(scene_and_inputs + " --duration 1 --save-state {}/half.csv");
     const auto second =
         simulate(scene_and_inputs + " --duration 1 --resume {}/half.csv --output {}/second.csv");
     EXPECT_EQ(second["state_hash"], whole["state_hash"]) << scene_and_inputs;
-    EXPECT_NEAR(second["start_time_s"], 1.0, 1e-9);  // a sum of steps
+    EXPECT_NEAR(second["start_time_s"], 1.0, 1e-9);  // round-off of a sum of steps
     EXPECT_EQ(whole["start_time_s"], 0.0);
-    // Every row of the second half is a row of the whole, what acted included.
+    // Every row of the second half is a row of the whole run, including the applied forces.
     const std::string rows = folder_.read("second.csv");
     const std::string tail = rows.substr(rows.find('\n'));
     const std::string all = folder_.read("whole.csv");
@@ -34,7 +34,7 @@ class Resume : public test::SimulateTest {
 TEST_F(Resume, TwoRunsOfASecondAreOneOfTwo) {
   expect_same("data/scenes/box_stack.yaml");  // comes to rest and sleeps
   expect_same("data/scenes/quadruped_drop.yaml --random-inputs 0.5 --random-wrenches 0.1 --seed 3");
-  // Servos, and inputs whose rows begin before and after the cut, and at it.
+  // Servos, and inputs whose rows begin before, at and after the cut.
   folder_.write(
       "u.csv",
       "time,shoulder_yaw.target,shoulder_yaw.target_velocity,elbow.u\n0,0.3,0,1\n0.7,0.5,0,-2\n"
@@ -77,7 +77,8 @@ TEST_F(Resume, TheInverseNoticesRowsThatWereEdited) {
   EXPECT_EQ(altered(), 1);
 }
 
-/// A push that nothing stops: 9e6 N on 1 kg, 18 km/s a step of 2 ms, beyond 1e5 m/s in the sixth.
+/// An unopposed push of 9e6 N on 1 kg adds 18 km/s per step of 2 ms and exceeds 1e5 m/s in its
+/// sixth step.
 TEST_F(Resume, AFailedRunNamesWhatIsAtFaultAndCanBeGoneOnFrom) {
   folder_.write("scene.yaml",
                 "gravity: [0, 0, 0]\nmodels:\n  - {name: ball, sphere: 0.1, mass: 1}\n");

@@ -1,4 +1,4 @@
-// counterpoint rollout: the bits of simulate, whatever the number of threads.
+// `counterpoint rollout`: the same bits as `simulate`, for any number of threads.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -39,7 +39,7 @@ TEST(Rollout, EndsDoNotDependOnThreads) {
   EXPECT_EQ(folder.read("ends_1.csv"), folder.read("ends_3.csv"));
 }
 
-// Random forces on actuated joints of a robot that touches the ground;
+// Random forces on the actuated joints of a robot in contact with the ground;
 // docs/explanation/concepts.md.
 TEST(Rollout, InvertsEveryStep) {
   const CommandFolder folder(test_name());
@@ -48,14 +48,14 @@ TEST(Rollout, InvertsEveryStep) {
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const auto report = folder.json("r.json");
   EXPECT_GT(report["force_scale_max"].get<double>(), 1.0);
-  // The bound of the tests of the inverse command.
+  // The bound of the tests of `inverse`.
   EXPECT_LE(report["force_error_max"].get<double>(),
             1e-8 * report["force_scale_max"].get<double>());
 }
 
 TEST(Rollout, CtrlCKeepsWhatWasComputed) {
   const CommandFolder folder(test_name());
-  // Each would take an hour.
+  // Each rollout would take an hour.
   const auto result = folder.run(
       "rollout data/scenes/cube_drop.yaml --count 3 --threads 1 --duration 1e5 --output "
       "{}/ends.csv --json {}/r.json 2>{}/errors & run=$!; sleep 0.5; kill -INT $run; wait $run");
@@ -71,7 +71,7 @@ TEST(Rollout, CtrlCKeepsWhatWasComputed) {
   EXPECT_GT(report["results"][0]["end_time_s"], 0.0);
   EXPECT_EQ(report["results"][1]["status"], "not begun");
   EXPECT_FALSE(report["results"][1].contains("state_hash"));
-  // The header and the state that the first had reached.
+  // The header, and the state that the first rollout had reached.
   const std::string ends = folder.read("ends.csv");
   EXPECT_EQ(std::count(ends.begin(), ends.end(), '\n'), 2);
   EXPECT_NE(ends.find(report["results"][0]["state_hash"].get<std::string>()), std::string::npos);

@@ -23,8 +23,8 @@ using test::test_name;
 
 constexpr long kStart = 1649138880;  // [s] since 1970
 constexpr double kInterval = 0.01;   // [s] between rows
-/// A double holds nanoseconds since 1970 to 256 ns: of an interval of 10 ms 2.6e-5, and of the
-/// motion of 2 rad/s over half a second less than this share [rad, m].
+/// Times since 1970 as doubles are rounded to 256 ns, 2.6e-5 of an interval of 10 ms. The error of
+/// a motion of 2 rad/s over half a second stays below this [rad, m].
 constexpr double kRounding = 1e-4;
 
 struct Row {
@@ -32,8 +32,8 @@ struct Row {
   std::vector<double> q, v, u;
 };
 
-/// A motion that the scene makes itself, from its trajectory: what is recorded of it is predicted
-/// to the rounding of times.
+/// Rows of a trajectory made by the engine from the scene itself, so that a comparison predicts
+/// them to the round-off of times.
 std::vector<Row> own_motion(const CommandFolder& folder, const std::string& scene,
                             const std::vector<std::string>& q, const std::vector<std::string>& v) {
   const CommandResult result =
@@ -50,7 +50,7 @@ std::vector<Row> own_motion(const CommandFolder& folder, const std::string& scen
   return rows;
 }
 
-/// A pendulum that is thrown over the top.
+/// A recording of a pendulum that swings over the top.
 class PendulumRecording : public testing::Test {
  protected:
   void SetUp() override {
@@ -69,7 +69,7 @@ class PendulumRecording : public testing::Test {
     rows_ = own_motion(folder_, "{}/s.yaml", {"axis.q"}, {"axis.v"});
   }
 
-  /// The mean error of the joint [rad].
+  /// Mean error of the joint angle [rad].
   double compare(const std::string& recording, const std::string& map) const {
     const CommandResult result = folder_.run("compare {}/s.yaml {}/" + recording + " --columns " +
                                              map + " --json {}/r.json");
@@ -89,7 +89,7 @@ class PendulumRecording : public testing::Test {
   std::vector<Row> rows_;
 };
 
-/// As `rostopic echo -p /joint_states` writes it.
+/// Table in the format of `rostopic echo -p /joint_states`.
 std::string rostopic(const std::vector<Row>& rows) {
   std::string csv =
       "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.name0,field.position0,"
@@ -125,8 +125,8 @@ TEST_F(PendulumRecording, NanosecondsSince1970AreReadAsSuchWithANote) {
 
 TEST_F(PendulumRecording, OtherTimesThatCannotBeSecondsAreRefusedWithACure) {
   folder_.write("map.yaml", "time: t\ncolumns: {axis.q: q, axis.v: v}\n");
-  // Nanoseconds of a clock that started with the recording, or with the machine; microseconds of
-  // such a clock.
+  // Nanoseconds of a clock that starts with the recording or with the machine; microseconds of such
+  // a clock.
   for (const auto& [start, unit, words] : {std::tuple{0.0, 1e9, "scale: 1e-9"},
                                            {5e12, 1e9, "scale: 1e-9"},
                                            {0.0, 1e7, "time: {column"}}) {
@@ -142,7 +142,8 @@ TEST_F(PendulumRecording, OtherTimesThatCannotBeSecondsAreRefusedWithACure) {
 
 TEST_F(PendulumRecording, ColumnsThatAreNotMappedHoldWhatTheyLike) {
   folder_.write("map.yaml", "time: t\ncolumns: {axis.q: q, axis.v: v}\n");
-  // Text with commas, quotes and line breaks, words, dates, nan, nothing; a name of two columns.
+  // Values that a reader must ignore: text with commas, quotes and line breaks, words, dates, nan,
+  // empty cells. Two columns share a name.
   for (const char* other : {"False", "2026-01-01T00:00:00", "nan", "inf", "", "\"a, b\"",
                             "\"he said \"\"no\"\"\"", "\"two\nlines\"", "[1 2]"}) {
     std::string csv = "t,q,\"v\",x,x\n";
@@ -177,7 +178,7 @@ TEST_F(PendulumRecording, TablesOfRos2WithoutAHeaderAreReadByTheBundledMap) {
       << "does not name the way on";
 }
 
-/// sensor_msgs/JointState with everything that it may hold, and a topic beside it.
+/// A bag with sensor_msgs/JointState, its optional content, and another topic.
 McapBag bag_of(const std::vector<Row>& rows, const std::vector<std::string>& names) {
   McapBag bag;
   bag.schema(
@@ -254,20 +255,20 @@ TEST_F(PendulumRecording, AnglesThatComeRoundCompareOnTheCircle) {
         fmt::format("time: t\naverage: {}\ncolumns: {{axis.q: q, axis.v: v}}\n", average));
     const double counted = compare("counted.csv", "{}/map.yaml");
     EXPECT_LT(counted, 0.1);
-    // The same angles but for whole turns, to the twelve digits written and what they grow to.
+    // The angles agree modulo whole turns, to the twelve digits written and their growth.
     for (const char* wrapped : {"half.csv", "whole.csv"})
       EXPECT_NEAR(compare(wrapped, "{}/map.yaml"), counted, 1e-8) << wrapped << " " << average;
   }
 }
 
-/// The bundled cube, thrown.
+/// A recording of the bundled cube, thrown.
 class CubeRecording : public testing::Test {
  protected:
   void SetUp() override {
     rows_ = own_motion(folder_, "data/scenes/cube_drop.yaml",
                        {"cube.x", "cube.y", "cube.z", "cube.qw", "cube.qx", "cube.qy", "cube.qz"},
                        {"cube.vx", "cube.vy", "cube.vz", "cube.wx", "cube.wy", "cube.wz"});
-    rows_.resize(20);  // before it meets the ground
+    rows_.resize(20);  // until it reaches the ground
   }
   double compare(const std::string& recording, const std::string& map) const {
     const CommandResult result = folder_.run("compare data/scenes/cube_drop.yaml {}/" + recording +
@@ -282,7 +283,7 @@ class CubeRecording : public testing::Test {
   std::vector<Row> rows_;
 };
 
-/// R' v, of a quaternion w, x, y, z.
+/// Returns R' v for the quaternion (w, x, y, z) in q[3..6].
 std::vector<double> in_body_axes(const std::vector<double>& q, const std::vector<double>& v) {
   const Quaternion orientation(q[3], q[4], q[5], q[6]);
   const Vector3 turned = orientation.conjugate() * Vector3(v[0], v[1], v[2]);
@@ -329,7 +330,7 @@ TEST_F(CubeRecording, TransformsOfOneFrameAreChosenByTheBundledMap) {
     csv += '\n';
   }
   folder_.write("r.csv", csv);
-  // Without velocities the scene's own hold at the start, which are those of the motion.
+  // Without velocity columns the scene's initial velocity applies, which is the recorded one.
   EXPECT_LT(compare("r.csv", "data/maps/ros_tf.yaml"), kRounding);
 }
 

@@ -1,5 +1,4 @@
-// What `simulate` says of its steps beside their number: quantiles, energy, depth; and how it
-// stops.
+// Metrics that `simulate` reports about its steps (quantiles, energy, depth), and how it stops.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -35,8 +34,8 @@ TEST(StepStatistics, QuantilesAreThoseOfTheSteps) {
 
 TEST(RunFigures, EnergyThatTheInputGaveIsNoGain) {
   const CommandFolder folder(test_name());
-  // A ball thrown about by random forces, without contact: all its energy is their work, to the
-  // first order of the scheme.
+  // A ball without contact is driven by random forces. Its energy is their work, to the first order
+  // of the scheme.
   folder.write("ball.yaml",
                "gravity: [0, 0, 0]\ntime_step: 0.001\nduration: 1\n"
                "models:\n  - {name: ball, sphere: 0.1, mass: 1}\n");
@@ -45,13 +44,13 @@ TEST(RunFigures, EnergyThatTheInputGaveIsNoGain) {
   const double work = report["input_work_J"], end = report["energy_end_J"];
   EXPECT_NEAR(work, end, 1e-9);
   EXPECT_LT(report["energy_gain_max_J"], 1e-9);
-  EXPECT_EQ(report["energy_excess_J"], 0.0);  // h u'v+ is more by h^2 u^2 / 2 m
+  EXPECT_EQ(report["energy_excess_J"], 0.0);  // h u'v+ exceeds it by h^2 u^2 / 2 m
   EXPECT_EQ(report["end_below_ground_m"], 0.0);
 }
 
 TEST(RunFigures, PartingOverlapsIsNoGain) {
   const CommandFolder folder(test_name());
-  // A box that starts 30 mm inside the ground is lifted out of it, by displacements alone.
+  // A box that starts 30 mm inside the ground is lifted out by displacements alone.
   folder.write("sunk.yaml",
                "ground: {}\nduration: 3\n"
                "models:\n  - {name: box, box: [0.1, 0.1, 0.1], mass: 1, position: [0, 0, 0.07]}\n");
@@ -60,9 +59,9 @@ TEST(RunFigures, PartingOverlapsIsNoGain) {
   const double start = report["energy_start_J"], end = report["energy_end_J"];
   const double lifted = report["overlap_work_J"], gain = report["energy_gain_max_J"];
   constexpr double kWeight = 9.80665, kPartingSpeed = 1e-3, kPartingTime = 0.1;  // N, m/s, s
-  constexpr double kSunk = 1e-6;  // J: the last micrometres take their time, and compliance
+  constexpr double kSunk = 1e-6;  // [J] the last micrometres take longer; compliance
   EXPECT_NEAR(end - start, kWeight * 0.03, kSunk);
-  // Overlaps part by displacement, but for the first millimetre a second, which is a velocity.
+  // Overlap is removed by displacement, except for the first 1 mm/s, which is a velocity.
   EXPECT_NEAR(lifted + gain, end - start, kSunk);
   EXPECT_LT(gain, kWeight * kPartingSpeed * kPartingTime);
   EXPECT_EQ(report["energy_max_J"], end);
@@ -70,8 +69,7 @@ TEST(RunFigures, PartingOverlapsIsNoGain) {
   EXPECT_LT(report["end_below_ground_m"], 1e-6);
 }
 
-/// 40 links of 0.1 kg in a V that carry 100 kg: without taut_links a step of 2 ms makes energy of
-/// it.
+/// 40 links of 0.1 kg in a V that carry 100 kg. Without taut_links, steps of 2 ms gain energy.
 std::string taut_chain(const std::string& effects) {
   constexpr int kLinks = 40;
   const double c = 0.1 * std::cos(0.349), s = 0.1 * std::sin(0.349);
@@ -146,7 +144,7 @@ TEST(RunFigures, CtrlCKeepsWhatWasComputed) {
   EXPECT_NE(folder.read("errors").find("Ctrl-C"), std::string::npos) << folder.read("errors");
   const nlohmann::json report = folder.json("r.json");
   EXPECT_EQ(report["status"], "stopped");
-  // The trajectory ends with a whole row, and can be read.
+  // The trajectory ends with a complete row and can be read.
   EXPECT_EQ(
       folder.run("inverse data/scenes/pendulum.yaml {}/motion.csv --json {}/i.json").exit_code, 0);
   EXPECT_EQ(folder.json("i.json")["steps"], report["steps"]);
@@ -162,7 +160,7 @@ TEST(RunFigures, ContactsAreThoseThatTheInverseFinds) {
   const std::string forward = folder.read("forward.csv");
   EXPECT_GT(std::count(forward.begin(), forward.end(), '\n'), 100);
   EXPECT_EQ(forward, folder.read("inverse.csv"));
-  // A method without inverse says so before it starts.
+  // Integrators without an inverse are refused before the run starts.
   const auto refused = folder.run(
       "simulate data/scenes/pendulum.yaml --integrator runge_kutta_4 --contacts {}/c.csv");
   EXPECT_EQ(refused.exit_code, 2);

@@ -1,4 +1,4 @@
-// Controlled steps as users meet them: rows, reports, resumed runs, what is refused.
+// Adaptive step control on the command line: rows, reports, resumed runs, refused input.
 #include <gtest/gtest.h>
 
 #include <sstream>
@@ -26,7 +26,7 @@ TEST_F(StepControlCommand, RowsAreStepsThatTheInverseReads) {
   EXPECT_EQ(folder_.run("inverse " + scene + " {}/t.csv --json {}/i.json").exit_code, 0);
   const nlohmann::json inverse = folder_.json("i.json");
   EXPECT_EQ(inverse["steps"], run["steps"]);
-  // Without contacts: rounding of velocities over steps of 10 us and more.
+  // Without contacts: round-off of velocities over steps of 10 us and more.
   EXPECT_LT(inverse["applied_force_relative_error_max"], 1e-9);
 }
 

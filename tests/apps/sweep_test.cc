@@ -1,4 +1,5 @@
-// counterpoint sweep and merge: one table, whatever computes it and whatever interrupts it.
+// `counterpoint sweep` and `merge`: the same table for every division of the work and after every
+// interruption.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// 24 tasks of some 10 ms; longer with more draws.
+/// A study of 8 draws tasks of about 10 ms each.
 std::string study(int draws = 3) {
   return "scene: cube_toss\nduration: 0.3\nseed: 4\ndraws: " + std::to_string(draws) +
          "\nvary:\n  friction: {from: 0.1, to: 0.4, points: 4}\n  friction_model: [coulomb, "
@@ -30,7 +31,7 @@ std::string study(int draws = 3) {
 class Sweep : public testing::Test {
  protected:
   void SetUp() override { folder_.write("study.yaml", study()); }
-  /// The table by one thread.
+  /// Returns the table computed by one thread.
   std::string expected(const CommandFolder& folder) {
     const CommandResult result =
         folder.run("sweep {}/study.yaml --output {}/expected.csv --threads 1");
@@ -57,7 +58,7 @@ TEST_F(Sweep, TheTableHasARowATaskWithAllThatWasVaried) {
             "cube.wx,cube.wy,"
             "cube.wz,max(cube.z),mean(cube.vx),max_penetration_m,energy_end_J");
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1 + 4 * 2 * 3);
-  // Draws run fastest, then the last axis; a draw is the same at every point of the grid.
+  // Draws vary fastest, then the last axis; a draw is the same at every point of the grid.
   const auto begin = [&](int row) {
     size_t at = 0;
     for (int i = 0; i <= row; ++i) at = text.find('\n', at) + 1;
@@ -94,7 +95,7 @@ TEST_F(Sweep, FiguresGoBeforePresetsWhateverTheirOrder) {
     fs::remove_all(folder_.path("expected.csv.parts"));
     expected(folder_);
     std::istringstream rows(folder_.read("expected.csv"));
-    std::vector<std::string> ends;  // of each row all that comes after what was varied
+    std::vector<std::string> ends;  // per row, the cells after the varied ones
     for (std::string row; std::getline(rows, row);) {
       size_t at = 0;
       for (int comma = 0; comma < 5; ++comma) at = row.find(',', at) + 1;
@@ -175,9 +176,9 @@ TEST_F(Sweep, RolloutGivesTheSameBitsOnRanksAndShares) {
 
 TEST_F(Sweep, ARankThatDiesLosesItsUnfinishedTasksOnly) {
   if (const std::string why = why_no_mpi(folder_); !why.empty()) GTEST_SKIP() << why;
-  folder_.write("study.yaml", study(60));  // some seconds
+  folder_.write("study.yaml", study(60));  // takes some seconds
   const std::string table = expected(folder_);
-  // The first rank dies in mid-run, once a journal has some tasks.
+  // Kills the first rank once a journal has some finished tasks.
   const CommandResult killed =
       shell(folder_, kMpirun +
                          "-n 2 COMMAND sweep {}/study.yaml --output {}/k.csv & run=$!; "
@@ -211,7 +212,7 @@ TEST_F(Sweep, CtrlCKeepsWhatIsDoneAndTheSameCommandGoesOn) {
 
 TEST_F(Sweep, AFullDiskIsSaidAndNothingIsLost) {
   const std::string table = expected(folder_);
-  // A file may have 2 KiB (4 blocks of 512 bytes): some tasks.
+  // A file may have 2 KiB (4 blocks of 512 bytes), room for some tasks only.
   const CommandResult full =
       shell(folder_, "ulimit -f 4; COMMAND sweep {}/study.yaml --output {}/f.csv --threads 1");
   EXPECT_EQ(full.exit_code, 1);
@@ -221,18 +222,18 @@ TEST_F(Sweep, AFullDiskIsSaidAndNothingIsLost) {
   ASSERT_EQ(again.exit_code, 0) << again.errors;
   EXPECT_EQ(folder_.read("f.csv"), table);
   EXPECT_LT(folder_.json("f.json")["computed_tasks"], 24);
-  // The table itself: the one that is there stays.
+  // If the table itself cannot be written, the existing one stays.
   const CommandResult table_full =
       shell(folder_, "ulimit -f 4; COMMAND sweep {}/study.yaml --output {}/f.csv");
   EXPECT_EQ(table_full.exit_code, 1) << table_full.errors;
   EXPECT_EQ(folder_.read("f.csv"), table);
 }
 
-// A disk of 16 KiB that is full in mid-run, then a larger one; over ranks where there are some.
+// A 16 KiB disk fills up during the run, then is enlarged; over MPI ranks where available.
 TEST_F(Sweep, AFullDiskKeepsFinishedTasksAndRanksGoOn) {
   if (shell(folder_, "unshare -rm mount -t tmpfs tmpfs {}").exit_code != 0)
     GTEST_SKIP() << "no disk of a few KiB can be mounted here (unshare -rm)";
-  folder_.write("study.yaml", study(15));  // 120 rows of some 250 bytes
+  folder_.write("study.yaml", study(15));  // 120 rows of about 250 bytes
   const std::string table = expected(folder_);
   const std::string ranks = why_no_mpi(folder_).empty() ? kMpirun + "-n 2 " : "";
   const std::string sweep = "COMMAND sweep {}/study.yaml --output {}/disk/f.csv --json {}/f.json";
@@ -249,7 +250,8 @@ TEST_F(Sweep, AFullDiskKeepsFinishedTasksAndRanksGoOn) {
   EXPECT_LT(folder_.json("f.json")["computed_tasks"], 120) << "finished tasks were lost";
 }
 
-// Not of the task, and no row: once there is room the same command goes on.
+// An unwritable trajectory is not a failure of its task and gives no row; once the path is free,
+// the same command continues.
 TEST_F(Sweep, TrajectoriesThatCannotBeWrittenEndTheRun) {
   folder_.write(
       "study.yaml",
@@ -264,7 +266,7 @@ TEST_F(Sweep, TrajectoriesThatCannotBeWrittenEndTheRun) {
 }
 
 TEST_F(Sweep, AFolderThatCannotBeWrittenIsSaidBeforeAnyWork) {
-  // Also to root.
+  // A folder that not even root can write to.
   const CommandResult result = folder_.run("sweep {}/study.yaml --output /sys/kernel/table.csv");
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_NE(result.errors.find("finished tasks cannot be kept here"), std::string::npos)

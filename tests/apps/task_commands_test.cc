@@ -1,5 +1,5 @@
-// Commands that are made of tasks: the same results whoever runs them. sweep and rollout have their
-// tests in sweep_test.cc.
+// Commands that consist of tasks give the same results for every kind of worker. The tests of sweep
+// and rollout are in sweep_test.cc.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Without what tells who ran it and how long that took.
+/// Returns the report without `left_out` and without the keys that depend on workers or time.
 json without(const json& report, const std::set<std::string>& left_out) {
   static const std::set<std::string> kRun = {"ranks", "threads", "computed_tasks", "wall_seconds",
                                              "tasks_per_second"};
@@ -30,9 +30,9 @@ json without(const json& report, const std::set<std::string>& left_out) {
 
 class TaskCommands : public testing::Test {
  protected:
-  /// Runs the command by one thread and by every other kind of workers. Its reports are the same,
-  /// and the tables that it writes to TABLE, where it does. `rounds`: of lists, each of which needs
-  /// all shares of the one before it. `expected`: exit code.
+  /// Runs the command by one thread and by every other kind of worker; expects the same reports
+  /// and, for commands that write TABLE, the same tables. `rounds`: task lists, each of which needs
+  /// all shares of the one before. `expected`: exit code.
   void expect_same_bits(const std::string& line, const std::set<std::string>& left_out,
                         int rounds = 1, int expected = 0) {
     left_out_ = left_out;
@@ -102,7 +102,7 @@ TEST_F(TaskCommands, HardCasesWritePicturesOnRankZero) {
   EXPECT_EQ(folder_.read("s/slope_rest.svg"), folder_.read("one/slope_rest.svg"));
 }
 
-// Times are of rank 0 alone, and not the same twice; nor is what follows from them.
+// Rank 0 measures times, which vary from run to run; the keys that depend on them are left out.
 TEST_F(TaskCommands, AccuracyHasTheSameErrors) {
   expect_same_bits(
       "accuracy data/scenes/accuracy/double_pendulum.yaml --vary timestep,integrator --pieces 4 "
@@ -112,7 +112,7 @@ TEST_F(TaskCommands, AccuracyHasTheSameErrors) {
 }
 
 TEST_F(TaskCommands, OptimizeFindsTheSameBestStart) {
-  // Few steps: no start gets to its end, and the exit code says so.
+  // Too few iterations for any start to converge, hence exit code 1.
   expect_same_bits(
       "optimize data/scenes/optimize/acrobot.yaml --starts 4 --seed 1 --frames 12 --iterations 30 "
       "--output TABLE",
@@ -130,7 +130,7 @@ TEST_F(TaskCommands, OptimizeGoesOnWithTheStartsThatAreMissing) {
             std::string::npos);
 }
 
-/// Tosses of the bundled cube with other figures than the scene's.
+/// Records tosses of the bundled cube with other parameters than the scene's.
 std::string record_tosses(const CommandFolder& folder) {
   std::string map = "time: time\nfree: cube\ncolumns:\n", files;
   for (const std::string name :
@@ -159,14 +159,14 @@ TEST_F(TaskCommands, IdentifyGoesOnWhereItWasStopped) {
   const std::string line = "identify cube_toss" + recordings +
                            " --columns {}/map.yaml --parameters friction=0.1..0.9 --samples 6 "
                            "--train 1 --parts {}/parts --json ";
-  // The first share of the first list; then all of it.
+  // Runs the first share of the first task list, then everything.
   ASSERT_EQ(folder_.run(line + "{}/s.json --tasks 1/2").exit_code, 0);
   EXPECT_EQ(folder_.json("s.json")["status"], "incomplete");
   EXPECT_EQ(folder_.json("s.json")["computed_tasks"], 4) << "the start and every second sample";
   ASSERT_EQ(folder_.run(line + "{}/all.json").exit_code, 0);
   ASSERT_EQ(folder_.run(line + "{}/again.json").exit_code, 0);
   EXPECT_EQ(folder_.read("again.json"), folder_.read("all.json"));
-  // Of other recordings nothing is taken over.
+  // Results from other recordings are not reused.
   folder_.write("tosses.csv.trajectories/000/000001.csv",
                 folder_.read("tosses.csv.trajectories/000/000002.csv"));
   EXPECT_NE(folder_.run(line + "{}/other.json").errors.find("finished tasks of something else"),

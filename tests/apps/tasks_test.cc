@@ -1,4 +1,4 @@
-// Lists of tasks: each is done once, whoever does it; what is finished survives.
+// Task lists: each task is done exactly once by any set of workers, and finished tasks survive.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -27,7 +27,7 @@ class Tasks : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  /// Task i gives i times 3 as text, and counts its calls.
+  /// A list whose task i returns 3 i as text and counts its calls.
   TaskList thrice(std::int64_t count) {
     TaskList list;
     list.name = "thrice";
@@ -134,7 +134,7 @@ TEST_F(Tasks, ARecordCutOffAtAnyByteCountsAsNotDone) {
   }
   const fs::path file = one_journal();
   const auto whole = fs::file_size(file);
-  // Header of 24 bytes, records of 16 + 2.
+  // A header of 24 bytes and records of 16 + 2.
   ASSERT_EQ(whole, 24u + 3 * 18u);
   for (auto size = whole; size-- > 0;) {
     fs::resize_file(file, size);
@@ -204,7 +204,7 @@ TEST_F(Tasks, StopBeginsNoMoreAndKeepsWhatWasCutShortApart) {
   EXPECT_EQ(static_cast<std::int64_t>(all(results).size()), results.computed);
 }
 
-// A counter, whatever the number: a list of these would be 8 TB.
+// Planning takes a counter only; a list of these tasks would take 8 TB.
 TEST_F(Tasks, ATrillionTasksArePlannedWithoutAList) {
   Chunks chunks(1'000'000'000'000, {2, 3}, {});
   EXPECT_EQ(chunks.left(), 333'333'333'333);
@@ -214,7 +214,7 @@ TEST_F(Tasks, ATrillionTasksArePlannedWithoutAList) {
   EXPECT_EQ(chunk.count, 1000);
 }
 
-// A million numbers and a bit for each; the tasks themselves are nowhere.
+// A million results and one bit for each; no list of tasks is stored.
 TEST_F(Tasks, AMillionTasksAreAllDone) {
   TaskList list;
   list.name = "million";

@@ -1,5 +1,4 @@
-// The broad phase: sweep, grid and tree against all pairs, whatever went before, and on unsound
-// boxes.
+// Broad phase: sweep, grid and tree against all pairs, with any history, and for invalid boxes.
 #include "counterpoint/collision/broadphase/broadphase.h"
 
 #include <gtest/gtest.h>
@@ -75,9 +74,8 @@ TEST_P(EveryMethod, TouchingAndEqualBoxesAreFound) {
   EXPECT_EQ(out, (Pairs{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}));
 }
 
-// What a grid of cells might get wrong: boxes as large as a cell that touch exactly, cells far from
-// the others, in a row, a plane, at one place; sizes of all magnitudes; coordinates up to the
-// largest.
+// Hard cases for a grid: boxes as large as a cell that touch exactly; distant cells; cells in a
+// row, a plane or at one place; sizes of all magnitudes; coordinates up to the largest.
 TEST_P(EveryMethod, FindsAllPairsHoweverTheBoxesLie) {
   std::size_t found = 0;
   for (const double size : {1e-12, 0.0, 0.125, 0.1, 1e90}) {
@@ -88,7 +86,7 @@ TEST_P(EveryMethod, FindsAllPairsHoweverTheBoxesLie) {
         const Vector3 low = size * pitch.cwiseProduct(Vector3(i % 6, i / 6 % 6, i / 36));
         boxes.push_back({low, low + Vector3::Constant(size)});
       }
-      // One that went far away, some that are larger, one that covers all.
+      // One distant box, some larger ones, and one that covers all.
       boxes[17].low.x() += 1e5;
       boxes[17].high.x() += 1e5;
       boxes[40].high += Vector3::Constant(30.0 * size);
@@ -103,7 +101,7 @@ TEST_P(EveryMethod, FindsAllPairsHoweverTheBoxesLie) {
   EXPECT_GT(found, 20000u);
 }
 
-// The same, in a crowd that moves through the cells at random.
+// The same for boxes of one size that lie at random across the cells.
 TEST_P(EveryMethod, FindsAllPairsOfLikeBoxes) {
   std::size_t found = 0;
   for (int round = 0; round < 20; ++round) {
@@ -121,8 +119,8 @@ TEST_P(EveryMethod, FindsAllPairsOfLikeBoxes) {
   EXPECT_GT(found, 5000u);
 }
 
-// Groups far from each other, so that a grid folds along one, two or three axes; some boxes reach
-// over a few cells, a few over many. Every pair once.
+// Groups far from each other, so that the grid folds along one, two or three axes. Some boxes reach
+// over a few cells, some over many. Every pair is found once.
 TEST_P(EveryMethod, FindsAllPairsOfScatteredGroups) {
   std::size_t found = 0;
   for (const Vector3& spread : {Vector3(400, 0, 0), Vector3(90, 60, 0), Vector3(30, 20, 40)}) {
@@ -164,7 +162,7 @@ TEST_P(EveryMethod, NoAllocationWhileBoxesMove) {
   out.reserve(700 * 700);
   find(boxes);
   for (int step = 0; step < 50; ++step) {
-    // Slowly at first, at last to anywhere.
+    // Small moves first, then moves to anywhere.
     for (Bounds& box : boxes) {
       const Vector3 move = random_vector(rng, step < 25 ? 0.01 : 1.0);
       box.low += move;

@@ -13,8 +13,8 @@
 namespace counterpoint::test::brute_force_test {
 namespace {
 
-// Relative to the size of the pair. Coordinates carry 1e-16 of it; gaps of one pair count as equal
-// within 1e-10 of it.
+// Relative to the size of the pair. Coordinates have a relative round-off of 1e-16; the gaps of one
+// pair count as equal within 1e-10.
 constexpr double kGapError = 1e-9;
 
 double signed_distance(const Shape& a, const Pose& X_A, const Shape& b, const Pose& X_B) {
@@ -23,7 +23,7 @@ double signed_distance(const Shape& a, const Pose& X_A, const Shape& b, const Po
   return deepest(m).gap;
 }
 
-// Radius of a ball around the origin of the shape's frame that holds it.
+// Radius of a ball around the origin of the shape's frame that contains the shape.
 double reach(const Shape& shape) {
   if (!shape.mesh) return shape.size.sum();
   return shape.mesh->interior_point.norm() + shape.mesh->radius;
@@ -33,7 +33,7 @@ double log_uniform(std::mt19937& rng, double low, double high) {
   return low * std::pow(high / low, std::uniform_real_distribution<double>(0.0, 1.0)(rng));
 }
 
-// B at a random place: from inside A to a little outside.
+// Draws a random pose of B, from inside A to slightly outside.
 void draw_poses(std::mt19937& rng, const Shape& a, const Shape& b, Pose& X_A, Pose& X_B) {
   const double size = reach(a) + reach(b);
   X_A = random_pose(rng, size);
@@ -41,7 +41,7 @@ void draw_poses(std::mt19937& rng, const Shape& a, const Shape& b, Pose& X_A, Po
   X_B = {random_rotation(rng), X_A.translation + away * size * random_unit(rng)};
 }
 
-// Points on, in and around a random ellipsoid.
+// Hull of random points in a shell of an ellipsoid, at 0.7 to 1 times its half axes.
 Shape random_hull(std::mt19937& rng, int points, const Vector3& half) {
   std::vector<Vector3> cloud;
   for (int i = 0; i < points; ++i) {
@@ -109,7 +109,7 @@ TEST_P(BruteForce, SignedDistanceFromMillimetreToKilometre) {
   EXPECT_LT(overlapping, samples);
 }
 
-// A pebble on a mountain: errors are relative to the mountain.
+// A small shape on a large one; errors are relative to the large one.
 TEST_P(BruteForce, SmallOnLarge) {
   const auto [kind_a, kind_b] = GetParam();
   std::mt19937 rng(7 + 100 * kind_a + kind_b);
@@ -119,7 +119,7 @@ TEST_P(BruteForce, SmallOnLarge) {
     const Shape b = random_shape(rng, kind_b, log_uniform(rng, 1e-3, 0.1));
     Pose X_A, X_B;
     draw_poses(rng, a, b, X_A, X_B);
-    // Down to the surface, and into it by about the size of the pebble.
+    // Moves B to the surface and into it by about the size of B.
     for (int k = 0; k < 8; ++k) {
       const double gap = brute_force_distance(a, X_A, b, X_B);
       X_B.translation -= (gap + 0.2 * reach(b)) * (X_B.translation - X_A.translation).normalized();
@@ -130,7 +130,7 @@ TEST_P(BruteForce, SmallOnLarge) {
   }
 }
 
-// Balls against what has a signed distance function in closed form, centres inside and outside.
+// Balls against shapes with a closed-form signed distance function, centres inside and outside.
 TEST(ClosedForm, BallAgainstBoxCylinderAndPlane) {
   std::mt19937 rng(1);
   int inside = 0;
@@ -163,7 +163,7 @@ TEST(ClosedForm, BallAgainstBoxCylinderAndPlane) {
   EXPECT_GT(inside, 100);
 }
 
-// A plane's gap is the support of the other shape, whatever that is.
+// The gap to a plane is the support height of the other shape.
 TEST(ClosedForm, PlaneAgainstEverything) {
   std::mt19937 rng(2);
   RecordLargest error("gap_error_over_size");

@@ -1,4 +1,4 @@
-// The collider: filters, order, determinism, memory, against all pairs one by one.
+// The collider: filters, order, determinism and memory, against single queries of all pairs.
 #include "counterpoint/collision/collider.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ RobotSpec free_object(const Shape& shape) {
   return robot;
 }
 
-// Links in a row, 1 m apart along x, joined by hinges about z.
+// Links in a row along x, `pitch` apart, connected by hinges about z.
 RobotSpec chain(const std::vector<Shape>& shapes, double pitch = 1.0) {
   RobotSpec robot;
   robot.name = "chain";
@@ -67,11 +67,11 @@ TEST(Collider, NeighboursInAChainNeverTouchOthersDo) {
   builder.add_robot(chain(balls), Base::kFixed, Pose{});
   const Model model = builder.build();
   Collider collider(model);
-  // 0-2, 0-3, 1-3 of the six pairs.
+  // The three pairs of links without a common joint, of six.
   EXPECT_EQ(collider.num_enabled_pairs(), 3);
   EXPECT_EQ(collider.num_joined_pairs(), 3);
   EXPECT_TRUE(collider.overlapping_pairs().empty());
-  // All on one spot.
+  // All links at the same pose.
   std::vector<Candidate> out;
   collider.compute_candidates(std::vector<Pose>(model.num_bodies()), margins(model, 0.01), out);
   ASSERT_EQ(out.size(), 3u);
@@ -83,7 +83,7 @@ TEST(Collider, NeighboursInAChainNeverTouchOthersDo) {
 
 TEST(Collider, PairsOverlappingByDefaultAreLeftOutAndNamed) {
   ModelBuilder builder;
-  // Radius 1.1 m, 1 m apart: neighbours' neighbours, 2 m apart, overlap.
+  // Radius 1.1 m, 1 m apart: links two joints apart overlap at a distance of 2 m.
   const std::vector<Shape> balls(4, sphere_shape(1.1));
   builder.add_robot(chain(balls), Base::kFloating, Pose{});
   const Model model = builder.build();
@@ -101,10 +101,10 @@ TEST(Collider, EnvironmentMeetsEveryLinkAndNotItself) {
   builder.add_robot(chain(balls), Base::kFixed, Pose{});
   const Model model = builder.build();
   const Collider collider(model);
-  // The base is welded to the world, as ground and table are: only two links move. Each meets
+  // The base is welded to the world like ground and table, so only two links move. Each can meet
   // ground and table, the last also the base.
   EXPECT_EQ(collider.num_enabled_pairs(), 5);
-  // Overlap with the environment is contact, not a flaw of the robot.
+  // Overlap with the environment is a contact, not an error of the robot.
   EXPECT_TRUE(collider.overlapping_pairs().empty());
 }
 
@@ -121,7 +121,7 @@ TEST(Collider, ExcludedPairsNeverTouch) {
   EXPECT_TRUE(out.empty());
 }
 
-// Free objects of every shape over a plane, on random poses.
+// Free objects of every shape above a plane at random poses.
 class Heap : public ::testing::Test {
  protected:
   static Model make() {
@@ -175,10 +175,10 @@ TEST_F(Heap, FindsWhatAllPairsFindInOrder) {
   }
 }
 
-// No contact is nearer than the bound by what encloses the shapes; of shapes apart each lies
-// between them.
+// No contact gap is below the bound from the enclosing balls, and contacts of separated shapes lie
+// between the shapes.
 TEST_F(Heap, WhereaboutsBoundGapsAndPlaces) {
-  constexpr double kPlace = 1e-7;  // of the narrow phase, of a metre
+  constexpr double kPlace = 1e-7;  // accuracy of narrow-phase positions [m]
   Collider collider(model);
   const std::vector<double> margin = margins(model, 0.3);
   int apart = 0;
@@ -192,7 +192,7 @@ TEST_F(Heap, WhereaboutsBoundGapsAndPlaces) {
       collider.add_candidates({X_WB, margin}, pair, out);
       for (const Candidate& c : out) {
         EXPECT_GE(c.gap, gap);
-        if (!(gap > 0.0)) continue;  // what overlaps touches halfway into the overlap
+        if (!(gap > 0.0)) continue;  // overlapping shapes touch in the middle of the overlap
         EXPECT_LE((c.position - middle).norm(), radius + c.gap + kPlace);
         ++apart;
       }
@@ -228,7 +228,7 @@ TEST_F(Heap, NoAllocationAfterWarmUp) {
   EXPECT_EQ(allocation_count(), before);
 }
 
-// A body that is nowhere touches nothing; the others do not notice.
+// A body with a non-finite pose touches nothing and leaves the contacts of the others unchanged.
 TEST_F(Heap, PosesThatAreNotFiniteTouchNothing) {
   Collider collider(model);
   const std::vector<double> margin = margins(model, 0.02);

@@ -1,8 +1,9 @@
 // Gaps and normals along smooth paths.
 //
 // The witness vector of separated convex shapes, gap times normal, is the point of their Minkowski
-// difference closest to the origin. Moving B moves the difference; projection on a convex set is
-// non-expansive, so the vector changes by no more than B moved. That bounds gap and normal at once.
+// difference closest to the origin. Moving B moves the difference, and projection onto a convex set
+// is non-expansive, so the vector changes by no more than B moved. This bounds gap and normal at
+// once.
 #include <gtest/gtest.h>
 
 #include "counterpoint/collision/pairs/pair_contacts.h"
@@ -18,10 +19,10 @@ using collision::pair_contacts;
 struct Named {
   std::string name;
   Shape shape;
-  double radius;  // of the ball swept over the core
+  double radius;  // radius of the ball swept over the core [m]
 };
 
-// Made once: names of tests ask for it hundreds of times.
+// Built once, since the test names query it hundreds of times.
 const std::vector<Named>& solids() {
   static const std::vector<Named> kSolids{{"sphere", sphere_shape(0.4), 0.4},
                                           {"box", box_shape({0.3, 0.5, 0.2}), 0.0},
@@ -44,7 +45,7 @@ class Paths : public ::testing::TestWithParam<std::tuple<int, int>> {
     pair_contacts(a.shape, X_A, b.shape, X_B, 100.0, m);
     return deepest(m);
   }
-  // Of the cores: a ball around does not change where it points.
+  // Witness vector of the cores; the rounding radius does not change its direction.
   Vector3 witness_vector(const ContactPoint& c) const {
     return (c.gap + a.radius + b.radius) * c.normal;
   }
@@ -58,9 +59,9 @@ INSTANTIATE_TEST_SUITE_P(All, Paths,
                          ::testing::Combine(::testing::Range(0, 7), ::testing::Range(0, 7)),
                          pair_name);
 
-// The 1e-10 of the size within which gaps count as equal; a normal carries 1e-16 over its own
-// distance, or 1e-8 where iteration found it (the square root of the distance's round-off), times
-// up to 2 m.
+// Gaps count as equal within 1e-10 of the size. A normal has the error 1e-16 over the core
+// distance, or 1e-8 from an iterative solution (square root of the distance's round-off), times up
+// to 2 m.
 constexpr double kVectorError = 5e-8;
 
 TEST_P(Paths, WitnessVectorMovesNoMoreThanTheBody) {
@@ -68,7 +69,7 @@ TEST_P(Paths, WitnessVectorMovesNoMoreThanTheBody) {
   int steps = 0;
   for (int path = 0; path < 6; ++path) {
     const Pose X_A = random_pose(rng, 0.3);
-    // Past A, at times through its side.
+    // Moves past A, at times through its side.
     const Vector3 way = random_unit(rng);
     const Vector3 aside = frame_from_normal(way).col(0) * (0.6 + 0.2 * path);
     Pose X_B{random_rotation(rng), X_A.translation + aside - 0.8 * way};
@@ -88,10 +89,10 @@ TEST_P(Paths, WitnessVectorMovesNoMoreThanTheBody) {
   EXPECT_GT(steps, 1000);
 }
 
-// Any motion that takes no point of B farther than `moved` shifts the support of the difference by
-// no more: the signed distance, overlapping or not, follows. The nearest points of two convex sets
-// within `moved` of each other are within sqrt(2 moved (d1 + d2)) (a Hoelder bound, from the
-// parallelogram law).
+// A motion that moves no point of B farther than `moved` shifts the support function of the
+// Minkowski difference by at most `moved`, and so the signed distance, overlapping or not. The
+// nearest points of two convex sets within `moved` of each other are within sqrt(2 moved (d1 + d2))
+// (a Hoelder bound, from the parallelogram law).
 TEST_P(Paths, GapAndVectorFollowATumblingBody) {
   constexpr double kAngle = 1e-3;
   const double reach = b.shape.mesh ? 0.6 : b.shape.size.norm();
@@ -124,8 +125,8 @@ TEST_P(Paths, GapAndVectorFollowATumblingBody) {
   }
 }
 
-// A resting contact keeps its points: their number, order and places, while the body above is moved
-// by less than a micrometre at a time.
+// A resting contact keeps the number, order and positions of its points while the upper body is
+// displaced by less than a micrometre at a time.
 TEST(Manifold, PointsOfARestingBodyKeepTheirOrderAndPlace) {
   std::mt19937 rng(4);
   const Shape ground = box_shape({2.0, 2.0, 0.5});
@@ -151,13 +152,13 @@ TEST(Manifold, PointsOfARestingBodyKeepTheirOrderAndPlace) {
         Manifold m;
         pair_contacts(below, X_ground, n.shape,
                       pose(random_vector(rng, kMove), random_vector(rng, kMove)), 0.01, m);
-        // Of more than eight corners, seven are chosen by place and the deepest joins them.
+        // From more than eight corners seven are chosen by position; the deepest joins them.
         const int stable = n.name == "frustum" ? 7 : first.size;
         ASSERT_GE(m.size, stable);
         ASSERT_LE(m.size, first.size + (n.name == "frustum"));
         for (int k = 0; k < m.size; ++k) {
           EXPECT_NEAR(m.points[k].gap, 0.0, 10.0 * kMove);
-          // A rim has no corners: its points turn with the tilt.
+          // A rim has no corners, so its points rotate with the tilt.
           if (n.shape.type == ShapeType::kCylinder || k >= stable) continue;
           EXPECT_LT((m.points[k].position - first.points[k].position).norm(), 10.0 * kMove);
         }

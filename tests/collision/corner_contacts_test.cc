@@ -1,4 +1,4 @@
-// What is added to the manifolds of fast bodies.
+// Contacts added to the manifolds of fast slender bodies.
 #include "counterpoint/collision/pairs/corner_contacts.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ std::vector<Shape> slender() {
           cylinder_shape(0.1, 0.001), prism_shape(6, 0.003, 0.25)};
 }
 
-// The ball lies within the shape: its gap to a plane is never less than the shape's.
+// The ball lies within the shape: its support height never exceeds the shape's.
 TEST(CoreBall, IsInsideTheShape) {
   std::mt19937 rng(3);
   for (const Shape& shape : slender()) {
@@ -35,7 +35,7 @@ TEST(CoreBall, IsInsideTheShape) {
 
 TEST(CoreBall, OnlyForWhatIsSlenderAndFast) {
   for (const Shape& shape : slender()) {
-    // A step of free fall or of a walk: 5 mm.
+    // The displacement in one step of free fall or of walking: 5 mm.
     EXPECT_FALSE(core_ball(shape, enclose(shape), Pose{}, 0.005));
     EXPECT_TRUE(core_ball(shape, enclose(shape), Pose{}, 0.1));
   }
@@ -45,7 +45,8 @@ TEST(CoreBall, OnlyForWhatIsSlenderAndFast) {
   }
 }
 
-// A rod through a wall: as long as its middle is outside, the ball's contact points there.
+// A rod passes through a wall. While its centre is outside, the ball's contact pushes it to the
+// centre's side.
 TEST(CoreBall, PointsToTheSideOfTheMiddle) {
   const Shape wall = box_shape({5.0, 5.0, 0.0005});
   const Shape rod = capsule_shape(0.002, 0.25);
@@ -60,7 +61,7 @@ TEST(CoreBall, PointsToTheSideOfTheMiddle) {
       EXPECT_NEAR(m.points[0].normal.z(), -side, 1e-12);  // from the ball to the wall
       EXPECT_NEAR(m.points[0].gap, height - 0.0025, 1e-12);
     }
-    // Inside the wall nothing is known.
+    // With the centre inside the wall, the side is unknown.
     Manifold m;
     const auto ball =
         core_ball(rod, enclose(rod), {Matrix3::Identity(), Vector3(0, 0, 0.0002)}, 1.0);

@@ -1,5 +1,5 @@
-// The signed distance of every pair of convex shapes against another implementation's: the Flexible
-// Collision Library (FCL), which iterates with libccd.
+// Signed distances of every pair of convex shapes against an independent implementation, the
+// Flexible Collision Library (FCL), which iterates with libccd.
 #include <gtest/gtest.h>
 
 #include "counterpoint/collision/pairs/pair_contacts.h"
@@ -15,7 +15,7 @@ struct Solid {
   Shape shape;
 };
 
-// Made once: names of tests ask for it hundreds of times.
+// Built once, since the test names query it hundreds of times.
 const std::vector<Solid>& solids() {
   static const std::vector<Solid> kSolids{
       {"sphere", sphere_shape(0.4)},         {"box", box_shape({0.3, 0.5, 0.2})},
@@ -55,14 +55,14 @@ INSTANTIATE_TEST_SUITE_P(All, FclOracle,
                          ::testing::Combine(::testing::Range(0, 6), ::testing::Range(0, 6)),
                          pair_name);
 
-// libccd stops when a round shortens the distance by less than its tolerance; over curved shapes it
-// then still lacks the sum of all further rounds. At 1e-12 it lacks up to 1e-6 m on shapes of this
-// size, most often 1e-9 (at its default of 1e-6: up to 7e-4), and always lies above: its points are
-// in the shapes.
+// libccd stops when an iteration shortens the distance by less than its tolerance. On curved shapes
+// the sum of the remaining iterations is then missing: at 1e-12 up to 1e-6 m for shapes of this
+// size, mostly 1e-9 (at its default of 1e-6: up to 7e-4). Its distance is always too large, since
+// its points lie in the shapes.
 TEST_P(FclOracle, GapOfSeparatedShapes) {
   constexpr double kTolerance = 1e-12;
   constexpr double kFclError = 2e-6;
-  constexpr double kOurError = 2e-8;  // gaps within 1e-9 times the shapes' size count as equal
+  constexpr double kOurError = 2e-8;  // gaps within 1e-9 times the size count as equal
   std::vector<double> errors;
   for (int i = 0; i < 120; ++i) {
     const Pose X_A = random_pose(rng, 0.5);
@@ -78,19 +78,19 @@ TEST_P(FclOracle, GapOfSeparatedShapes) {
   EXPECT_LT(std::abs(errors[errors.size() / 2]), kOurError);
 }
 
-// The expanding polytope stops within the tolerance from the depth. The default, 1e-6, is the least
-// at which libccd does not run into its own assertions on spheres.
+// The expanding polytope algorithm stops within the tolerance of the depth. The default, 1e-6, is
+// the smallest for which libccd does not fail its own assertions on spheres.
 TEST_P(FclOracle, DepthOfOverlappingShapes) {
   constexpr double kTolerance = 1e-6;
-  // Rims and wide polygons: libccd's faces lie inside the difference by more than its tolerance
-  // says.
+  // With rims and wide polygons libccd's faces lie inside the Minkowski difference by more than its
+  // tolerance.
   constexpr double kFclError = 3e-5;
   int overlapping = 0;
   for (int i = 0; overlapping < 20 && i < 200; ++i) {
     const Pose X_A = random_pose(rng, 0.5);
     const Pose X_B{random_rotation(rng), X_A.translation + random_vector(rng, 0.8)};
     const double gap = our_distance(a, X_A, b, X_B);
-    // Deeper, the shapes' centers are so close that many ways out are of a length.
+    // At larger depths the centers are so close that many separating translations are equally long.
     if (gap > -1e-3 || gap < -0.1) continue;
     ++overlapping;
     EXPECT_NEAR(fcl_distance(a, X_A, b, X_B, kTolerance), gap, kFclError) << "sample " << i;

@@ -1,4 +1,4 @@
-// Random and degenerate hulls against one another and against all shapes: finite, certified, no
+// Random and degenerate hulls against one another and all shapes: finite and certified results, no
 // crash.
 #include <gtest/gtest.h>
 
@@ -57,7 +57,7 @@ std::vector<Vector3> cloud(std::mt19937& rng, int kind) {
   return points;
 }
 
-// Half lengths of many ratios, zero among them.
+// Half lengths of very different size, including zero.
 double awkward_length(std::mt19937& rng) {
   constexpr double kLengths[] = {0.0, 1e-9, 1e-4, 0.05, 0.3, 0.3, 0.5};
   return kLengths[std::uniform_int_distribution<int>(0, 6)(rng)];
@@ -89,7 +89,7 @@ Shape awkward_shape(std::mt19937& rng) {
     try {
       return hull_shape(cloud(rng, kind));
     } catch (const InputError&) {
-      // Flat by chance: refused, as it should be.
+      // A point cloud that is flat by chance is rejected.
     }
   }
 }
@@ -109,7 +109,7 @@ Matrix3 awkward_rotation(std::mt19937& rng) {
          quaternion_exp(slip * random_unit(rng)).toRotationMatrix();
 }
 
-// Largest coordinate in play, for tolerances.
+// Largest coordinate of the pair [m], scales the tolerances.
 double scale(const Shape& a, const Pose& X_A, const Shape& b, const Pose& X_B) {
   const auto reach = [](const Shape& s) {
     if (s.type == ShapeType::kPlane) return 0.0;
@@ -123,7 +123,8 @@ double core_radius(const Shape& shape) {
   return round ? shape.size[0] : 0.0;
 }
 
-// How far vertices stand out over faces [m]: hulls with merged faces are convex only to that.
+// Largest height of vertices above face planes [m]; hulls with merged faces are convex only to
+// this.
 double defect(const Shape& shape) {
   double most = 0.0;
   if (!shape.mesh) return most;
@@ -145,10 +146,10 @@ void expect_sound(const Manifold& m, const std::string& what) {
 
 TEST(Fuzz, AwkwardShapesOnAwkwardPoses) {
   // Gaps within 1e-10 of the size count as equal; hulls far from the origin of their frame lose
-  // digits in proportion (200 m to 0.4 m), which the scale accounts for. Where hulls are not quite
-  // convex, the search for the farthest vertex may stop short of it by a few of their defects.
+  // digits in proportion (0.4 m at 200 m), which `scale` accounts for. On hulls that are not quite
+  // convex the search for the farthest vertex may miss it by a few defects.
   constexpr double kGapError = 1e-9;
-  constexpr double kRoundOff = 1e-15;  // of the 0.1 m by which shapes, maybe of no size, are moved
+  constexpr double kRoundOff = 1e-15;  // round-off of the 0.1 m displacement below
   std::mt19937 rng(2024);
   int separated = 0;
   int overlapping = 0;
@@ -159,7 +160,7 @@ TEST(Fuzz, AwkwardShapesOnAwkwardPoses) {
     const std::string what = "sample " + std::to_string(i);
     Pose X_A{awkward_rotation(rng), Vector3::Zero()};
     Pose X_B{awkward_rotation(rng), Vector3::Zero()};
-    // Centres on one spot, on a grid, or anywhere.
+    // Centres coincide, lie on a grid, or lie anywhere.
     const int place = i % 3;
     const Vector3 apart = place == 0   ? Vector3(Vector3::Zero())
                           : place == 1 ? Vector3(lattice_point(rng) * 2.0)
@@ -178,13 +179,13 @@ TEST(Fuzz, AwkwardShapesOnAwkwardPoses) {
     const double error = kGapError * size + 4.0 * (defect(a) + defect(b)) + kRoundOff;
     (least.gap < 0.0 ? overlapping : separated) += 1;
     if (a.type == ShapeType::kPlane || b.type == ShapeType::kPlane) continue;
-    // The direction between points (of cores, within the ball of a capsule) that all but touch is
-    // no better than round-off over their distance, and shows with the size as lever.
+    // The direction between almost touching points (of the cores, inside the rounding of a capsule)
+    // is only as good as round-off over their distance; the size of the shapes acts as lever arm.
     const double core_gap = least.gap + core_radius(a) + core_radius(b);
     const double turned = core_gap > 0.0 ? 1e-15 * size * size / core_gap : 0.0;
     EXPECT_NEAR(distance_along(a, X_A, b, X_B, least.normal), least.gap, error + turned)
         << what << " types " << int(a.type) << " " << int(b.type);
-    // Stepwise apart along the normal: the shapes do come free, and stay free.
+    // Separates the shapes along the normal to a gap of 0.1 m.
     Pose X_free = X_B;
     X_free.translation += (0.1 - least.gap) * least.normal;
     pair_contacts(a, X_A, b, X_free, 10.0, m);
@@ -194,8 +195,8 @@ TEST(Fuzz, AwkwardShapesOnAwkwardPoses) {
   EXPECT_GT(overlapping, 2500);
 }
 
-// Discs and needles thinner than the planes of merged faces are right: climbing over their vertices
-// stops short now and then. Wide and lying side by side, or anywhere.
+// Points of discs and needles thinner than the accuracy of merged face planes, where hill climbing
+// over vertices sometimes stops early. Wide hulls are placed side by side or anywhere.
 std::vector<Vector3> thin_cloud(std::mt19937& rng) {
   const int size = std::uniform_int_distribution<int>(30, 300)(rng);
   const double thin = std::pow(10.0, std::uniform_real_distribution<double>(-6.5, -3.0)(rng));
@@ -210,11 +211,11 @@ std::vector<Vector3> thin_cloud(std::mt19937& rng) {
   return points;
 }
 
-// Whatever comes closer than the margin is found, and what does not is not, however thin the hulls:
-// the gap is known from a search without margin.
+// A margin above the gap finds the contact and one below it does not, for hulls of any thickness.
+// The gap is known from a search with a large margin.
 TEST(Fuzz, TheMarginMissesNoContactOfThinHulls) {
   std::mt19937 rng(31);
-  constexpr double kGapError = 1e-9;  // as above
+  constexpr double kGapError = 1e-9;  // see AwkwardShapesOnAwkwardPoses
   int checked = 0;
   for (int i = 0; i < 400; ++i) {
     Shape shapes[2];
@@ -256,7 +257,8 @@ TEST(Fuzz, TheMarginMissesNoContactOfThinHulls) {
   EXPECT_GT(checked, 100);
 }
 
-// The least translation out of one another, for hulls that share corners, edges and faces.
+// Penetration is the smallest separating translation, for hulls that share corners, edges and
+// faces.
 TEST(Fuzz, OverlapOfDegenerateHullsIsLeastTranslation) {
   std::mt19937 rng(5);
   int overlapping = 0;
@@ -276,7 +278,8 @@ TEST(Fuzz, OverlapOfDegenerateHullsIsLeastTranslation) {
     pair_contacts(shapes[0], X_A, shapes[1], X_B, 0.0, m);
     if (m.size == 0) continue;
     ++overlapping;
-    // Of two ways out that differ by less than 1e-6 of the size the longer may be taken.
+    // If two separating translations differ by less than 1e-6 of the size, the longer may be
+    // returned.
     EXPECT_GE(deepest(m).gap, largest_distance_along(shapes[0], X_A, shapes[1], X_B) - 1e-6)
         << "sample " << i;
   }

@@ -14,7 +14,7 @@ using collision::pair_contacts;
 
 // Round-off of coordinates of order 1.
 constexpr double kRoundOff = 1e-13;
-// Gaps closer than 1e-9 times the shapes' size count as equal; sizes here are below 5 m.
+// Gaps within 1e-9 times the size count as equal; sizes here are below 5 m.
 constexpr double kSame = 1e-8;
 
 bool has_point(const Manifold& m, const Vector3& p, double tolerance) {
@@ -42,8 +42,8 @@ TEST(Plane, GapIsHeightOfEveryPointAndTheLowestIsThere) {
         EXPECT_EQ(c.normal, n);
         EXPECT_NEAR(level(plane_shape(), X_P, c.position - 0.5 * c.gap * n), 0.0, kRoundOff);
         const Vector3 on_shape = c.position + 0.5 * c.gap * n;
-        // The cylinder's line and the box's corners lie on the surface, the upper ball of a capsule
-        // shows the plane a point inside only where it is steep.
+        // The corners of a box and the line of a cylinder lie on its surface; the lowest point of
+        // the upper ball of a steep capsule lies inside.
         EXPECT_LE(level(shape, X, on_shape), kRoundOff);
       }
       EXPECT_NEAR(deepest(m).gap, lowest, kRoundOff);
@@ -89,7 +89,7 @@ TEST(Plane, ManyVerticesAreReducedToEightThatSpan) {
   Manifold m;
   pair_contacts(plane_shape(), Pose{}, prism_shape(64, 1.0, 0.5), at(0, 0, 0.5), 0.01, m);
   ASSERT_EQ(m.size, 8);
-  // Every direction has a point beyond cos(45 degrees / 2) of the radius, less one corner's turn.
+  // In every direction a point reaches cos(45 degrees / 2) of the radius, less one corner spacing.
   for (int i = 0; i < 64; ++i) {
     const double angle = i * 0.1;
     double reach = 0.0;
@@ -101,7 +101,7 @@ TEST(Plane, ManyVerticesAreReducedToEightThatSpan) {
   }
 }
 
-// How far the points reach in the direction in which they reach least, of 64.
+// Smallest reach of the points over 64 directions.
 double least_reach(const Manifold& m) {
   double least = 1e9;
   for (int i = 0; i < 64; ++i) {
@@ -113,7 +113,7 @@ double least_reach(const Manifold& m) {
   return least;
 }
 
-// A foot of radius 0.1 m whose bevel rises by 1 mm from the rim of its sole, at 0.08 m.
+// A foot of radius 0.1 m with a sole of radius 0.08 m; the bevel between them rises by 1 mm.
 TEST(Plane, AHullStandsOnItsSoleNotOnItsBevel) {
   std::vector<Vector3> corners;
   for (int i = 0; i < 24; ++i) {
@@ -125,18 +125,18 @@ TEST(Plane, AHullStandsOnItsSoleNotOnItsBevel) {
   const Shape foot = test::hull_shape(corners);
   Manifold m;
   pair_contacts(plane_shape(), Pose{}, foot, Pose{}, {0.01, 0.02}, m);
-  EXPECT_GE(m.size, 7);  // the lowest may be one of seven
+  EXPECT_GE(m.size, 7);  // the lowest may be one of the seven
   for (int k = 0; k < m.size; ++k) EXPECT_EQ(m.points[k].gap, 0.0);
-  EXPECT_GT(least_reach(m), 0.85 * 0.08);  // as above
-  // It has to tip by 1 mm / 0.02 m to stand on the bevel.
+  EXPECT_GT(least_reach(m), 0.85 * 0.08);  // bound as above
+  // Standing on the bevel requires a tilt of 1 mm / 0.02 m.
   pair_contacts(plane_shape(), Pose{}, foot, Pose{}, {0.01, 0.06}, m);
   EXPECT_EQ(deepest(m).gap, 0.0);
   EXPECT_GT(least_reach(m), 0.85 * 0.08);
 }
 
-// Tipped about its lowest point by no more than the turn asked for, a dense hull of radius r has no
-// vertex that is deeper than those of its manifold by more than r turn^2: along any direction
-// between two of seven it stands on a vertex that lies a quarter of r turn beside one of theirs.
+// Tilts a dense hull of radius r about its lowest point by at most `turn`. The lowest vertex is
+// below those of the manifold by less than r turn^2: in every direction between two of the seven,
+// the supporting vertex is at most r turn / 4 beside one of theirs.
 TEST(Plane, AHullTipsOntoItsManifold) {
   std::mt19937 rng(11);
   constexpr double kRadius = 0.1, kTurn = 0.05;
@@ -164,8 +164,8 @@ TEST(Plane, AHullTipsOntoItsManifold) {
   }
 }
 
-// Where a manifold has one vertex of a hull it stays the lowest however the hull turns by the angle
-// asked for, though others are within the margin.
+// If a manifold has a single vertex of a hull, this stays the lowest for every tilt by the given
+// angle, although other vertices are within the margin.
 TEST(Plane, AHullThatCannotTipHasOneContact) {
   std::mt19937 rng(12);
   constexpr double kTurn = 0.05, kMargin = 0.05;
@@ -194,7 +194,8 @@ TEST(Plane, AHullThatCannotTipHasOneContact) {
   EXPECT_LT(single, 200);
 }
 
-// The rectangle of overlap, for overlap, touching and separation, with any slight tilt.
+// A stack gives the corners of the overlap rectangle for overlap, touching and separation, with any
+// slight tilt.
 TEST(BoxBox, StackGivesTheOverlapRectangle) {
   std::mt19937 rng(3);
   Manifold m;
@@ -221,7 +222,7 @@ TEST(BoxBox, StackGivesTheOverlapRectangle) {
   }
 }
 
-// No corner of the overlap of two boxes is left out: there is no choice that could flicker.
+// The overlap of two boxes keeps all its corners; a selection among them could flicker.
 TEST(BoxBox, QuarterTurnedStackStandsOnTheWholeOctagon) {
   Manifold m;
   const Pose X_B{Eigen::AngleAxisd(0.25 * std::acos(-1.0), Vector3::UnitZ()).toRotationMatrix(),
@@ -238,12 +239,13 @@ TEST(BoxBox, QuarterTurnedStackStandsOnTheWholeOctagon) {
   }
 }
 
-// More corners than a manifold holds: seven that span and the deepest, a whole circle on a square.
+// A manifold with too many corners keeps seven that span the area, and the deepest. A full circle
+// on a square keeps four.
 TEST(ConvexConvex, ManyCornersAreReducedToThoseThatSpan) {
   Manifold m;
   const Shape table = box_shape({2.0, 2.0, 0.5});
   pair_contacts(table, Pose{}, prism_shape(14, 1.0, 0.5), at(0, 0, 1), 0.01, m);
-  ASSERT_GE(m.size, 7);  // and the deepest, if it is another
+  ASSERT_GE(m.size, 7);  // plus the deepest, if it is another
   for (int i = 0; i < 64; ++i) {
     const double angle = i * 0.1;
     double reach = 0.0;
@@ -251,8 +253,7 @@ TEST(ConvexConvex, ManyCornersAreReducedToThoseThatSpan) {
       reach =
           std::max(reach, m.points[k].position.dot(Vector3(std::cos(angle), std::sin(angle), 0)));
     }
-    // Two of fourteen corners may be missing side by side at most: cos(3/2 * 360 / 14 degrees) =
-    // 0.78.
+    // At most two adjacent corners of fourteen are missing: cos(3/2 * 360 / 14 degrees) = 0.78.
     EXPECT_GT(reach, 0.78);
   }
   pair_contacts(table, Pose{}, cylinder_shape(1.0, 0.5), at(0, 0, 1), 0.01, m);
@@ -295,7 +296,7 @@ TEST(Capsule, LyingOnABoxOrAlongsideAnotherGivesTwoPoints) {
   EXPECT_TRUE(has_point(m, {0.1005, 0, 0.5}, 1e-6));
 }
 
-// Distances of centres and axes, by hand.
+// Distances between centres and axes in closed form.
 TEST(ClosedForm, RoundShapes) {
   std::mt19937 rng(11);
   Manifold m;
@@ -309,7 +310,7 @@ TEST(ClosedForm, RoundShapes) {
     pair_contacts(sphere_shape(0.2), X_A, capsule_shape(0.3, 0.4), X_B, 10.0, m);
     const double along = std::clamp(-d.dot(X_B.rotation.col(2)), -0.4, 0.4);
     EXPECT_NEAR(m.points[0].gap, (d + along * X_B.rotation.col(2)).norm() - 0.5, kRoundOff);
-    // Long enough for the lines to decide.
+    // The segments are long enough for the distance between the lines to hold.
     const Vector3 cross = X_A.rotation.col(2).cross(X_B.rotation.col(2));
     if (cross.norm() < 0.1) continue;
     pair_contacts(capsule_shape(0.2, 100.0), X_A, capsule_shape(0.3, 100.0), X_B, 10.0, m);
@@ -317,7 +318,7 @@ TEST(ClosedForm, RoundShapes) {
   }
 }
 
-// Shapes, poses and margin scaled alike: gaps scale.
+// Scaling shapes, poses and margin by one factor scales the gaps.
 TEST(Scale, ThousandthToThousandMetres) {
   std::mt19937 rng(17);
   const auto shapes = [](double s) {
@@ -366,13 +367,13 @@ TEST(Degenerate, ShapesWithoutSizeGiveFiniteContacts) {
   }
 }
 
-// A box that rests half on another and is turned ever so little about y stands over an edge, on two
-// corners at equal height. Each gap is the height there: none is drawn to the least height of the
-// whole box, which lies beside the other. A body at rest feels 1e-11 m.
+// A box that overhangs another by half and is tilted very slightly about y stands over an edge, on
+// two corners of equal height. Each gap must be the local height and not the lowest height of the
+// box, which lies beside the other box. An error of 1e-11 m would disturb a body at rest.
 TEST(Manifold, BarelyTiltedBoxesHaveTheGapsOfTheirCorners) {
   const Shape box{ShapeType::kBox, Vector3::Constant(0.1), nullptr};
   constexpr double kSink = 3e-10;
-  constexpr double kRound = 1e-16;  // of heights of 0.2 m
+  constexpr double kRound = 1e-16;  // round-off of heights of 0.2 m
   Manifold m;
   for (const double tilt : {-2e-9, -5e-10, -1e-11, 0.0, 1e-12, 1e-10, 5e-10, 7e-10, 2e-9}) {
     const Pose X_B{Eigen::AngleAxisd(tilt, Vector3::UnitY()).toRotationMatrix(),

@@ -16,8 +16,8 @@ namespace {
 
 using collision::pair_contacts;
 
-// Round-off of coordinates of order 1 through a few dozen operations, and the 1e-10 (times the size
-// of the shapes, up to 4 here) within which gaps count as equal.
+// Round-off of coordinates of order 1 through a few dozen operations, plus 1e-10 of the size (up to
+// 4 here), within which gaps count as equal.
 constexpr double kGapError = 1e-9;
 
 struct Named {
@@ -25,7 +25,7 @@ struct Named {
   Shape shape;
 };
 
-// Made once: names of tests ask for it hundreds of times.
+// Built once, since the test names query it hundreds of times.
 const std::vector<Named>& solids() {
   static const std::vector<Named> kSolids{
       {"sphere", sphere_shape(0.4)},          {"box", box_shape({0.3, 0.5, 0.2})},
@@ -42,7 +42,7 @@ class Pairs : public ::testing::TestWithParam<std::tuple<int, int>> {
   std::mt19937 rng{1234};
   Manifold m;
 
-  // Poses at random distances: about as many overlapping as separated.
+  // Draws poses at random distances; about as many pairs overlap as are separated.
   void draw(Pose& X_A, Pose& X_B) {
     X_A = random_pose(rng, 0.5);
     X_B = {random_rotation(rng), X_A.translation + random_vector(rng, 0.8)};
@@ -58,8 +58,8 @@ INSTANTIATE_TEST_SUITE_P(All, Pairs,
                          pair_name);
 
 // Every point lies on both surfaces, gap apart along the unit normal. The smallest gap equals the
-// distance along its normal: for separated shapes that proves it is the distance (it is bounded by
-// the points from above and by the separating planes from below).
+// distance along its normal. For separated shapes this proves optimality: the points bound the
+// distance from above, the separating planes from below.
 TEST_P(Pairs, PointsLieOnBothSurfacesAndLeastGapIsCertified) {
   int contacts = 0;
   RecordLargest error("certified_gap_error_m"), surface_error("surface_error_m");
@@ -89,12 +89,12 @@ TEST_P(Pairs, PointsLieOnBothSurfacesAndLeastGapIsCertified) {
   EXPECT_GT(contacts, 40);
 }
 
-// Moved by its gap along its normal, from apart as from overlap, B touches A: the gap is zero, on
-// the normal that led there.
+// Moving B by its gap along the normal brings the shapes into contact: the new gap is zero along
+// the same normal. Holds for separated and overlapping shapes.
 TEST_P(Pairs, ShiftedByTheGapTheyTouch) {
-  // The direction between points that fall together is found by parting the shapes a little: over
-  // rims it is right to some 1e-7 rad, which shows with the size as lever (6e-8 m in the gap, 4e-7
-  // m along the normal seen; asked for is 1e-6).
+  // The direction between coincident points is found by separating the shapes slightly. On rims its
+  // error is about 1e-7 rad, with the size as lever arm: measured 6e-8 m in the gap and 4e-7 m
+  // along the normal, allowed 1e-6.
   const bool rims = a.type == ShapeType::kCylinder || b.type == ShapeType::kCylinder;
   const double gap_error = rims ? 2e-7 : kGapError;
   const double normal_error = rims ? 1e-6 : kGapError;
@@ -111,7 +111,7 @@ TEST_P(Pairs, ShiftedByTheGapTheyTouch) {
   }
 }
 
-// Penetration is the least translation that parts the shapes: no other direction does it in less.
+// Penetration is the smallest separating translation over all directions.
 TEST_P(Pairs, DepthIsLeastTranslation) {
   const int samples = a.mesh && b.mesh ? 2 : 12;
   int overlapping = 0;
@@ -122,7 +122,7 @@ TEST_P(Pairs, DepthIsLeastTranslation) {
     pair_contacts(a, X_A, b, X_B, 0.0, m);
     if (m.size == 0) continue;
     ++overlapping;
-    // That this gap parts them is certified above.
+    // PointsLieOnBothSurfacesAndLeastGapIsCertified proves that this translation separates them.
     EXPECT_GE(deepest(m).gap, largest_distance_along(a, X_A, b, X_B) - kGapError) << i;
   }
   EXPECT_GE(overlapping, samples / 2);
@@ -211,7 +211,7 @@ TEST_P(Pairs, DegeneratePosesGiveFiniteContacts) {
   }
 }
 
-// A pose that is not finite is the caller's mistake; it must not become ours.
+// Non-finite poses are an error of the caller and must not cause a crash.
 TEST_P(Pairs, PosesThatAreNotFiniteDoNotCrash) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();

@@ -1,4 +1,4 @@
-// Contacts looked at again where a motion leads.
+// look_ahead: contacts evaluated at the predicted poses; and rounded edges.
 #include "counterpoint/collision/pairs/pair_motion.h"
 
 #include <gtest/gtest.h>
@@ -16,13 +16,13 @@ using collision::look_ahead;
 using collision::PairMotion;
 using collision::ShapeMotion;
 
-// Round-off of gaps and places of a few decimetres.
+// Round-off of gaps and positions of a few decimetres.
 constexpr double kRoundoff = 1e-13;
 
-// Polygons are clipped a little beyond their edges: 2e-10 of the sizes.
+// Polygons are clipped slightly beyond their edges, by 2e-10 of the sizes.
 constexpr double kClipping = 1e-9;
 
-// The shape's frame is its body's. Without a motion of its own it is fixed.
+// Motion of a shape whose frame is its body's; fixed by default.
 ShapeMotion motion(const Pose& X, const Motion& displacement = {}, double share = 0.0) {
   return {X, X.translation, displacement, share};
 }
@@ -31,12 +31,12 @@ Pose at(const Vector3& p) { return {Matrix3::Identity(), p}; }
 
 struct Sliding {
   Shape tile = box_shape({0.5, 0.5, 0.1}), block = box_shape({0.1, 0.1, 0.1});
-  Pose X_tile = at({0.5, 0.0, -0.1});  // its top from x = 0 on, at z = 0
+  Pose X_tile = at({0.5, 0.0, -0.1});  // its top is z = 0 for x > 0
   Pose X_block;
   double margin = 0.01;
   Manifold m;
 
-  // The block's lower edge `before` the tile's, its bottom at `height`, goes by `way`.
+  // Block with its lower edge `before` the tile's edge and its bottom at `height`, moving by `way`.
   void look(double before, double height, const Vector3& way) {
     X_block = at({-0.1 - before, 0.0, 0.1 + height});
     m.size = 0;
@@ -47,8 +47,8 @@ struct Sliding {
   }
 };
 
-// The side of the next tile is in the way of a block whose overlap with this one is 1e-10 m, until
-// one looks where the block will be: on top of it.
+// A block that overlaps its floor by 1e-10 m would hit the side of the next tile. Evaluated at its
+// predicted pose it is on top of that tile.
 TEST(LookAhead, ASeamIsNoObstacle) {
   Sliding s;
   for (const double height : {-1e-10, 0.0, 1e-10}) {
@@ -57,14 +57,15 @@ TEST(LookAhead, ASeamIsNoObstacle) {
     for (int i = 0; i < s.m.size; ++i) {
       EXPECT_NEAR((s.m.points[i].normal - Vector3::UnitZ()).norm(), 0.0, kRoundoff);
       EXPECT_NEAR(s.m.points[i].gap, height, kRoundoff);
-      // On the block's bottom as it is now, and where the tile will be below it.
+      // On the block's bottom at the present pose, where the tile will be below it.
       EXPECT_GE(s.m.points[i].position.x(), -3e-3 - kClipping);
       EXPECT_LE(s.m.points[i].position.x(), -1e-3 + kClipping);
     }
   }
 }
 
-// A tile that stands out is one; so is a wall; and what stays this side of the seam sees the side.
+// A raised tile and a wall are obstacles. A block that does not reach the seam in this step keeps
+// the contact with the side.
 TEST(LookAhead, AStepIsAnObstacle) {
   Sliding s;
   for (const double height : {-1e-6, -1e-4, -0.05}) {
@@ -80,7 +81,7 @@ TEST(LookAhead, AStepIsAnObstacle) {
   EXPECT_NEAR((s.m.points[0].normal + Vector3::UnitX()).norm(), 0.0, kRoundoff);
 }
 
-// Above the edge of a table, falling past it: the nearest direction would stop it in the air.
+// A block that falls past the edge of a table: the nearest direction would stop it in the air.
 TEST(LookAhead, WhatPassesACornerIsNotStopped) {
   Sliding s;
   s.look(1e-3, 0.5e-3, {3e-3, 0.0, 0.0});
@@ -90,8 +91,8 @@ TEST(LookAhead, WhatPassesACornerIsNotStopped) {
   }
 }
 
-// For translations the gap along a normal is linear: taken back to the start and moved on it is the
-// gap of the moved shapes. The same points, whichever shape is called A.
+// For translations the gap along a normal is linear, so the returned gap plus the relative motion
+// is the gap of the moved shapes. Exchanging A and B gives the same points.
 TEST(LookAhead, GapsAreThoseOfTheMovedShapes) {
   std::mt19937 rng(5);
   const std::vector<Shape> shapes = {box_shape({0.1, 0.2, 0.05}), cylinder_shape(0.1, 0.2),
@@ -119,7 +120,7 @@ TEST(LookAhead, GapsAreThoseOfTheMovedShapes) {
     for (int i = 0; i < m.size; ++i) {
       const Vector3& n = m.points[i].normal;
       EXPECT_NEAR(m.points[i].gap + n.dot(way_b - way_a), moved.points[i].gap, kRoundoff);
-      EXPECT_GE(m.points[i].gap, -2e-7);  // flush: a millionth of the size
+      EXPECT_GE(m.points[i].gap, -2e-7);  // flush shapes: a millionth of the size
     }
     Manifold turned;
     pair_contacts(b, X_B, a, X_A, 0.05, turned);
@@ -134,7 +135,7 @@ TEST(LookAhead, GapsAreThoseOfTheMovedShapes) {
   EXPECT_GT(replaced, 20);
 }
 
-// What rests, parts, or goes too far is left as it is, to the bit.
+// Resting, separating and too large motions leave the manifold unchanged, to the bit.
 TEST(LookAhead, ChangesNothingElse) {
   Sliding s;
   for (const Vector3& way : {Vector3(0.0, 0.0, 0.0), Vector3(1e-11, 0.0, 0.0),
@@ -151,15 +152,15 @@ TEST(LookAhead, ChangesNothingElse) {
   }
 }
 
-// Two boxes tipped towards each other by 30 degrees, whose edges meet in one line: B is raised by
-// `up` and pushed in by `in` along x.
+// Two boxes tilted towards each other by 30 degrees with coincident edges. B is raised by `up` and
+// pushed in by `in` along x.
 struct Edges {
   static constexpr double kTip = std::numbers::pi / 6.0;
   Shape box = box_shape({0.01, 0.1, 0.2});
 
   Manifold contacts(double in, double up, double rounding) const {
     const Pose X_A{rotation_from_rpy(0.0, kTip, 0.0), Vector3::Zero()};
-    const Vector3 edge = X_A.rotation * Vector3(0.01, 0.0, 0.2);  // its highest x
+    const Vector3 edge = X_A.rotation * Vector3(0.01, 0.0, 0.2);  // its point of largest x
     const Pose X_B{rotation_from_rpy(0.0, -kTip, 0.0), {2.0 * edge.x() - in, 0.0, up}};
     Manifold m;
     pair_contacts(box, X_A, box, X_B, {0.01, 1.0, rounding}, m);
@@ -167,7 +168,8 @@ struct Edges {
   }
 };
 
-// Every direction between the faces is a normal; the middle one is level. Two points, at the ends.
+// Every direction between the two face normals is a valid normal; the rounded one is the mean,
+// horizontal. Two points, at the ends of the edge.
 TEST(Rounding, EdgesInOneLineMeetInTheMiddle) {
   const Edges edges;
   for (const double in : {1e-12, 1e-10, 1e-8}) {
@@ -180,12 +182,12 @@ TEST(Rounding, EdgesInOneLineMeetInTheMiddle) {
     }
     EXPECT_LT(m.points[0].position.y() * m.points[1].position.y(), 0.0);
   }
-  // Sharp ones: a face's, 30 degrees off.
+  // With sharp edges the normal is a face's, 30 degrees off.
   EXPECT_NEAR(edges.contacts(1e-10, 0.0, 0.0).points[0].normal.x(), std::cos(Edges::kTip), 1e-9);
 }
 
-// One edge over the other: the normal turns from the middle to that of the face that is met first,
-// with no jump: by no more than the rise over the rounding.
+// While one edge rises over the other, the normal turns continuously from the mean to that of the
+// face met first, by at most the rise over the rounding.
 TEST(Rounding, TheNormalTurnsContinuously) {
   const Edges edges;
   constexpr double kRounding = 1e-6, kRise = 1e-8;
@@ -203,7 +205,7 @@ TEST(Rounding, TheNormalTurnsContinuously) {
   EXPECT_NEAR(least, -std::sin(Edges::kTip), 1e-9);
 }
 
-// A box on a box, however it lies, has the contacts of sharp ones: no other face is as near.
+// A box that rests with a face on another has the contacts of sharp boxes.
 TEST(Rounding, FacesAreNotRounded) {
   std::mt19937 rng(6);
   const Shape below = box_shape({0.5, 0.5, 0.1}), above = box_shape({0.1, 0.1, 0.1});

@@ -1,4 +1,5 @@
-// Distance, rays, overlaps, contacts of a pose: known answers, and rays against plain membership.
+// Queries of distance, rays, overlaps and contacts: known answers, and rays against membership
+// tests.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -29,7 +30,7 @@ TEST(Distance, KnownAnswers) {
   EXPECT_NEAR((d->normal - Vector3(1, 0, 0)).norm(), 0.0, kRoundOff);
   EXPECT_NEAR((d->point_a - Vector3(0.5, 0, 0)).norm(), 0.0, kRoundOff);
   EXPECT_NEAR((d->point_b - Vector3(2.0, 0, 0)).norm(), 0.0, kRoundOff);
-  // Overlap: out through the nearest face.
+  // Overlap: the normal leads out through the nearest face.
   const auto deep =
       collision::distance(sphere_shape(0.5), at(0, 0, 0.9), box_shape({1, 1, 1}), Pose{});
   ASSERT_TRUE(deep);
@@ -37,7 +38,7 @@ TEST(Distance, KnownAnswers) {
   EXPECT_NEAR((deep->normal - Vector3(0, 0, -1)).norm(), 0.0, kRoundOff);
   EXPECT_NEAR((deep->point_a - Vector3(0, 0, 0.4)).norm(), 0.0, kRoundOff);
   EXPECT_NEAR((deep->point_b - Vector3(0, 0, 1.0)).norm(), 0.0, kRoundOff);
-  // A kilometre away.
+  // At a distance of 1 km.
   const auto far =
       collision::distance(plane_shape(), Pose{}, capsule_shape(0.1, 0.2), at(0, 0, 1000.3));
   ASSERT_TRUE(far);
@@ -70,7 +71,7 @@ TEST(Ray, KnownAnswers) {
   };
   const Vector3 x = Vector3::UnitX();
   const Vector3 z = Vector3::UnitZ();
-  // Direction of any length; distances are metres.
+  // Directions have any length; distances are in metres.
   expect_hit(plane_shape(), {1, 2, 3}, -5.0 * z, 3.0, z);
   expect_hit(plane_shape(), {0, 0, 3}, {4, 0, -3}, 5.0, z);
   expect_hit(sphere_shape(0.5), {-2, 0, 0}, x, 1.5, -x);
@@ -116,8 +117,8 @@ TEST(Ray, SenselessRaysAreRefused) {
   EXPECT_THROW(cast_ray(ball, Pose{}, {0, kInfinity, 0}, {0, 0, 1}), InputError);
 }
 
-// The hit lies on the surface and everything before it outside; without a hit everything is
-// outside. The normal is the one of a ball placed at the hit (its distance), away from edges.
+// The hit lies on the surface and the ray before it is outside; without a hit the whole ray is
+// outside. Away from edges the normal is that of the distance to a ball at the hit.
 TEST(Ray, RandomRaysAgainstMembership) {
   std::mt19937 rng(8);
   for (const Shape& shape :
@@ -139,7 +140,7 @@ TEST(Ray, RandomRaysAgainstMembership) {
       EXPECT_NEAR(level(shape, X, hit->position), 0.0, kRoundOff) << i;
       EXPECT_NEAR(hit->normal.norm(), 1.0, kRoundOff);
       EXPECT_LE(hit->normal.dot(direction), 0.0);
-      // Off the surface along the normal it is as far from the shape as it went.
+      // A point at distance kOff from the hit along the normal is kOff away from the shape.
       constexpr double kOff = 0.1;
       EXPECT_NEAR(collision::distance(shape, X, sphere_shape(0.0),
                                       {Matrix3::Identity(), hit->position + kOff * hit->normal})
@@ -151,7 +152,7 @@ TEST(Ray, RandomRaysAgainstMembership) {
   }
 }
 
-// A ball, a box and a ground plane; the ball 0.1 m above the box.
+// A ball, a box and a ground plane, with the ball 0.1 m above the box.
 class Scenery : public ::testing::Test {
  protected:
   static Model make() {
@@ -198,10 +199,10 @@ TEST_F(Scenery, DistanceOverlapsAndContactsOfAPose) {
   ASSERT_TRUE(d);
   EXPECT_NEAR(d->gap, 0.1, kRoundOff);
   EXPECT_TRUE(query.overlaps().empty());
-  // Box on ground within a margin of 1 cm, ball and box within 0.2 m too.
+  // Box and ground within a margin of 1 cm; with 0.2 m also ball and box.
   EXPECT_EQ(query.contacts(0.01).size(), 4u);
   EXPECT_EQ(query.contacts(0.2).size(), 5u);
-  // The ball sinks into the box.
+  // The ball overlaps the box.
   query.set_poses(std::vector<Pose>{Pose{}, at(0, 0, 0.5), at(0, 0, 1.15)});
   EXPECT_EQ(query.overlaps(), (std::vector<std::pair<int, int>>{{1, 2}}));
   const auto contacts = query.contacts();

@@ -17,7 +17,7 @@ namespace {
 
 // Round-off of metres through a few rotations.
 constexpr double kRoundoff = 1e-12;
-// GJK stops at 1e-13 of the size; edges against faces add roundings of their own.
+// GJK stops at 1e-13 of the size; edge-face pairs add round-off of their own.
 constexpr double kIterated = 1e-9;
 
 Shape terrain_shape(const TriangleMesh& mesh) {
@@ -27,8 +27,8 @@ Shape terrain_shape(const TriangleMesh& mesh) {
   return shape;
 }
 
-// A square of the plane z = 0, half length 3 m, in triangles of about `pitch`, inner vertices moved
-// about in the plane.
+// A square of the plane z = 0 with half length 3 m, in cells x cells pairs of triangles whose inner
+// vertices are displaced at random within the plane.
 TriangleMesh flat_ground(int cells, std::mt19937& rng) {
   TriangleMesh mesh;
   const double pitch = 6.0 / cells;
@@ -83,7 +83,7 @@ TEST(Terrain, FlatTrianglesAreAPlane) {
       for (int k = 0; k < 60; ++k) {
         const Pose X_WG = random_pose(rng);
         Pose X_GB{random_rotation(rng), random_vector(rng, 1.0)};
-        // Down to a little overlap, up to out of reach.
+        // From a slight overlap to beyond the margin.
         X_GB.translation.z() = 0.0;
         X_GB.translation.z() =
             std::uniform_real_distribution<double>(-0.005, 0.06)(rng) - lowest_point(body, X_GB);
@@ -103,7 +103,8 @@ TEST(Terrain, FlatTrianglesAreAPlane) {
 }
 
 TEST(Terrain, StandingShapesHaveThePlanesPoints) {
-  // Upright bodies, wherever the seams lie: as many points as on a plane, in the same places.
+  // Upright bodies have the number and positions of contact points of a plane, wherever the seams
+  // lie.
   std::mt19937 rng(2);
   const Shape ground = terrain_shape(flat_ground(40, rng));
   for (const Shape& body : {box_shape({0.2, 0.3, 0.15}), cylinder_shape(0.2, 0.3),
@@ -144,7 +145,8 @@ TEST(Terrain, SurfaceOfAHullIsAsFarAsTheHull) {
         const double margin = 0.3;
         Manifold exact, on_surface;
         pair_contacts(hull, X_A, body, X_B, margin, exact);
-        if (exact.size > 0 && deepest(exact).gap < 1e-6) continue;  // one-sided faces: gaps only
+        if (exact.size > 0 && deepest(exact).gap < 1e-6)
+          continue;  // faces are one-sided, so only separated shapes agree
         pair_contacts(surface, X_A, body, X_B, margin, on_surface);
         ASSERT_EQ(on_surface.size > 0, exact.size > 0) << "hull " << h;
         if (exact.size == 0) continue;
@@ -201,7 +203,8 @@ TEST(Terrain, ABallOverARidgeTurnsFromSlopeToSlope) {
   constexpr double kRadius = 0.1;
   Vector3 last = Vector3::Zero();
   for (double angle = -1.2; angle <= 1.2; angle += 0.01) {
-    // The centre on a circle about the ridge, on to the slopes' parallels beyond 45 degrees.
+    // The centre moves on a circle about the ridge; beyond 45 degrees on each side a slope is
+    // nearer.
     const Vector3 center(kRadius * std::sin(angle), 0.3, kRadius * std::cos(angle));
     Manifold m;
     pair_contacts(ridge, Pose{}, sphere_shape(kRadius), {Matrix3::Identity(), center}, 0.01, m);
@@ -220,7 +223,7 @@ TEST(Terrain, ABallOverARidgeTurnsFromSlopeToSlope) {
 }
 
 TEST(Terrain, WhatReachesOverAThinWallIsNotHeldByIt) {
-  // Two faces back to back, 2 mm apart, 1 m high, and a rod that leans over it without touching.
+  // Two opposite faces, 2 mm apart and 1 m high, and a rod that leans over them without contact.
   TriangleMesh wall;
   for (const double x : {-0.001, 0.001}) {
     for (const double y : {-2.0, 2.0}) {
@@ -236,7 +239,7 @@ TEST(Terrain, WhatReachesOverAThinWallIsNotHeldByIt) {
   Manifold m;
   pair_contacts(shape, Pose{}, rod, {tilt, {0.0, 0.0, 1.1}}, 0.02, m);
   EXPECT_EQ(m.size, 0);
-  // Beside it: each side pushes its own way, the other side's face does not reach through.
+  // Beside the wall each side pushes outwards; the face of the other side must not act through it.
   for (const double side : {-1.0, 1.0}) {
     pair_contacts(shape, Pose{}, sphere_shape(0.05), {Matrix3::Identity(), {side * 0.05, 0, 0.5}},
                   0.01, m);
@@ -272,7 +275,7 @@ TEST(Terrain, BrokenMeshesNeitherCrashNorGiveNaN) {
   for (int k = 0; k < 200; ++k) {
     TriangleMesh mesh;
     for (int i = 0; i < 30; ++i) {
-      // Many on a line, many in one place.
+      // Many vertices on one line, many at one place.
       mesh.vertices.push_back(i % 3 == 0   ? Vector3(0.1 * i, 0, 0)
                               : i % 3 == 1 ? Vector3(1, 1, 0)
                                            : random_vector(rng));

@@ -30,8 +30,8 @@ TEST(Allocation, NoneAfterWarmUp) {
   }
 }
 
-// Every method has its memory as soon as an island's size has been seen, although most islands
-// never need more than the first two.
+// Every method allocates its memory when an island of this size is first seen, although most
+// islands need only the first two methods.
 TEST(Allocation, NoneForMethodsThatAreSeldomTried) {
   if (!test::counts_allocations()) GTEST_SKIP() << "allocations cannot be counted in this build";
   int beyond_mixed = 0, softened = 0;

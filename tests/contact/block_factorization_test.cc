@@ -1,4 +1,4 @@
-// The sparse factorization against Eigen's dense one.
+// The sparse block factorization against Eigen's dense one.
 #include "counterpoint/contact/linear/block_factorization.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ using testing::random_vector;
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-// Pattern and values of a random sparse matrix of blocks.
+// Pattern and values of a random sparse block matrix.
 struct RandomMatrix {
   std::vector<int> sizes, start;
   std::vector<std::pair<int, int>> couples;
@@ -38,7 +38,7 @@ struct RandomMatrix {
       const int i = random.integer(0, count - 1), j = random.integer(0, count - 1);
       if (i != j) couples.emplace_back(i, j);
     }
-    // Sums of squares on the couples, so that the symmetric part is positive definite.
+    // Sums of squares on the coupled blocks make the symmetric part positive definite.
     matrix = MatrixX::Identity(n, n) * 0.1;
     const auto add = [&](int i, int j) {
       MatrixX root(sizes[i] + sizes[j], 4), other(4, 4);
@@ -78,8 +78,8 @@ struct RandomMatrix {
   }
 };
 
-// Cholesky and, where the symmetric part is positive definite, LU without pivoting are backward
-// stable: the error is a few roundings, n of them at most, amplified by the growth.
+// Cholesky, and LU without pivoting for a positive definite symmetric part, are backward stable:
+// the error is at most n round-offs times the growth factor.
 TEST(BlockFactorization, SolvesRandomSparseMatrices) {
   Random random(71);
   BlockFactorization factorization;
@@ -98,7 +98,7 @@ TEST(BlockFactorization, SolvesRandomSparseMatrices) {
       factorization.solve(x.data());
       const double growth = unsymmetric ? 1.0 + factorization.growth() : 1.0;
       EXPECT_LT(backward_error(matrix, x, b), n * growth * kEpsilon) << trial << " " << unsymmetric;
-      // 1 bounds the growth of a positive definite matrix, here with rounding.
+      // The growth factor of a positive definite matrix is at most 1, here plus round-off.
       if (unsymmetric && skew == 0.0) {
         EXPECT_LT(factorization.growth(), 1.0 + n * kEpsilon);
       }
@@ -125,7 +125,7 @@ TEST(BlockFactorization, PivotedFactorsSolveWhateverTheMatrix) {
     const VectorX b = random_vector(random, n);
     VectorX x = b;
     factorization.solve(x.data());
-    // With partial pivoting growth is at most 2^(n - 1), and next to none in practice.
+    // With partial pivoting the growth factor is at most 2^(n - 1), and small in practice.
     EXPECT_LT(backward_error(matrix, x, b), 10.0 * n * kEpsilon) << trial;
   }
 }
@@ -154,7 +154,7 @@ TEST(BlockFactorization, PivotsNearZeroShowAsGrowthAndPivotingHelps) {
   EXPECT_LT(backward_error(matrix, x, b), 4.0 * kEpsilon);
 }
 
-// The same bits from a new object, and from one that has seen the structure, or others.
+// A new object and objects that have analyzed this or other structures give the same bits.
 TEST(BlockFactorization, KeptStructureChangesNoBit) {
   Random random(72);
   BlockFactorization used;
@@ -175,8 +175,7 @@ TEST(BlockFactorization, KeptStructureChangesNoBit) {
   }
 }
 
-// A grid of boxes, as large piles are: what minimum degree makes of the fill, against what a band
-// would have.
+// Fill-in on a grid of boxes, as in large piles, against that of a band matrix.
 TEST(BlockFactorization, GridsFillInLittle) {
   constexpr int kSide = 30;
   BlockFactorization factorization;
@@ -186,7 +185,8 @@ TEST(BlockFactorization, GridsFillInLittle) {
     if (i >= kSide) factorization.add_coupling(i, i - kSide);
   }
   factorization.end_structure();
-  // 31 n log2 n / 4 entries of 36 is nested dissection's bound (George, 1973); the band has 900 31.
+  // Nested dissection is bounded by 31 n log2 n / 4 entries of 36 (George, 1973); the band has 900
+  // 31.
   EXPECT_LT(factorization.factor_size(), 36 * 31 * 900 * 0.25 * std::log2(30.0));
   EXPECT_LT(factorization.factor_size(), 0.6 * 36 * 900 * 31);
 }

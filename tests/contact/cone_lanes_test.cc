@@ -1,4 +1,4 @@
-// Contacts with friction four at a time are the law of each by itself.
+// Evaluating four friction contacts at a time gives the law of each contact.
 #include "counterpoint/contact/laws/cone_lanes.h"
 
 #include <gtest/gtest.h>
@@ -13,8 +13,8 @@
 namespace counterpoint::contact::cone_lanes_test {
 namespace {
 
-// Every number of contacts over, and velocities at which a branch is taken: at rest, without load,
-// without smoothing.
+// Parameter: Coulomb or convex. Covers every remainder of a division by four, and velocities and
+// laws at branches: at rest, without load, without smoothing.
 class Friction : public ::testing::TestWithParam<bool> {};
 
 TEST_P(Friction, OfFourIsTheLawOfEach) {

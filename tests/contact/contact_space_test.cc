@@ -49,7 +49,7 @@ TEST(ContactSpace, SolvesEveryRecordedProblem) {
     if (!fs::exists(entry.path() / "q_mu.csv")) continue;
     ++problems;
     ContactSpaceProblem problem = read_problem(entry.path());
-    // Some matrices are not symmetric: the problem is then the one of the symmetric part.
+    // Some matrices are not symmetric; the symmetric part is solved.
     problem.A = (0.5 * (problem.A + problem.A.transpose())).eval();
     for (const bool coulomb : {false, true}) {
       ContactSpaceOptions options;
@@ -57,7 +57,7 @@ TEST(ContactSpace, SolvesEveryRecordedProblem) {
       const ContactSpaceSolution solution = solve_contact_space(problem, options, Settings{});
       EXPECT_TRUE(succeeded(solution.report.status)) << entry.path() << coulomb;
       const auto residuals = contact_space_residuals(problem, solution.f, coulomb);
-      constexpr double kSolved = 1e-6;  // what is asked; the compliance of 1e-8 allows about 1e-7
+      constexpr double kSolved = 1e-6;  // required; the compliance of 1e-8 allows about 1e-7
       EXPECT_LT(residuals.primal, kSolved) << entry.path() << coulomb;
       EXPECT_LT(residuals.dual, kSolved) << entry.path() << coulomb;
       EXPECT_LT(residuals.complementarity, kSolved) << entry.path() << coulomb;

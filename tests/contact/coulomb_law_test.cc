@@ -1,4 +1,4 @@
-// Exact Coulomb friction of one contact: the decoupled law of coulomb.h.
+// Regularized Coulomb friction of one contact: the decoupled law of coulomb.h.
 #include <gtest/gtest.h>
 
 #include "contact/rounding.h"
@@ -15,7 +15,7 @@ using testing::Random;
 using testing::random_law;
 using testing::RandomOptions;
 
-// The law's operations, each good to a unit in the last place of its largest term.
+// Each operation of the law is accurate to a unit in the last place of its largest term.
 constexpr double kRounding = 32.0 * kUnit;
 
 struct Sample {
@@ -30,7 +30,7 @@ Sample random_velocity(Random& random) {
   return out;
 }
 
-// phi of the law of regularizers rho_N and rho, slip speed v, at z; returns |phi_T|.
+// Evaluates phi at z for regularizers rho_N and rho and slip speed v; returns |phi_T|.
 double scaled_impulse(const Sample& at, double rho_N, double rho, double v, double k, double* phi) {
   const CoulombCone cone(at.z, at.rows, rho_N, rho, v, k);
   phi[0] = cone.n;
@@ -47,8 +47,8 @@ Law random_coulomb(Random& random) {
   return law;
 }
 
-// phi = F_rho(z) is phi = F_sigma(z - (sigma - rho) phi), with smoothing and without, whatever the
-// regularizers of normal and friction: what the mixed method rests on.
+// phi = F_rho(z) equals phi = F_sigma(z - (sigma - rho) phi), with and without smoothing, for any
+// regularizers of normal and friction. The mixed method relies on this identity.
 TEST(CoulombLaw, IsTheSameLawWhenItIsWidened) {
   double worst = 0.0;
   for_trials(1, 40000, [&](Random& random, int) {
@@ -64,8 +64,8 @@ TEST(CoulombLaw, IsTheSameLawWhenItIsWidened) {
     for (int i = 0; i < at.rows; ++i) {
       const double sigma_i = i > 0 ? sigma : sigma_N, rho_i = i > 0 ? rho : rho_N;
       wide.z[i] -= (sigma_i - rho_i) * phi[i];
-      // x is known to its own rounding and that of its terms; F_sigma has slopes below 1 / sigma,
-      // and friction follows the normal impulse with a slope below one.
+      // The argument has its own round-off and that of its terms. F_sigma has slopes below 1 /
+      // sigma, and friction follows the normal impulse with a slope below one.
       size = std::max(size, (std::abs(at.z[i]) + sigma_i * std::abs(phi[i])) / sigma_i);
     }
     scaled_impulse(wide, sigma_N, sigma, v, k, wide_phi);
@@ -107,13 +107,11 @@ TEST(CoulombLaw, FrictionIsBoundedByTheNormalImpulseAndOpposesMotion) {
   });
 }
 
-// Without smoothing, at v = z + rho phi, which is z but for the compliance: Signorini's conditions,
-// the cone, and maximum dissipation -phi_T . v_T = phi_N |v_T|.
-// Half the cone about lean = mu / 2 along a direction e: friction of full strength against what
-// slides along e, none along it, so that with any velocity L e before its power in the mean is a
-// loss.
+// A cone of half the friction, tilted by lean = mu / 2 along e: full friction against sliding along
+// e, none in the other direction. With any previous velocity L e, the power at the mean velocity is
+// dissipative.
 TEST(CoulombLaw, LeaningByHalfItOnlyBrakes) {
-  constexpr double kYields = 1e-9;  // by its compliance [m/s]
+  constexpr double kYields = 1e-9;  // normal velocity from the compliance [m/s]
   for_trials(7, 20000, [&](Random& random, int) {
     Law law;
     law.type = LawType::kFrictionCone;
@@ -131,7 +129,7 @@ TEST(CoulombLaw, LeaningByHalfItOnlyBrakes) {
     const double before = random.log_uniform(1e-3, 1e3);
     const Rows f = impulse(law, y);
     const double power = f[1] * (y[1] + before * e[0]) + f[2] * (y[2] + before * e[1]);
-    // Slower than 2 kYields / mu it sticks, and gives way to the force; each term is rounded.
+    // Below 2 kYields / mu the contact sticks and yields to the force; each term has round-off.
     EXPECT_LE(power, (2.0 * kYields + kRounding * mu * (before + 2.0)) * f[0]);
     EXPECT_LE(std::hypot(f[1], f[2]), mu * f[0] * (1.0 + kRounding));
     const Rows against = impulse(law, Rows(Eigen::Vector3d(-1.0, 1e3 * e[0], 1e3 * e[1])));
@@ -139,6 +137,8 @@ TEST(CoulombLaw, LeaningByHalfItOnlyBrakes) {
   });
 }
 
+// Without smoothing, at v = z + rho phi (z up to the compliance): Signorini's conditions, the cone
+// constraint, and maximum dissipation -phi_T . v_T = phi_N |v_T|.
 TEST(CoulombLaw, WithoutSmoothingItIsTheHardLawUpToTheCompliance) {
   for_trials(4, 40000, [&](Random& random, int) {
     const Sample at = random_velocity(random);
@@ -161,9 +161,9 @@ TEST(CoulombLaw, WithoutSmoothingItIsTheHardLawUpToTheCompliance) {
   });
 }
 
-// |phi_T| differs from the clamp of |z_T| / rho to [0, phi_N] by sqrt(k / rho) at most: from
-// rho p + (k / n) p / (n - p) = t the distance d to the bound has rho d^2 <= k, and n grows by no
-// more. phi_N differs from the projection by as much, or by k / |z_N| where that is less.
+// |phi_T| differs from the clamp of |z_T| / rho to [0, phi_N] by sqrt(k / rho) at most: by rho p +
+// (k / n) p / (n - p) = t the distance d to the bound satisfies rho d^2 <= k, and n grows by no
+// more. phi_N differs from the projection by at most as much, or by k / |z_N| if that is less.
 TEST(CoulombLaw, SmoothingVanishesAtTheExpectedRate) {
   for_trials(5, 20000, [&](Random& random, int) {
     const Sample at = random_velocity(random);
@@ -184,7 +184,7 @@ TEST(CoulombLaw, SmoothingVanishesAtTheExpectedRate) {
   });
 }
 
-// A share sigma of the cone slips at sigma v more than the compliance lets it, whatever the load.
+// At a share sigma of the cone the slip is sigma v above that of the compliance, for any load.
 TEST(CoulombLaw, SlipSpeedIsReachedAtTheBoundWhateverTheLoad) {
   Law law;
   law.type = LawType::kFrictionCone;
@@ -206,7 +206,7 @@ TEST(CoulombLaw, SlipSpeedIsReachedAtTheBoundWhateverTheLoad) {
     y[1] = 2.0 * (law.slip_speed + law.regularizer * load);
     EXPECT_NEAR(-impulse(law, y)[1], 0.5 * load, kRounding * load);
   }
-  // Without load there is no friction, and no division by it.
+  // Without load there is no friction and no division by zero.
   Rows open(3);
   open << 1.0, 2.0, 0.0;
   EXPECT_EQ(impulse(law, open), Rows(Rows::Zero(3)));
@@ -221,14 +221,14 @@ TEST(CoulombLaw, SlidesAgainstTheVelocityWithoutOpeningTheContact) {
   law.friction = {0.5, 0.5};
   law.regularizer = 1e-6;
   Rows y(3);
-  y << -1e-6, 2.0, 0.0;  // sliding at 2 m/s; a force without any normal velocity of note
+  y << -1e-6, 2.0, 0.0;  // slides at 2 m/s with a negligible normal velocity
   const Rows f = impulse(law, y);
   EXPECT_NEAR(f[0], 1e-6 / (0.25 * 1e-6), 1e-14);  // -y_N / (mu^2 r)
   EXPECT_NEAR(f[1], -0.5 * f[0], 1e-15);
   y[0] = 1e-6;
-  EXPECT_EQ(impulse(law, y)[0], 0.0);  // the least gap opens it
+  EXPECT_EQ(impulse(law, y)[0], 0.0);  // any gap opens the contact
   law.coulomb = false;
-  EXPECT_GT(impulse(law, y)[0], 1e5);  // the convex law would throw it off at mu |v_T|
+  EXPECT_GT(impulse(law, y)[0], 1e5);  // the convex law would separate it at mu |v_T|
 }
 
 }  // namespace

@@ -1,13 +1,13 @@
-// The theorem of this library: what the forward problem did, the inverse returns, to 1e-9 relative,
-// for every law, row type, dimension and friction model; over masses from 1 to 1e6, friction from 0
-// to 10, compliance from 1e-8, smoothing from 0, dependent constraints, closing and opening
-// contacts.
+// Forward-inverse theorem of this library: the inverse returns the input of the forward problem to
+// 1e-9 relative, for every law, row type, dimension and friction model; masses from 1 to 1e6,
+// friction from 0 to 10, compliance from 1e-8, smoothing from 0, dependent constraints, closing and
+// opening contacts.
 //
-// f(w+) is the same function forward and inverse, so that comparing the two would prove nothing.
-// What is compared is what the forward problem was given and the inverse is not: the impulse
-// applied from outside, which balances the momentum (problems with bodies); the free velocity c
-// (problems without). Every comparison allows, besides 1e-9, what the rounding of w+ alone explains
-// (rounding.h); how often that is the larger of the two is bounded as well.
+// Forward and inverse evaluate the same function f(w+), so comparing f would prove nothing. The
+// tests compare quantities that only the forward problem knows: the external impulse, which
+// balances the momentum (problems with bodies), and the free velocity c (problems without). Besides
+// 1e-9 every comparison allows the error that the round-off of w+ alone explains (rounding.h); a
+// test also bounds how often that is the larger of the two.
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
@@ -37,18 +37,19 @@ using testing::random_contact_space;
 using testing::random_problem;
 using testing::RandomOptions;
 
-constexpr double kReturned = 1e-9;  // what is asked
-// A step that ends on the floor may be this far above it (kFloorFactor of newton.cc).
+constexpr double kReturned = 1e-9;  // required relative error
+// A step that stops at the round-off floor may be this many floors away (kFloorFactor in
+// newton.cc).
 constexpr double kFloor = 4.0;
 
-// Problems that were not solved (and said so): their numbers, for whoever mends the solver.
+// Counts the problems that the solver reported as unsolved, with their trial numbers.
 class Unsolved {
  public:
   void add(int trial) {
     ++count_;
     trials_.append(" ").append(std::to_string(trial));
   }
-  // All are to be solved; where some are not, the caller says why.
+  // All problems should be solved; a caller that allows failures gives the reason.
   void expect_at_most(int allowed) const {
     ::testing::Test::RecordProperty("unsolved", count_);
     EXPECT_LE(count_, allowed) << "trials" << trials_;
@@ -59,8 +60,7 @@ class Unsolved {
   std::string trials_;
 };
 
-// How often rounding explains more than 1e-9: were it most of the time, the theorem would say
-// little.
+// Bounds how often the round-off term exceeds 1e-9; if it did mostly, the theorem would say little.
 void expect_mostly_asked(int floor_dominates, int trials) {
   EXPECT_LT(floor_dominates, trials / 2);
 }
@@ -110,7 +110,7 @@ Problem make_problem(Random& random, const Kind& kind, Friction friction) {
   return random_problem(random, options);
 }
 
-// `lagged` is the convex law with De Saxce's shift of the last velocity as a bias.
+// The lagged model is the convex law with De Saxce's shift of the last velocity as its bias.
 void add_lagged_shift(Problem& problem, const VectorX& before) {
   VectorX y;
   compute_constraint_velocity(problem, before, y);
@@ -121,7 +121,7 @@ void add_lagged_shift(Problem& problem, const VectorX& before) {
   }
 }
 
-// Where constraints are independent the momentum says what each impulse was: least squares in J'.
+// For independent constraints the momentum balance determines each impulse: least squares in J'.
 void expect_impulses_balance(const Problem& problem, const VectorX& w, const VectorX& f,
                              const VectorX& allowed) {
   const MatrixX mass = dense_mass(problem);
@@ -130,10 +130,10 @@ void expect_impulses_balance(const Problem& problem, const VectorX& w, const Vec
   if (push.cols() == 0 || push.cols() > push.rows()) return;
   const Eigen::ColPivHouseholderQR<MatrixX> qr(push);
   const double pivot = std::abs(qr.matrixR()(push.cols() - 1, push.cols() - 1));
-  if (pivot < 1e-2 * qr.maxPivot()) return;  // impulses that J' hardly tells apart
+  if (pivot < 1e-2 * qr.maxPivot()) return;  // J' is nearly rank deficient
   const VectorX momentum = mass * (w - VectorX(problem.free_velocity()));
   const VectorX balanced = qr.solve(weight.cwiseProduct(momentum));
-  // The pivot underestimates the condition by the dimension at most.
+  // The pivot underestimates the condition number by at most the dimension.
   const double amplification = static_cast<double>(push.cols()) / pivot;
   EXPECT_LE((f - balanced).norm(), amplification * weight.cwiseProduct(allowed).norm());
 }
@@ -182,7 +182,7 @@ TEST_P(ForwardInverse, ReturnsTheAppliedImpulse) {
     const VectorX allowed = rounding + asked * size.cwiseInverse();
     expect_impulses_balance(problem, w, inverse, allowed);
   });
-  // A solution exists, with exact Coulomb friction too: one that is not found is the solver's.
+  // A solution exists, also with Coulomb friction, so an unsolved problem is a fault of the solver.
   unsolved.expect_at_most(0);
   expect_mostly_asked(floor_dominates, kTrials);
 }

@@ -89,7 +89,7 @@ struct LoadedIsland {
     std::iota(constraints.begin(), constraints.end(), 0);
     system.load(problem, blocks, constraints, factorization);
   }
-  // G = B B' + skew (C - C'), now and then zero.
+  // Draws G = B B' + skew (C - C'); some are zero.
   void choose_hessians(Random& random, const Problem& problem, double skew) {
     hessian.assign(system.hessian_size(), 0.0);
     const MatrixX jacobian = dense_jacobian(problem);
@@ -123,13 +123,13 @@ TEST(IslandSystem, SolvesWithTheDenseMatrix) {
     ASSERT_TRUE(island.system.factor(island.hessian.data(), skew > 0.0));
     VectorX x = b;
     island.system.solve(x.data());
-    // The matrix itself is only known to a few roundings a constraint.
+    // Forming the matrix has a few round-offs per constraint.
     const double tolerance = 100.0 * problem.num_velocities() * kEpsilon;
     EXPECT_LT(backward_error(island.matrix, x, b), tolerance) << trial;
   }
 }
 
-// Whatever the part of G that is not symmetric: LU pivots where its growth would be more than 1e5.
+// For any skew part of G: LU uses pivoting where its growth factor would exceed 1e5.
 TEST(IslandSystem, StronglyUnsymmetricMatricesKeepTenDigits) {
   Random random(77);
   LoadedIsland island;
@@ -157,7 +157,7 @@ TEST(IslandSystem, ProductsAreThoseOfTheDenseJacobian) {
     const VectorX x = random_vector(random, n), f = random_vector(random, m);
     VectorX y(m), out = x, bound(m), absolute = x;
     island.system.multiply_jacobian(x.data(), y.data());
-    // A sum of n terms is known to n roundings of their sizes.
+    // The round-off of a sum of n terms is at most n units of the sum of magnitudes.
     const VectorX size = jacobian.cwiseAbs() * x.cwiseAbs();
     EXPECT_TRUE(((y - jacobian * x).cwiseAbs().array() <= n * kEpsilon * size.array()).all());
     const double square = island.system.add_impulse(f.data(), out.data());
@@ -202,7 +202,7 @@ TEST(IslandSystem, LoadingAndFactoringAgainAllocatesNothing) {
                          std::span(constraints).first(problem.num_constraints()),
                          Factorization::kAutomatic);
       for (const auto& c : island.system.constraints()) {
-        // Strongly unsymmetric: pivoting is needed.
+        // Strongly unsymmetric, so that pivoting is needed.
         for (int r = 0; r < c.law.rows; ++r)
           for (int s = 0; s < c.law.rows; ++s)
             hessian[c.hessian + r * c.law.rows + s] = r == s ? 1.0 : (r < s ? 1e9 : -1e9);

@@ -17,7 +17,7 @@ using testing::Random;
 using testing::random_law;
 using testing::RandomOptions;
 
-// A law soft and smooth enough that differences with kDifferenceStep resolve its curvature.
+// A law soft and smooth enough for differences with kDifferenceStep to resolve its curvature.
 Law smooth_law(Random& random, LawType type, bool coulomb) {
   RandomOptions options;
   options.coulomb = coulomb;
@@ -39,10 +39,10 @@ TEST(ScalarLaw, SolvesItsEquationWithoutCancellation) {
     const double r = random.log_uniform(1e-10, 1e2), k = random.log_uniform(1e-16, 1e2);
     const double lambda = random.signed_unit() * random.log_uniform(1e-12, 1e4);
     const ScalarLaw law(lambda, r, k);
-    // r g + lambda = k / g, relative to its largest term; each term is good to a few ulps.
+    // r g + lambda = k / g, relative to its largest term; each term is accurate to a few ulps.
     const double scale = std::max({r * law.g, std::abs(lambda), k / law.g});
     EXPECT_NEAR(r * law.g + lambda, k / law.g, 1e-15 * 4 * scale);
-    // s is also the sum of the two positive terms.
+    // s equals the sum of the two positive terms.
     EXPECT_NEAR(law.s, r * law.g + k / law.g, 4e-15 * law.s);
   });
 }
@@ -51,7 +51,7 @@ TEST(ScalarLaw, HasItsTwoLimits) {
   EXPECT_EQ(ScalarLaw(-0.5, 0.25, 0.0).g, 2.0);  // k = 0: projection
   EXPECT_EQ(ScalarLaw(0.5, 0.25, 0.0).g, 0.0);
   EXPECT_EQ(ScalarLaw(0.5, 0.0, 0.25).g, 0.5);  // r = 0: log barrier k / lambda
-  EXPECT_EQ(ScalarLaw(0.0, 0.25, 0.0).a, 2.0);  // the corner: half of 1 / r
+  EXPECT_EQ(ScalarLaw(0.0, 0.25, 0.0).a, 2.0);  // at the corner: half of 1 / r
 }
 
 TEST(Law, ImpulseIsMinusTheGradientOfThePotential) {
@@ -111,7 +111,7 @@ TEST(Law, HessianIsPositiveSemidefinite) {
     EXPECT_EQ(hessian, hessian.transpose());
     const Eigen::SelfAdjointEigenSolver<MatrixX> eigen(MatrixX{hessian});
     EXPECT_GE(eigen.eigenvalues()[0],
-              -1e-14 * hessian.norm());  // eigenvalues are good to a few ulps
+              -1e-14 * hessian.norm());  // eigenvalues are accurate to a few ulps
   });
 }
 
@@ -164,7 +164,7 @@ TEST(Law, WithoutFrictionTheNormalRowIsTheUnilateralLaw) {
 }
 
 TEST(Law, HardConvexLawIsTheRegularizedProjection) {
-  // k = 0: f minimizes 1/2 f'R f + f'y over the cone, so that R f + y lies in the dual cone and is
+  // For k = 0, f minimizes 1/2 f'R f + f'y over the cone, so R f + y lies in the dual cone and is
   // orthogonal to f.
   RandomOptions options;
   for_trials(8, 10000, [&](Random& random, int) {
@@ -198,8 +198,8 @@ TEST(Law, DryFrictionIsTheClampInTheHardLimit) {
 }
 
 TEST(Law, SmoothingVanishesAtTheExpectedRate) {
-  // |f_k - f_0| of the scalar law is at most sqrt(k / r), at lambda = 0, and k / |lambda| away from
-  // it.
+  // |f_k - f_0| of the scalar law is at most sqrt(k / r), reached at lambda = 0, and about k /
+  // |lambda| elsewhere.
   Law law;
   law.regularizer = 1e-3;
   for (const double y : {-0.5, 0.0, 0.5}) {
@@ -209,7 +209,7 @@ TEST(Law, SmoothingVanishesAtTheExpectedRate) {
     for (double k = 1e-4; k > 1e-13; k *= 0.1) {
       law.smoothing = k;
       const double expected = y == 0.0 ? std::sqrt(k / law.regularizer) : k / std::abs(y);
-      // The next term is k^2 r / |y|^3, 4e-7 at most; hard is about 500 and known to 1e-13.
+      // The next term is k^2 r / |y|^3 <= 4e-7; `hard` is about 500 with an error of 1e-13.
       EXPECT_NEAR(impulse(law, at)[0] - hard, expected, 1e-6 * expected + 2e-13);
     }
   }

@@ -1,4 +1,4 @@
-// Right sides of linear systems, and how good a solution is.
+// Right-hand sides of linear systems, and the backward error of a solution.
 #pragma once
 
 #include "contact/random_problem.h"
@@ -11,7 +11,7 @@ inline VectorX random_vector(Random& random, int n) {
   return x;
 }
 
-// Backward error of a solution: of the order of the rounding of a matrix product.
+// Backward error of a solution: of the order of the round-off of a matrix product if it is good.
 inline double backward_error(const MatrixX& a, const VectorX& x, const VectorX& b) {
   return (a * x - b).norm() / (a.norm() * x.norm() + b.norm());
 }

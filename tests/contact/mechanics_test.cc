@@ -1,4 +1,4 @@
-// Known answers of mechanics, on problems built without the engine.
+// Known answers of mechanics on contact problems built without the engine.
 #include <gtest/gtest.h>
 
 #include "contact/scenes.h"
@@ -23,7 +23,7 @@ struct Motion {
   Report report;
 };
 
-// A point mass of 1 kg on the plane z = 0, one step under gravity and `force`.
+// Advances a point mass of 1 kg above the plane z = 0 by one step under gravity and `force`.
 void step_point(Motion& m, const Vector3& force, double mu, const SceneOptions& options,
                 Solver& solver) {
   const double h = options.time_step;
@@ -49,14 +49,14 @@ void step_point(Motion& m, const Vector3& force, double mu, const SceneOptions& 
 }
 
 TEST(Mechanics, HeldOnASlopeCreepsByTheCompliance) {
-  // Steady creep of a block inside its cone: r f_T = eps g sin(theta) h.
+  // Steady creep of a block inside its friction cone: r f_T = eps g sin(theta) h.
   Solver solver;
   const double theta = std::atan(0.4);
   for (const bool coulomb : {false, true}) {
     SceneOptions options;
     options.coulomb = coulomb;
     Motion m;
-    // Gravity turned by theta: step_point adds (0, 0, -g) itself.
+    // Rotates gravity by theta; step_point itself adds (0, 0, -g).
     const Vector3 force(kGravity * std::sin(theta), 0, kGravity * (1 - std::cos(theta)));
     for (int i = 0; i < 200; ++i) step_point(m, force, 0.5, options, solver);
     const double expected = options.compliance * kGravity * std::sin(theta) * options.time_step;
@@ -66,8 +66,8 @@ TEST(Mechanics, HeldOnASlopeCreepsByTheCompliance) {
 }
 
 TEST(Mechanics, SmoothingMakesABlockOnASlopeCreepAsItsLawSays) {
-  // At a share q of the cone: t = mu v = (k / n) q / (1 - q) for exact Coulomb friction, and
-  // (k / n) q / (1 - q^2) for the convex law, n = m g h cos(theta).
+  // At a share q of the cone, t = mu v = (k / n) q / (1 - q) for the Coulomb law and (k / n) q / (1
+  // - q^2) for the convex law, with n = m g h cos(theta).
   Solver solver;
   const double theta = std::atan(0.4), mu = 0.5, q = 0.4 / mu;
   for (const bool coulomb : {false, true}) {
@@ -80,7 +80,7 @@ TEST(Mechanics, SmoothingMakesABlockOnASlopeCreepAsItsLawSays) {
     const double n = kGravity * options.time_step * std::cos(theta);
     const double k = options.smoothing * 9.80665;
     const double expected = k / (n * mu) * q / (coulomb ? 1 - q : 1 - q * q);
-    EXPECT_NEAR(m.velocity.x(), expected, 1e-3 * expected);  // the compliance adds 2e-6 of it
+    EXPECT_NEAR(m.velocity.x(), expected, 1e-3 * expected);  // the compliance adds a relative 2e-6
   }
 }
 
@@ -109,14 +109,14 @@ TEST(Mechanics, SlidingStopsAtTheDiscreteDistanceAndDoesNotHover) {
     step_point(m, Vector3::Zero(), mu, options, solver);
     highest = std::max(highest, m.position.z());
   }
-  // The scheme by hand: the speed falls by mu g h a step, x moves with the new speed.
+  // Discrete solution: each step reduces the speed by mu g h and moves x with the new speed.
   double x = 0.0;
   for (double v = v0 - mu * kGravity * h; v > 0; v -= mu * kGravity * h) x += h * v;
   EXPECT_NEAR(m.position.x(), x, 1e-6);
   EXPECT_NEAR(m.position.x(), v0 * v0 / (2 * mu * kGravity), 0.5 * h * v0 * 1.1);
   EXPECT_LT(highest, 1e-9);
 
-  // The convex law wants v_N >= mu |v_T|: the block hops, at least to h mu |v_T| = 2 mm.
+  // The convex law requires v_N >= mu |v_T|: the block lifts to at least h mu |v_T| = 2 mm.
   options.coulomb = false;
   Motion convex;
   convex.velocity.x() = v0;
@@ -141,7 +141,8 @@ TEST(Mechanics, TwelveHeadingsOneDeceleration) {
       for (int i = 0; i < 100; ++i) step_point(m, Vector3::Zero(), 0.5, options, solver);
       const double speed = m.velocity.head<2>().norm();
       if (heading == 0) first = speed;
-      EXPECT_NEAR(speed, first, 1e-9 * first);  // 100 steps of the solver's 1e-10 of an impulse
+      EXPECT_NEAR(speed, first,
+                  1e-9 * first);  // 100 steps, each with the solver's 1e-10 of an impulse
       EXPECT_NEAR(std::atan2(m.velocity.y(), m.velocity.x()),
                   std::atan2(std::sin(angle), std::cos(angle)), 1e-10);
     }
@@ -161,14 +162,14 @@ TEST(Mechanics, StacksOfTenBoxesWithExtremeMassRatios) {
         for (int i = 0; i < 10; ++i) masses.push_back(std::pow(ratio, 0.5 - i / 9.0));
         const Problem problem = make_stack(masses, 0.2, 0.5, options);
         VectorX w = VectorX::Zero(problem.num_velocities()), f;
-        w = problem.free_velocity();  // cold: no help from the velocity at rest
+        w = problem.free_velocity();  // cold start
         const Report& report = solver.solve(problem, Settings{}, w, f);
         EXPECT_TRUE(succeeded(report.status))
             << ratio << " " << eps << " " << status_name(report.status);
         EXPECT_LE(report.iterations, 15) << ratio << " eps " << eps << " coulomb " << coulomb;
         worst = std::max(worst, report.iterations);
-        // The ground carries the total weight, as far as the compliance lets the load through: a
-        // light box under heavy ones yields by eps times the mass ratio.
+        // The ground carries the total weight as far as the compliance transmits the load: a light
+        // box under heavy ones yields by eps times the mass ratio.
         double ground = 0.0, weight = 0.0;
         for (int c = 0; c < 4; ++c) ground += f[3 * c];
         for (const double m : masses) weight += m * kGravity * options.time_step;
@@ -191,7 +192,8 @@ TEST(Mechanics, LoadInAStackGrowsDownwards) {
     double force = 0.0;
     for (int c = 0; c < 4; ++c) force += f[3 * (4 * level + c)];
     const double expected = (10 - level) * kGravity * options.time_step;
-    EXPECT_NEAR(force, expected, 1e-4 * expected);  // the compliance yields about eps x load^2
+    EXPECT_NEAR(force, expected,
+                1e-4 * expected);  // the compliance reduces the force by about eps x load^2
   }
 }
 
@@ -225,7 +227,7 @@ TEST(Mechanics, BoxOnManyPointsMovesAsOnFour) {
 }
 
 TEST(Mechanics, WedgeSticksWithFiniteForces) {
-  // A box squeezed between two walls that approach each other by 1 mm/s: friction 0.9 holds it.
+  // A box between two walls that approach each other by 1 mm/s; friction 0.9 holds it.
   Solver solver;
   for (const bool coulomb : {false, true}) {
     SceneOptions options;
@@ -233,7 +235,7 @@ TEST(Mechanics, WedgeSticksWithFiniteForces) {
     Problem problem;
     add_body(problem, 1.0, box_inertia(1.0, Vector3::Constant(0.2)),
              Vector3(0, 0, -kGravity * options.time_step), Vector3::Zero());
-    const double tilt = 0.3;  // the walls open upwards by this angle each; tan(0.3) < 0.9
+    const double tilt = 0.3;  // each wall leans outwards by this angle; tan(0.3) < 0.9
     std::vector<ScenePoint> points;
     for (const double sign : {-1.0, 1.0}) {
       const Vector3 normal(-sign * std::cos(tilt), 0, std::sin(tilt));
@@ -252,9 +254,9 @@ TEST(Mechanics, WedgeSticksWithFiniteForces) {
 }
 
 TEST(Mechanics, PainleveRodComesToRest) {
-  // A rod sliding on its lower end, leaning in the direction in which mu > (1 + 3 cos^2) / (3 sin
-  // cos): rigid-body dynamics with Coulomb friction has no finite force here; time stepping has an
-  // impulse.
+  // Painleve's rod slides on its lower end, leaning such that mu > (1 + 3 cos^2) / (3 sin cos).
+  // Rigid-body dynamics with Coulomb friction then has no finite contact force; time stepping has
+  // an impulse.
   Solver solver;
   const double mass = 1.0, length = 1.0, theta = 1.0, mu = 2.0;
   ASSERT_GT(mu, (1 + 3 * std::pow(std::cos(theta), 2)) / (3 * std::sin(theta) * std::cos(theta)));
@@ -271,7 +273,7 @@ TEST(Mechanics, PainleveRodComesToRest) {
       const Report& report = solver.solve(problem, Settings{}, w, f);
       ASSERT_TRUE(succeeded(report.status)) << coulomb << direction << status_name(report.status);
       EXPECT_TRUE(f.allFinite());
-      EXPECT_LE(f.norm(), 10 * mass);  // of the order of the momentum of 1 m/s
+      EXPECT_LE(f.norm(), 10 * mass);  // order of magnitude: momentum at 1 m/s
       const VectorX free = problem.free_velocity();
       const auto energy = [&](const VectorX& v) { return 0.5 * v.dot(problem.mass(0) * v); };
       EXPECT_LE(energy(w), energy(free) * (1 + 1e-9));

@@ -1,4 +1,4 @@
-// The linear algebra under the mixed method: its derivative, and LU by blocks.
+// Linear algebra of the mixed method: its derivative, and LU by blocks.
 #include "counterpoint/contact/solve/mixed_system.h"
 
 #include <gtest/gtest.h>
@@ -15,20 +15,20 @@ using testing::any_friction;
 using testing::for_islands;
 using testing::Random;
 
-// Along Newton's direction d the residual F(x + t d) is (1 - t) F(x) + O(t^2).
+// Along Newton's direction d the residual is F(x + t d) = (1 - t) F(x) + O(t^2).
 TEST(MixedSystem, DirectionZeroesTheLinearizedResidual) {
   int tried = 0;
   for_islands(31, 300, any_friction, [&](Random& random, const Problem&, IslandSystem& island) {
     MixedSystem system;
     system.begin(island, random.log_uniform(0.1, 3.0));
-    system.center = 1.0;  // smooth on the scale of the velocities, so that O(t^2) is small
+    system.center = 1.0;  // smooth on the scale of the velocities: small O(t^2)
     MixedSystem::Point point, step;
     point.w.assign(island.free_velocity(), island.free_velocity() + island.size());
     const double unknown = std::numeric_limits<double>::quiet_NaN();
     system.guess(std::vector<double>(island.num_rows(), unknown), point.phi);
     for (double& x : point.phi) x *= 0.7;
     const double before = system.residual(point);
-    if (!system.factor()) return;  // a singular derivative: allowed for Coulomb laws
+    if (!system.factor()) return;  // a singular derivative is possible for Coulomb laws
     ++tried;
     system.direction(step);
     double square = 0.0;
@@ -37,13 +37,14 @@ TEST(MixedSystem, DirectionZeroesTheLinearizedResidual) {
     const double t = 1e-6 / (1.0 + std::sqrt(square));
     point.add(t, step);
     const double after = system.residual(point);
-    // Second order in t, and the rounding of both norms over t.
+    // Second order in t, and the round-off of both norms over t.
     EXPECT_NEAR((before - after) / (t * before), 1.0, 1e-2);
   });
   EXPECT_GT(tried, 200);
 }
 
-// Impulses that are given come back as phi = inv(D) f, unknown ones stop the constraint by itself.
+// Given impulses are returned as phi = inv(D) f; unknown ones are guessed from their own
+// constraint.
 TEST(MixedSystem, GuessesAreTheImpulsesGiven) {
   for_islands(32, 200, any_friction, [&](Random& random, const Problem&, IslandSystem& island) {
     MixedSystem system;

@@ -1,4 +1,4 @@
-// Newton's method on velocities, by itself.
+// Newton's method on velocities, tested alone.
 #include "counterpoint/contact/solve/newton.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ RandomOptions convex(Random& random) {
   return options;
 }
 
-// The cost is recomputed at every iterate, from the problem.
+// The cost decreases at every iterate; it is recomputed from the problem.
 TEST(Newton, CostOfConvexProblemsFallsMonotonically) {
   Newton newton;
   int steps = 0, resolved = 0;
@@ -45,11 +45,11 @@ TEST(Newton, CostOfConvexProblemsFallsMonotonically) {
     }
   });
   EXPECT_GT(steps, 1000);
-  EXPECT_GT(resolved, steps / 2);  // else the bound would hide what is tested
+  EXPECT_GT(resolved, steps / 2);  // otherwise the round-off bound would hide an increase
 }
 
-// A solution that is moved by a little is found again with the factors that led there; factors that
-// have little to do with the problem, those of M alone, lead to the same end.
+// A slightly perturbed solution is found again with the old factors. Bad factors, those of M alone,
+// lead to the same solution.
 TEST(Newton, OldFactorsAreUsedWhereTheyServe) {
   Newton newton;
   int solved = 0, without_new = 0, misled = 0;
@@ -75,7 +75,7 @@ TEST(Newton, OldFactorsAreUsedWhereTheyServe) {
     const Eigen::Map<const VectorX> one(w.data(), island.size()), two(other.data(), island.size());
     const double error = (two - one).lpNorm<Eigen::Infinity>();
     const double size = one.lpNorm<Eigen::Infinity>();
-    constexpr double kSame = 1e-10;  // what rounding leaves of 1e-12 of the impulses
+    constexpr double kSame = 1e-10;  // velocity error for impulses exact to 1e-12
     EXPECT_LE(error, kSame * (1.0 + size));
   });
   EXPECT_GT(solved, 200);
@@ -83,8 +83,8 @@ TEST(Newton, OldFactorsAreUsedWhereTheyServe) {
   EXPECT_GT(misled, solved / 2);
 }
 
-// Sums of smoothed steps, some of them as narrow as the softest and the hardest laws together make
-// them: Newton's steps alone creep up to such a step from one side.
+// Sums of smoothed steps, some with the width ratio of the softest and hardest laws. Newton steps
+// alone approach such a step slowly from one side.
 TEST(LineSearch, FindsTheZeroOfEverySumOfSmoothedSteps) {
   for_trials(5, 5000, [&](Random& random, int) {
     constexpr int kSteps = 6;
@@ -103,7 +103,7 @@ TEST(LineSearch, FindsTheZeroOfEverySumOfSmoothedSteps) {
       }
       return out;
     };
-    constexpr double kAccuracy = 0.1;  // that of Newton's method
+    constexpr double kAccuracy = 0.1;  // line search accuracy of Newton's method
     const LineSearchResult result = search_line(derivative, -1.0, kAccuracy);
     EXPECT_TRUE(result.found);
     EXPECT_LE(std::abs(derivative(result.step).first), kAccuracy);

@@ -1,5 +1,5 @@
-// The solver's plan as a whole on thousands of hard problems, and which of its methods solve them.
-// Laws are never softened here: a solution exists (README.md), so none may be missed.
+// The solver with all its methods on thousands of hard problems, and the share of each method. The
+// laws are never softened here: a solution exists (README.md), so every problem must be solved.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -24,8 +24,8 @@ using testing::RandomOptions;
 struct Family {
   const char* name;
   bool coulomb;
-  bool wild;     ///< dense constraints in conflict, masses 1 : 1e6, mu to 10, eps from 1e-8
-  int unsolved;  ///< known to be left: the branch followed from softer laws turns back
+  bool wild;     ///< dense conflicting constraints, masses 1 : 1e6, mu to 10, eps from 1e-8
+  int unsolved;  ///< allowed failures; the path followed from softer laws may turn back
 };
 
 void PrintTo(const Family& family, std::ostream* out) { *out << family.name; }
@@ -59,10 +59,10 @@ TEST_P(Plan, SolvesRandomProblems) {
       return;
     }
     ++solved[static_cast<int>(report.method)];
-    if (family.wild) return;  // what rounding alone does there: forward_inverse_test.cc
+    if (family.wild) return;  // forward_inverse_test.cc bounds round-off there
     const Residuals residuals = compute_residuals(problem, w, f);
-    // Recomputed outside the solver. What ends at the round-off floor is as exact as the rounding
-    // of velocities lets it be.
+    // Recomputed outside the solver. A result at the round-off floor is as exact as the round-off
+    // of the velocities permits.
     EXPECT_LE(residuals.motion,
               1e-9 * (residuals.momentum_scale + 1e-4) +
                   (report.status == Status::kConverged ? 0.0 : motion_rounding(problem, w)));
@@ -81,9 +81,9 @@ INSTANTIATE_TEST_SUITE_P(Family, Plan,
                                            Family{"wild_coulomb", true, true, 0}),
                          [](const auto& test) { return std::string(test.param.name); });
 
-// A rod sliding on its tip, steep enough: pressing harder lifts it less than friction pulls it down
-// (mu A_NT > A_NN). Rigid and without impulses such a contact has no solution, or two (Painleve); a
-// time step always has one, which jams.
+// A rod sliding on its tip, so steep that pressing harder lifts the tip less than friction pulls it
+// down (mu A_NT > A_NN). Without impulses, such a rigid contact has no solution or two (Painleve);
+// a time step always has one, in which the rod jams.
 TEST(Painleve, ContactsAreSolved) {
   int paradoxical = 0;
   for_trials(34, 500, [&](Random& random, int) {
@@ -101,10 +101,10 @@ TEST(Painleve, ContactsAreSolved) {
     const ContactSpaceSolution solution = solve_contact_space(problem, options, Settings{});
     EXPECT_TRUE(succeeded(solution.report.status));
     const auto residuals = contact_space_residuals(problem, solution.f, true);
-    // The compliance moves the hard law by rho |f|, rho = max(mu, 0.1)^2 eps alpha, and |f| is at
-    // most |c| over the least eigenvalue of A; the solver's residual, at its floor at this
-    // compliance, moves v = c + A f by a share of A |f|. Three products in the complementarity,
-    // three terms in the scale of the residual.
+    // The compliance changes the hard law by rho |f| with rho = max(mu, 0.1)^2 eps alpha, and |f|
+    // is at most |c| over the smallest eigenvalue of A. The solver's residual, at its floor for
+    // this compliance, changes v = c + A f by a share of A |f|. Factor 3: three products in the
+    // complementarity, three terms in the scale of the residual.
     const auto eigenvalues = problem.A.selfadjointView<Eigen::Lower>().eigenvalues();
     const double mu = std::max(problem.mu[0], 0.1);
     const double rho = mu * mu * options.compliance * problem.A.trace() / 3.0;

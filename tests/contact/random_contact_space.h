@@ -9,8 +9,8 @@
 
 namespace counterpoint::contact::testing {
 
-/// A = root root' of random rank (one in two is deficient), rows of each part scaled as for masses
-/// between 1 and mass_ratio; `scale` gets the inverse mass of each part.
+/// Returns A = root root' of random rank (half of them rank-deficient), with rows scaled as for
+/// masses between 1 and mass_ratio. `scale` receives the inverse mass of each group of rows.
 inline MatrixX random_matrix(Random& random, const std::vector<int>& rows, double mass_ratio,
                              std::vector<double>& scale) {
   int n = 0;

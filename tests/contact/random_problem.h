@@ -15,7 +15,7 @@ class Random {
  public:
   explicit Random(unsigned seed) : engine_(seed) {}
   double uniform(double low, double high) {
-    // Not std::uniform_real_distribution: its numbers differ between standard libraries.
+    // std::uniform_real_distribution gives different numbers in different standard libraries.
     return low + (high - low) * static_cast<double>(engine_()) / 4294967295.0;
   }
   double signed_unit() { return uniform(-1.0, 1.0); }
@@ -35,17 +35,17 @@ struct RandomOptions {
   int max_blocks = 4;
   int max_block_size = 8;
   int max_constraints = 8;
-  double mass_ratio = 1e2;  ///< of blocks
+  double mass_ratio = 1e2;  ///< largest over smallest mass of the blocks
   double compliance_low = 1e-6, compliance_high = 1e-2;
   double max_friction = 2.0;
   double velocity = 1.0;                               ///< size of w* and bias [m/s]
   double smoothing_low = 1e-8, smoothing_high = 1e-2;  ///< k relative to m v^2
   bool hard = false;                                   ///< k = 0
-  bool coulomb = false;                                ///< friction cones are exact Coulomb
+  bool coulomb = false;                                ///< friction cones follow the Coulomb law
   bool only_cones = false;
-  std::optional<LawType> only_type;  ///< every constraint is one of these,
-  int only_rows = 0;                 ///< of so many rows if not 0,
-  std::optional<bool> isotropic;     ///< with equal coefficients of friction or not
+  std::optional<LawType> only_type;  ///< if given, every constraint has this type,
+  int only_rows = 0;                 ///< this number of rows if not 0,
+  std::optional<bool> isotropic;     ///< and equal friction coefficients or not
 };
 
 inline Law random_law(Random& random, const RandomOptions& options, LawType type) {
@@ -72,14 +72,14 @@ inline Law random_law(Random& random, const RandomOptions& options, LawType type
     }
   }
   for (int i = 0; i < law.rows; ++i) {
-    // Friction rows of contacts have no bias as a rule; sometimes they do (conveyor belts).
+    // Friction rows usually have no bias, except on conveyor belts.
     if (i == 0 || random.coin()) law.bias[i] = options.velocity * random.signed_unit();
   }
   return law;
 }
 
-/// Blocks of random size with M = random SPD of random scale, constraints of every type; Jacobians
-/// now and then repeated from the constraint before, so that A is rank-deficient.
+/// Blocks of random size with a random positive definite M of random scale, and constraints of
+/// every type. Some Jacobians repeat the one before, so that A is rank-deficient.
 inline Problem random_problem(Random& random, const RandomOptions& options) {
   Problem problem;
   const int num_blocks = random.integer(1, options.max_blocks);
@@ -115,7 +115,7 @@ inline Problem random_problem(Random& random, const RandomOptions& options) {
   }
   for (int i = 0; i < num_constraints; ++i) {
     Law& law = problem.law(i);
-    double alpha = 0.0;  // effective inverse mass, as an engine would have it
+    double alpha = 0.0;  // effective inverse mass, as the engine estimates it
     for (int side = 0; side < 2; ++side) {
       const int block = problem.block(i, side);
       if (block < 0) continue;
@@ -140,7 +140,7 @@ inline Problem random_problem(Random& random, const RandomOptions& options) {
   return problem;
 }
 
-/// J of the whole problem as one dense matrix, rows by first_row.
+/// Dense J of the whole problem, rows in the order of first_row.
 inline MatrixX dense_jacobian(const Problem& problem) {
   MatrixX out = MatrixX::Zero(problem.num_rows(), problem.num_velocities());
   for (int i = 0; i < problem.num_constraints(); ++i) {

@@ -1,4 +1,4 @@
-// Random kinematic trees and their inertias, from a seed.
+// Random kinematic trees and their mass matrices, from a seed.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace counterpoint::contact::testing {
 
-// Velocities of a kinematic tree, parents first: a base, and limbs that start anywhere on it.
+// Velocities of a kinematic tree, parents first: a base, and limbs attached anywhere.
 struct Tree {
   std::vector<int> parent;
 
@@ -29,7 +29,8 @@ struct Tree {
     while (i > j) i = parent[i];
     return i == j;
   }
-  // Sum over bodies of products of what their way to the root moves: positive definite.
+  // Sum of J'J over the bodies, J nonzero for the velocities between body and root: positive
+  // definite.
   MatrixX mass(Random& random) const {
     const int n = static_cast<int>(parent.size());
     MatrixX m = MatrixX::Identity(n, n) * 0.01;

@@ -1,7 +1,7 @@
-// What rounding alone does to the inverse. A velocity is known to one unit in its last place, u =
-// 1.1e-16; the law amplifies that by its slope, 1 / r where a contact closes: relative to an
-// impulse of the size v / alpha that is u alpha / r = u / eps, 1e-8 at eps = 1e-8. No algorithm can
-// return better than this from v as doubles: the theorems of forward_inverse_test.cc hold up to it.
+// Bounds on the effect of round-off on the inverse. A velocity is known to one unit in the last
+// place, u = 1.1e-16. The law amplifies this by its slope, 1 / r at a closing contact: relative to
+// an impulse of size v / alpha that is u alpha / r = u / eps, 1e-8 at eps = 1e-8. No algorithm can
+// return more from v as doubles; the theorems of forward_inverse_test.cc hold up to these bounds.
 #pragma once
 
 #include "contact/random_problem.h"
@@ -12,16 +12,16 @@ namespace counterpoint::contact::testing {
 
 inline constexpr double kUnit = 0.5 * std::numeric_limits<double>::epsilon();
 
-/// |df| of each row where its velocity is wrong by up to dy: |G| dy and the rounding of the law.
+/// Bound on |df| of each row for a velocity error dy: |G| dy plus the round-off of the law.
 inline Rows law_rounding(const Law& law, const Rows& y, const Rows& dy) {
   const Evaluation at = evaluate(law, y);
-  constexpr double kOperations = 16.0;  // of the law itself, from y to f
+  constexpr double kOperations = 16.0;  // in the law, from y to f
   return at.hessian.cwiseAbs() * (dy + kOperations * kUnit * y.cwiseAbs()) +
          kOperations * kUnit * at.impulse.cwiseAbs();
 }
 
-/// Bound of the error of J'f(J w + b) in each velocity, from the rounding of w, of the sums in y
-/// and in J'f.
+/// Bound on the error of J'f(J w + b) per velocity, from the round-off of w and of the sums in y
+/// and J'f.
 inline VectorX pushed_rounding(const Problem& problem, const VectorX& w) {
   const MatrixX jacobian = dense_jacobian(problem);
   const MatrixX size = jacobian.cwiseAbs();
@@ -41,8 +41,8 @@ inline VectorX pushed_rounding(const Problem& problem, const VectorX& w) {
   return size.transpose() * (df + kUnit * additions * f.cwiseAbs());
 }
 
-/// What the solver may leave of |M(w - w*) - J'f| at the round-off floor, in the norm of inv(diag
-/// M) [sqrt(J)]: four times the bound of rounding (README.md, When a solve ends).
+/// Largest |M(w - w*) - J'f| that the solver accepts at the round-off floor, in the norm of
+/// inv(diag M) [sqrt(J)]: four times the round-off bound (README.md, When a solve ends).
 inline double motion_rounding(const Problem& problem, const VectorX& w) {
   const VectorX free = problem.free_velocity();
   const MatrixX mass = dense_mass(problem);
@@ -54,12 +54,12 @@ inline double motion_rounding(const Problem& problem, const VectorX& w) {
 
 struct Cost {
   double value = 0.0;     ///< 1/2 |w - w*|_M^2 + sum of the potentials [J]
-  double rounding = 0.0;  ///< how wrong that may be
+  double rounding = 0.0;  ///< bound on the round-off of `value` [J]
 };
 
-/// Rounding of w - w* and of y acts through the derivatives, momentum and impulse; that of the
-/// potentials through the terms they sum, k log g and g (r g / 2 + lambda), which cancel where a
-/// small cost is left.
+/// Evaluates the cost and bounds its round-off. That of w - w* and y enters through the
+/// derivatives, momentum and impulse; that of the potentials through their terms k log g and g (r g
+/// / 2 + lambda), which cancel when the cost is small.
 inline Cost cost_of(const Problem& problem, const VectorX& w) {
   const VectorX free = problem.free_velocity(), difference = w - free;
   const MatrixX mass = dense_mass(problem);
@@ -77,7 +77,7 @@ inline Cost cost_of(const Problem& problem, const VectorX& w) {
     const Law& law = problem.law(c);
     const int row = problem.first_row(c);
     out.value += potential(law, y.data() + row);
-    double reach = 0.0;  // of the eigenvalues
+    double reach = 0.0;  // bound on the eigenvalues' magnitude [m/s]
     for (int r = 0; r < law.rows; ++r) {
       const double mu = r == 0 || law.type != LawType::kFrictionCone ? 1.0 : law.friction[r - 1];
       out.rounding += std::abs(f[row + r]) * (terms[row + r] + std::abs(law.bias[r]));
@@ -85,7 +85,7 @@ inline Cost cost_of(const Problem& problem, const VectorX& w) {
     }
     const bool dry = law.type == LawType::kDryFriction, cone = law.type == LawType::kFrictionCone;
     const double rho = cone ? normal_regularizer(law) : law.regularizer;
-    // The largest and the smallest g where |lambda| <= reach.
+    // Largest and smallest g for |lambda| <= reach.
     reach += dry ? rho * law.bound : 0.0;
     const double s = std::sqrt(reach * reach + 4.0 * rho * law.smoothing);
     const double largest = (s + reach) / (2.0 * rho);

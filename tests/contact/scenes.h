@@ -1,5 +1,5 @@
 // Small mechanical scenes written directly as contact problems: bodies with 6 velocities (linear,
-// angular) about their centres of mass, contacts at given points.
+// angular) at their centres of mass, contacts at given points.
 #pragma once
 
 #include <Eigen/Dense>
@@ -24,8 +24,8 @@ struct SceneOptions {
 
 struct ScenePoint {
   int block_a, block_b;  ///< -1: the world
-  Vector3 arm_a, arm_b;  ///< from the centres of mass to the contact
-  Vector3 normal;        ///< from a to b, unit
+  Vector3 arm_a, arm_b;  ///< from the centres of mass to the contact [m]
+  Vector3 normal;        ///< unit vector from a to b
   double friction, gap;
 };
 
@@ -50,7 +50,7 @@ inline Matrix3 cross_matrix(const Vector3& v) {
   return m;
 }
 
-/// Adds contacts, all bodies being there already. Rows: normal, t1, t2 of v_b - v_a.
+/// Adds contacts to a problem that has all its bodies. Rows: normal, t1, t2 of v_b - v_a.
 inline void add_points(Problem& problem, const std::vector<ScenePoint>& points,
                        const SceneOptions& options) {
   const int first = problem.num_constraints();
@@ -94,8 +94,8 @@ inline void add_points(Problem& problem, const std::vector<ScenePoint>& points,
   }
 }
 
-/// A stack of boxes of `size` [m] on the ground, four contacts a face, masses from bottom to top,
-/// at rest, one step of gravity ahead.
+/// A stack of cubes with edge `size` [m] at rest on the ground, four contacts per face, masses from
+/// bottom to top; the free velocity includes one step of gravity.
 inline Problem make_stack(const std::vector<double>& masses, double size, double friction,
                           const SceneOptions& options) {
   Problem problem;

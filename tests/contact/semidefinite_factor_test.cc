@@ -24,8 +24,8 @@ TEST(SemidefiniteFactor, KeepsTheDigitsOfLightRowsAmongHeavyOnes) {
     EXPECT_EQ(factor.cols(), rank);
     const VectorX own = a.diagonal().cwiseSqrt().cwiseInverse();
     const MatrixX error = own.asDiagonal() * (a - factor * factor.transpose()) * own.asDiagonal();
-    // What is left out is a semidefinite matrix of a diagonal below the tolerance; sums of up to 18
-    // terms add their rounding.
+    // The neglected remainder is semidefinite with a diagonal below the tolerance; sums of up to 18
+    // terms add round-off.
     EXPECT_LE(error.cwiseAbs().maxCoeff(), 2.0 * kTolerance);
   });
 }
@@ -36,7 +36,8 @@ TEST(SemidefiniteFactor, FindsTheRank) {
     MatrixX root(n, rank);
     for (int i = 0; i < root.size(); ++i) root.data()[i] = random.signed_unit();
     MatrixX factor;
-    // Far above the rounding of root root', far below the pivots of most random matrices.
+    // The tolerance is far above the round-off of root root' and far below the pivots of most
+    // random matrices.
     EXPECT_LE(factor_semidefinite(root * root.transpose(), 1e-12, factor), rank);
     EXPECT_EQ(factor_semidefinite(root * root.transpose(), 1e-12, factor),
               static_cast<int>(factor.cols()));

@@ -17,7 +17,7 @@ using testing::Random;
 using testing::random_law;
 using testing::RandomOptions;
 
-// How far z is from where one of the laws changes its branch.
+// Distance of y from the nearest branch change of the law.
 double distance_to_corners(const Law& law, const Rows& y) {
   double square = 0.0;
   for (int i = 1; i < law.rows; ++i) square += std::pow(law.friction[i - 1] * y[i], 2);
@@ -42,7 +42,7 @@ TEST_P(SensitivityTest, AgreesWithDifferences) {
     if (law.coulomb && law.type == LawType::kFrictionCone && law.rows >= 3 && random.coin())
       law.lean = {random.signed_unit(), random.signed_unit()};
     for (double& mu : law.friction) {
-      // Off the corner of rho(mu) at 0.1, where there is no derivative.
+      // Avoids the corner of rho(mu) at 0.1, where the derivative does not exist.
       if (std::abs(mu - kMinRegularizingFriction) < 0.01 || mu < 2 * kDifferenceStep) mu = 0.5;
     }
     Rows y(law.rows);
@@ -69,13 +69,14 @@ TEST_P(SensitivityTest, AgreesWithDifferences) {
                 kDifferenceTolerance * (1 + friction.norm()))
           << j;
     }
-    // A gap acts through the bias of the normal row.
+    // The derivative by the velocity is minus the Hessian; a gap acts through the bias of the
+    // normal row.
     EXPECT_EQ(at.velocity, RowsSquare(-evaluate(law, y).hessian));
   });
 }
 
-// Off the corners the law without smoothing has derivatives as well; the one by the smoothing is
-// one-sided, and says how an open contact begins to feel what it comes near to.
+// Away from its corners the law without smoothing has derivatives, too. The one by the smoothing is
+// one-sided and describes how an open contact begins to carry a force.
 TEST_P(SensitivityTest, WithoutSmoothingAgreesWithDifferencesOffTheCorners) {
   RandomOptions options;
   options.coulomb = GetParam();
@@ -103,7 +104,7 @@ TEST_P(SensitivityTest, WithoutSmoothingAgreesWithDifferencesOffTheCorners) {
     far.smoothing = 2 * kDifferenceStep;
     const Rows smoothing =
         (4 * impulse(up, y) - 3 * impulse(law, y) - impulse(far, y)) / (2 * kDifferenceStep);
-    // Third derivatives by k go with r^2 over the fifth power of the distance to the corners.
+    // Third derivatives by k grow as r^2 over the fifth power of the distance to the corners.
     constexpr double kThirdOrder = 1e3;
     EXPECT_LT((at.smoothing - smoothing).norm(),
               kThirdOrder * kDifferenceTolerance * (1 + smoothing.norm()));

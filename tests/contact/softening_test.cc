@@ -1,5 +1,5 @@
-// Softer laws where the own ones cannot be solved: the solver always comes back with the exact
-// solution of laws that it names.
+// Softening where the given laws cannot be solved: the solver always returns the exact solution of
+// laws that its report names.
 #include <gtest/gtest.h>
 
 #include "contact/trials.h"
@@ -17,7 +17,7 @@ using testing::Random;
 using testing::random_problem;
 using testing::RandomOptions;
 
-/// Solved to 1e-12 of the impulses, at masses that differ by 1e6.
+/// Energy error at a relative impulse error of 1e-12 and mass ratios of 1e6.
 constexpr double kEnergyRounding = 1e-9;
 
 // Masses 1e-4 ... 1e4, friction up to 2.
@@ -31,7 +31,7 @@ Problem wild_problem(Random& random) {
   return random_problem(random, options);
 }
 
-// The problem with its laws as softened as the report says.
+// Returns the problem with its laws softened as the report states.
 Problem softened(const Problem& problem, const Report& report) {
   Problem out = problem;
   Islands islands;
@@ -50,7 +50,7 @@ Problem softened(const Problem& problem, const Report& report) {
   return out;
 }
 
-// The impulses are those of the softened laws to the bit, and balance the momentum.
+// The impulses are those of the softened laws, to the bit, and satisfy the momentum balance.
 void expect_solution_of_softened_laws(const Problem& problem, const VectorX& w, const VectorX& f,
                                       const Report& report) {
   const Problem soft = softened(problem, report);
@@ -62,7 +62,7 @@ void expect_solution_of_softened_laws(const Problem& problem, const VectorX& w, 
   const VectorX free = soft.free_velocity();
   const double share =
       kMomentumShare * std::hypot(root.cwiseProduct(w).norm(), root.cwiseProduct(free).norm());
-  // The report's residual recomputed; each island has a scale of its own, below that of all.
+  // Recomputes the report's residual; each island's scale is at most that of the whole problem.
   const double islands = std::max(1, report.islands);
   const double allowed = islands * (report.residual + 1e-14);
   EXPECT_LE(residuals.motion, allowed * (residuals.momentum_scale + share));
@@ -92,7 +92,7 @@ TEST_P(Softening, NeverFailsAndSolvesTheLawsItNames) {
   ::testing::Test::RecordProperty("softened", softened_count);
   ::testing::Test::RecordProperty("most_steps", worst);
   const bool tiny_budget = GetParam() == 1;
-  EXPECT_TRUE(!tiny_budget || softened_count > 0);  // else nothing was tested
+  EXPECT_TRUE(!tiny_budget || softened_count > 0);  // otherwise nothing was tested
 }
 
 INSTANTIATE_TEST_SUITE_P(After, Softening, ::testing::Values(1, 20, Settings{}.soften_after),
@@ -110,15 +110,15 @@ TEST(NoSoftening, NeverSoftens) {
       EXPECT_NE(report.status, Status::kSoftened);
       EXPECT_TRUE(report.softened.empty());
       EXPECT_LE(report.iterations, most);
-      compute_impulse(problem, w, inverse);  // of its own laws, solved or not
+      compute_impulse(problem, w, inverse);  // given laws, solved or not
       EXPECT_EQ(f, inverse);
     }
   });
 }
 
-// The convex law f = -grad s(y) of a cone has f'y <= 0, so that with biases b >= 0 of the normals
-// and none of the tangents w'M (w - w*) = f'(y - b) <= 0: no energy but what the free velocity has.
-// The own laws push apart at up to 1 m/s.
+// The convex law f = -grad s(y) of a cone satisfies f'y <= 0. With biases b >= 0 in normal and 0 in
+// tangential rows, w'M (w - w*) = f'(y - b) <= 0, so the energy is at most that of the free
+// velocity. The given laws include biases that separate at up to 1 m/s.
 TEST(Soften, GainsNoEnergy) {
   Solver solver;
   Settings settings;
@@ -136,7 +136,7 @@ TEST(Soften, GainsNoEnergy) {
     }
     VectorX w = VectorX::Zero(problem.num_velocities()), f;
     const Report& report = solver.solve(problem, settings, w, f);
-    // Of one island: others keep their own laws.
+    // Only problems with one island; other islands keep their own laws.
     if (report.status != Status::kSoftened || report.islands != 1) return;
     ++softened;
     const MatrixX M = testing::dense_mass(problem);

@@ -31,7 +31,7 @@ TEST(Solver, WithoutActiveConstraintOneStepIsEnough) {
     Problem problem = random_problem(random, options);
     for (int c = 0; c < problem.num_constraints(); ++c) {
       problem.law(c).bias.fill(0.0);
-      problem.law(c).bias[0] = 1e3;  // far away: m/s
+      problem.law(c).bias[0] = 1e3;  // gap as velocity, far away [m/s]
     }
     VectorX w(problem.num_velocities()), f;
     for (int i = 0; i < w.size(); ++i) w[i] = random.signed_unit();
@@ -76,7 +76,8 @@ TEST(Solver, DenseAndSparseAgree) {
       if (!succeeded(solver.solve(problem, settings, dense, f_dense).status)) continue;
       settings.factorization = Factorization::kSparse;
       if (!succeeded(solver.solve(problem, settings, sparse, f_sparse).status)) continue;
-      // Both solve to 1e-10 of the impulses, softened by eps >= 1e-3.
+      // Both are accurate to 1e-10 of the impulses; eps >= 1e-3 limits the resulting velocity
+      // error.
       EXPECT_LT((dense - sparse).norm(), 1e-7 * (1 + dense.norm())) << trial;
     }
   }
@@ -107,7 +108,7 @@ TEST(Solver, SameInputSameBits) {
   VectorX w1 = zero_start(problem), w2 = w1, f1, f2;
   const Problem other = random_problem(random, RandomOptions{});
   VectorX w_other = zero_start(other), f_other;
-  used.solve(other, Settings{}, w_other, f_other);  // leaves traces in the scratch memory
+  used.solve(other, Settings{}, w_other, f_other);  // leaves data in the scratch memory
   used.solve(problem, Settings{}, w1, f1);
   fresh.solve(problem, Settings{}, w2, f2);
   EXPECT_EQ(w1, w2);
@@ -128,7 +129,7 @@ TEST(Solver, ImpulsesAreTheInverseToTheBit) {
   }
 }
 
-// The whole range: every law and dimension, mu 0 ... 10, masses 1 : 1e6, repeated constraints (A
+// Covers every law and dimension, mu 0 ... 10, masses 1 : 1e6, repeated constraints (A
 // rank-deficient), approaching and separating velocities.
 TEST(Solver, InverseReturnsWhatTheForwardStepUsed) {
   Random random(11);
@@ -150,15 +151,15 @@ TEST(Solver, InverseReturnsWhatTheForwardStepUsed) {
       continue;
     }
     compute_impulse(problem, w, inverse);
-    EXPECT_EQ(f, inverse);  // 1e-9 is asked; the same function gives the same bits
-    // The impulse applied from outside is what is missing in the equation of motion: zero here.
+    EXPECT_EQ(f, inverse);  // the same function gives the same bits
+    // The residual of the equation of motion is the external impulse, zero here.
     const Residuals residuals = compute_residuals(problem, w, inverse);
     double rounding = 0.0;
     if (report.status == Status::kRoundoffFloor) {
       ++at_floor;
       rounding = testing::motion_rounding(problem, w);
     }
-    // Report's scale holds 1e-4 of the momentum of w and w* as well.
+    // The report's scale adds 1e-4 of the momentum of w and w*.
     double momentum = 0.0;
     for (int b = 0; b < problem.num_blocks(); ++b) {
       const int start = problem.block_start(b), n = problem.block_size(b);
@@ -188,7 +189,7 @@ TEST(Solver, SaysHowItFailed) {
   } while (problem.num_constraints() < 3);
   VectorX w = zero_start(problem), f;
   Settings few;
-  few.max_iterations = 1;  // binds softer laws as well
+  few.max_iterations = 1;  // also limits the steps with softer laws
   EXPECT_EQ(solver.solve(problem, few, w, f).status, Status::kMaxIterations);
   EXPECT_GT(solver.solve(problem, few, w, f).residual, few.tolerance);
 
@@ -196,7 +197,7 @@ TEST(Solver, SaysHowItFailed) {
   Problem broken = problem;
   broken.free_velocity()[0] = nan;
   EXPECT_EQ(solver.solve(broken, Settings{}, w, f).status, Status::kNotFinite);
-  EXPECT_TRUE(w.allFinite());  // left as it was
+  EXPECT_TRUE(w.allFinite());  // unchanged
   broken = problem;
   broken.law(0).smoothing = nan;
   EXPECT_EQ(solver.solve(broken, Settings{}, w, f).status, Status::kNotFinite);

@@ -1,4 +1,4 @@
-// Sweeps of Gauss and Seidel, and what they stand on: factors along trees, responses to impulses.
+// Gauss-Seidel sweeps and their building blocks: factors along trees, responses to impulses.
 #include "counterpoint/contact/solve/sweeps.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ using testing::Tree;
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-// Solved along the tree that Limbs finds in M, single and four at a time, with the same bits.
+// Factors along the tree that Limbs finds in M; solving one or four at a time gives the same bits.
 TEST(TreeFactor, SolvesAsDenseFactorsDo) {
   Random random(91);
   Limbs limbs;
@@ -42,7 +42,7 @@ TEST(TreeFactor, SolvesAsDenseFactorsDo) {
     const VectorX b = random_vector(random, n);
     VectorX x = b;
     solve_tree(limbs.parents().data(), n, factors.data(), x.data());
-    // Backward error of Cholesky's method: a small multiple of n roundings.
+    // Backward error of Cholesky factorization: a small multiple of n round-offs.
     EXPECT_LT(backward_error(mass, x, b), 4.0 * n * kEpsilon);
     RowMatrix four = RowMatrix::Zero(n, 4);
     four.col(trial % 4) = b;
@@ -59,7 +59,7 @@ TEST(TreeFactor, RefusesWhatIsNotPositiveDefinite) {
   EXPECT_FALSE(factor_tree(parent, 2, unknown));
 }
 
-// J_c inv(M) J_c' and inv(M) J_c' f against dense matrices.
+// Compares J_c inv(M) J_c' and inv(M) J_c' f with dense matrices.
 TEST(Responses, AreThoseOfDenseMatrices) {
   const auto usual = [](Random&) { return RandomOptions{}; };
   for_islands(92, 200, usual, [](Random& random, const Problem& problem, IslandSystem& island) {
@@ -67,7 +67,7 @@ TEST(Responses, AreThoseOfDenseMatrices) {
     responses.reserve(island);
     ASSERT_TRUE(responses.begin(island));
     const MatrixX inverse = dense_mass(problem).inverse(), J = dense_jacobian(problem);
-    // Conditions of blocks are up to 1e4 (random_problem.h); entries are about one.
+    // Blocks have condition numbers up to 1e4 (random_problem.h); entries are about one.
     constexpr double kTolerance = 1e-10;
     for (size_t i = 0; i < island.constraints().size(); ++i) {
       const auto& c = island.constraints()[i];
@@ -101,7 +101,7 @@ Sweeps started(const IslandSystem& island, MixedSystem::Point& point) {
   return sweeps;
 }
 
-// Whatever the laws, the velocity after sweeps is that of the impulses: momentum is kept.
+// For any laws, the velocity after sweeps is that of the impulses: momentum is conserved.
 TEST(Sweeps, KeepMomentum) {
   for_islands(93, 300, any_friction, [](Random&, const Problem&, IslandSystem& island) {
     MixedSystem system = mixed_system(island);
@@ -112,22 +112,22 @@ TEST(Sweeps, KeepMomentum) {
     Sweeps sweeps = started(island, point);
     sweeps.run(5, 0.0, 0.0, point);
     const double norm = system.residual(point), laws = std::sqrt(system.law_square());
-    // What is not in the laws is rounding of some ten sums, amplified by the masses' 1e4.
+    // The residual outside the laws is round-off of about ten sums, times the mass ratio of 1e4.
     EXPECT_LT(std::sqrt(std::max(0.0, norm * norm - laws * laws)),
               1e-7 * norm + 1e-10 * system.scale());
   });
 }
 
-// Without friction and smoothing f >= 0 minimizes 1/2 f'(A + R)f + f'(J w* + b). Each visit goes to
-// the least of it along its own impulse, nearly (sigma is no less than A_cc): it never rises, and
-// many sweeps arrive.
+// Without friction and smoothing, f >= 0 minimizes 1/2 f'(A + R)f + f'(J w* + b). Each visit
+// approximately minimizes this over its own impulse (sigma >= A_cc), so the cost never rises and
+// many sweeps converge.
 TEST(Sweeps, DescendToTheSolutionWithoutFriction) {
   const auto choose = [](Random&) {
     RandomOptions options;
     options.only_type = LawType::kUnilateral;
     options.hard = true;
     options.mass_ratio = 10.0;
-    // Redundant constraints of less take thousands of sweeps.
+    // With a smaller compliance, redundant constraints take thousands of sweeps.
     options.compliance_low = options.compliance_high = 0.1;
     return options;
   };
@@ -151,7 +151,7 @@ TEST(Sweeps, DescendToTheSolutionWithoutFriction) {
       VectorX f(island.num_rows());
       for (const auto& c : island.constraints()) f[c.global_row] = point.phi[c.row];
       const double energy = f.dot(0.5 * (A * f) + y);
-      ASSERT_LE(energy, before + 1e-12 * std::abs(before));  // rounding of the sums
+      ASSERT_LE(energy, before + 1e-12 * std::abs(before));  // round-off of the sums
       before = energy;
     }
     const double residual = system.residual(point);
@@ -159,11 +159,11 @@ TEST(Sweeps, DescendToTheSolutionWithoutFriction) {
   });
 }
 
-// Changes that are negligible are not made: a solution stays as it is, to the bit.
+// Negligible changes are skipped, so a solution stays unchanged, to the bit.
 TEST(Sweeps, LeaveASolutionAsItIs) {
   int tried = 0;
   for_islands(95, 400, any_friction, [&](Random&, const Problem& problem, IslandSystem& island) {
-    // Smoothed, the widened law of dry friction is another one (README.md, Laws).
+    // With smoothing, the widened law of dry friction is a different law (README.md, Laws).
     for (int c = 0; c < problem.num_constraints(); ++c)
       if (problem.law(c).type == LawType::kDryFriction && problem.law(c).smoothing > 0.0) return;
     ++tried;

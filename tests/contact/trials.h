@@ -1,4 +1,4 @@
-// Repeating a check over random cases, with the number of the trial in every message.
+// Repeats a check over random cases, with the trial number in every message.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,22 +12,22 @@
 
 namespace counterpoint::contact::testing {
 
-// Central differences with step h on functions whose scale of change is the velocity y itself lose
-// about (1e-16 / h) + h^2 relative; 1e-5 steps leave 1e-9 and 1e-10.
+// For a function that varies on the scale of its argument, central differences with step h have a
+// relative error of about 1e-16 / h + h^2; h = 1e-5 gives 1e-11 and 1e-10.
 inline constexpr double kDifferenceStep = 1e-5;
 inline constexpr double kDifferenceTolerance = 1e-6;
 
 inline constexpr LawType kEveryType[] = {LawType::kUnilateral, LawType::kFrictionCone,
                                          LawType::kEquality, LawType::kDryFriction};
 
-/// The laws as they are given, never softer ones: for statements about their solution.
+/// Settings that never soften the laws, for statements about their solution.
 inline Settings exact_settings() {
   Settings settings;
   settings.soften_after = 0;
   return settings;
 }
 
-/// All of a problem as one island, in the problem's numbering.
+/// Loads the whole problem as one island, in the problem's numbering.
 inline void load_whole(const Problem& problem, IslandSystem& island) {
   std::vector<int> blocks(problem.num_blocks()), constraints(problem.num_constraints());
   std::iota(blocks.begin(), blocks.end(), 0);
@@ -46,8 +46,8 @@ void for_trials(unsigned seed, int trials, const Body& body) {
   }
 }
 
-/// The same with random problems that have constraints, loaded as a whole:
-/// body(random, problem, island). choose(random): their options.
+/// Like for_trials, with random problems that have constraints, loaded as one island: body(random,
+/// problem, island). choose(random) returns the options of a problem.
 template <class Choose, class Body>
 void for_islands(unsigned seed, int trials, const Choose& choose, const Body& body) {
   for_trials(seed, trials, [&](Random& random, int) {
@@ -60,7 +60,7 @@ void for_islands(unsigned seed, int trials, const Choose& choose, const Body& bo
   });
 }
 
-/// Options of for_islands: friction is exact Coulomb or convex.
+/// Options for for_islands: friction follows the Coulomb or the convex law at random.
 inline RandomOptions any_friction(Random& random) {
   RandomOptions options;
   options.coulomb = random.coin();

@@ -1,4 +1,4 @@
-// The impulses given to the solver are a guess: they save steps and change nothing else.
+// A warm start from given impulses saves iterations and changes nothing else.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -40,8 +40,8 @@ TEST(WarmStart, AtTheSolutionTakesNoStep) {
   });
 }
 
-// The same problem a little later: the free velocity has changed by a tenth of its size. Cold is
-// from velocity zero; the last velocity without its impulses is counted, too.
+// The problem one step later: the free velocity has changed by a tenth. Compares a warm start with
+// a start from zero and with a start from the last velocity without impulses.
 TEST(WarmStart, NeighbouringProblemsTakeFewerStepsThanCold) {
   Solver solver;
   int cold = 0, velocity_only = 0, warm = 0;
@@ -66,7 +66,7 @@ TEST(WarmStart, NeighbouringProblemsTakeFewerStepsThanCold) {
   EXPECT_LT(warm, velocity_only);
 }
 
-// A convex problem has one solution, whatever is guessed: its own impulses, or any others.
+// A convex problem has one solution, also from guessed impulses: its own or arbitrary ones.
 TEST(WarmStart, GuessesDoNotChangeTheSolutionWhereItIsUnique) {
   Solver solver;
   for_trials(12, 500, [&](Random& random, int) {
@@ -80,7 +80,8 @@ TEST(WarmStart, GuessesDoNotChangeTheSolutionWhereItIsUnique) {
       VectorX guessed = zero_start(problem), f_guessed = f;
       for (int i = 0; i < f.size() && !own; ++i) f_guessed[i] = 3.0 * random.signed_unit();
       EXPECT_TRUE(succeeded(solver.solve(problem, warm_settings(), guessed, f_guessed).status));
-      // Both solve to 1e-12 of the impulses, softened by eps >= 1e-3.
+      // Both are accurate to 1e-12 of the impulses; eps >= 1e-3 limits the resulting velocity
+      // error.
       EXPECT_LT((guessed - w).norm(), 1e-7 * (1 + w.norm())) << own;
     }
   });
@@ -103,7 +104,7 @@ TEST(WarmStart, NotANumberIsNoGuess) {
   });
 }
 
-// What the engine does: a tower at rest, disturbed a little.
+// Typical for the engine: a tower at rest with a small disturbance.
 TEST(WarmStart, TowerAtRestTakesNoMoreStepsThanCold) {
   Solver solver;
   for (const bool coulomb : {false, true}) {
@@ -112,16 +113,16 @@ TEST(WarmStart, TowerAtRestTakesNoMoreStepsThanCold) {
     Problem problem = testing::make_stack(std::vector<double>(10, 1.0), 0.2, 0.5, options);
     VectorX w = zero_start(problem), f;
     ASSERT_TRUE(succeeded(solver.solve(problem, exact_settings(), w, f).status));
-    problem.free_velocity()[6 * 9] += 1e-3;  // the top box is pushed
+    problem.free_velocity()[6 * 9] += 1e-3;  // pushes the top box
     VectorX cold = w, f_cold;
     const int without = solver.solve(problem, exact_settings(), cold, f_cold).iterations;
     EXPECT_LE(solver.solve(problem, warm_settings(), w, f).iterations, without);
-    constexpr double kUnique = 1e-9;  // in velocity [m/s]: nothing slips, so that it is unique
+    constexpr double kUnique = 1e-9;  // [m/s]; nothing slips, so the velocity is unique
     EXPECT_LT((w - cold).norm(), kUnique);
   }
 }
 
-// Sweeps over contacts take as many as a stack has levels; Newton's method does not.
+// Gauss-Seidel sweeps need a number proportional to the levels; Newton's method does not.
 TEST(ColdStart, HundredLevelsTakeFarFewerStepsThanLevels) {
   constexpr int kLevels = 100, kMost = kLevels / 3;
   Solver solver;

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""help_test.py COMMAND: the help of every command fits one screen; what is mistyped is answered by the nearest name."""
+"""help_test.py COMMAND: the help of every command fits one screen; for a mistyped name the nearest name is
+suggested."""
 
 import pathlib
 import re
@@ -8,7 +9,7 @@ import sys
 import tempfile
 import textwrap
 
-LINES, COLUMNS = 50, 100  # a terminal that fills a laptop's screen
+LINES, COLUMNS = 50, 100  # size of a terminal that fills a laptop's screen
 
 
 def run(*words):
@@ -22,7 +23,7 @@ def expect(holds, message):
 
 
 def scene_of_the_topic_runs():
-    """The sample that `help scenes` prints, as it stands there without its indentation."""
+    """Runs the sample that `help scenes` prints, with its indentation removed."""
     _, text, _ = run("help", "scenes")
     sample = re.search(r"scene file:\n((?:  .*\n)+)", text)
     expect(sample, f"no sample in help scenes: {text}")
@@ -43,7 +44,7 @@ def main():
         lines = text.split("\n")
         expect(code == 0 and len(lines) <= LINES, f"{words}: exit code {code}, {len(lines)} lines")
         for line in lines:
-            # Examples, and words that cannot be broken, may be longer.
+            # Only examples and single long words may exceed the width.
             expect(len(line) <= COLUMNS or "counterpoint " in line or " " not in line.strip(), f"{words}: {len(line)} columns: {line}")
     for words, near in ((["simulatee"], "'simulate'"), (["simulate", "arm7", "--durration", "1"], "'--duration'"),
                         (["simulate", "humanod_drop"], "'humanoid_drop'"), (["help", "colums"], "'columns'"),

@@ -1,4 +1,4 @@
-# docs/reference/options.md is what `counterpoint generate markdown` prints.
+# docs/reference/options.md must equal the output of `counterpoint generate markdown`.
 execute_process(COMMAND ${COMMAND} generate markdown OUTPUT_VARIABLE made RESULT_VARIABLE result)
 file(READ ${PAGE} kept)
 if(NOT result EQUAL 0 OR NOT made STREQUAL kept)

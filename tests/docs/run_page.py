@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""run_page.py PAGE.md COMMAND: runs the shell blocks of a page as a reader would, in order, in a folder of its own.
+"""run_page.py PAGE.md COMMAND: runs the shell blocks of a page as a reader would, in order, in a temporary folder.
 
 A block is ```sh ... ```; `counterpoint` in it is COMMAND. Files that the page shows first (```yaml file.yaml) are
-written there. A block that fails ends the run with its output and exit code 1. Where COMMAND was built without the page
-of replays (no npm registry) they are left out, aloud."""
+written there. A failing block ends the run with its output and exit code 1. If COMMAND was built without the replay
+page (no npm registry), replays are left out with a message."""
 
 import pathlib
 import re
@@ -12,7 +12,7 @@ import sys
 import tempfile
 
 BLOCK = re.compile(r"^```(\w+)(?: ([\w./-]+))?\n(.*?)^```", re.M | re.S)
-PAGE_SECONDS = 600  # a page is to be done while its reader waits
+PAGE_SECONDS = 600  # a reader should be able to wait for a page
 
 
 def without_replays(text):

@@ -1,4 +1,4 @@
-// A batch gives the bits of one simulator after the other, on any number of threads.
+// A batch returns the bits of one simulator run after run, on any number of threads.
 #include "counterpoint/engine/batch.h"
 
 #include <gtest/gtest.h>
@@ -17,12 +17,12 @@
 namespace counterpoint::test::batch_test {
 namespace {
 
-constexpr int kRollouts = 7;  // no multiple of the threads
-constexpr int kSteps = 150;   // past the first impacts
+constexpr int kRollouts = 7;  // not a multiple of 2 or 5 threads
+constexpr int kSteps = 150;   // beyond the first impacts
 
 Scene scene() { return load_scene(source_dir() + "/data/scenes/quadruped_drop.yaml"); }
 
-/// The force of a rollout at a step: a function of both alone.
+/// Force of a rollout at a step [N, N m]: a function of these two numbers only.
 VectorX force(const Model& model, int rollout, int step) {
   Random random(static_cast<unsigned>(1000 * rollout + step / 10));
   VectorX out = random_vector(model.nv(), random.bits(), 2.0);
@@ -114,7 +114,7 @@ TEST(Batch, ThrowsWhatATaskThrew) {
   EXPECT_THROW(Batch(scene(), -1), InputError);
 }
 
-// Runge-Kutta has forward derivatives and no inverse.
+// Runge-Kutta has forward derivatives but no inverse.
 TEST(Batch, WhatAnIntegratorHasNotIsNotANumber) {
   Scene falling = free_ball({});
   falling.options.integrator = Integrator::kRungeKutta4;
@@ -133,7 +133,7 @@ TEST(Batch, WhatAnIntegratorHasNotIsNotANumber) {
 }
 
 TEST(Batch, DerivativesHaveTheBitsOfOneAfterTheOther) {
-  constexpr int kCount = 30;  // no multiple of what a thread takes at once
+  constexpr int kCount = 30;  // not a multiple of a thread's chunk
   Simulator alone(scene());
   const Model& model = alone.model();
   std::vector<State> starts, ends;

@@ -1,4 +1,4 @@
-// How many threads a process may keep busy: what affinity and control groups grant.
+// Number of threads that CPU affinity and control groups (cgroups) grant a process.
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <unistd.h>

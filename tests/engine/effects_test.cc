@@ -1,4 +1,4 @@
-// A scene runs the effects it calls for, and no instruction of any other.
+// A scene runs the effects that it calls for and no instruction of any other.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -50,7 +50,7 @@ Scene make(const Parts& parts) {
 
 constexpr const char* kBall = "  - {name: ball, sphere: 0.1, mass: 1, position: [0, 0, 0.1]}\n";
 
-/// A scene that calls for the effect, besides gravity and Coriolis forces.
+/// Scenes that call for one effect each, besides gravity and Coriolis forces.
 std::map<Effect, Parts> scenes_with() {
   return {
       {Effect::kDamping, {.shoulder = "<dynamics damping=\"0.3\"/>"}},
@@ -81,7 +81,7 @@ std::map<Effect, Parts> scenes_with() {
   };
 }
 
-/// What comes with an effect because it cannot be without.
+/// Effects that are part of every scene.
 EffectSet always() {
   return {Effect::kGravity, Effect::kCoriolis, Effect::kAppliedForces, Effect::kExternalWrenches};
 }
@@ -91,11 +91,11 @@ EffectSet with_effect(Effect effect) {
   set.set(effect, true);
   const auto contacts = {Effect::kContacts, Effect::kSleeping};
   switch (effect) {
-    case Effect::kLimits:  // a URDF limit says all three
+    case Effect::kLimits:  // a URDF limit sets all three
       set.set(Effect::kEffortLimits, true);
       set.set(Effect::kVelocityLimits, true);
       break;
-    case Effect::kClosures:  // the links that it may pull
+    case Effect::kClosures:  // links that the closure may pull taut
       set.set(Effect::kTautLinks, true);
       break;
     case Effect::kTorsionalFriction:
@@ -156,7 +156,7 @@ TEST(Effects, SwitchedOffTheSceneMovesAsOneWithoutToTheBit) {
                             effect == Effect::kRollingFriction || effect == Effect::kRestitution;
     Scene other = parts.more.empty() ? bare : bare_ball;
     if (of_contact) {
-      // The same surfaces without the property in question.
+      // The same surfaces without the property under test.
       Parts without = parts;
       without.scene = effect == Effect::kTorsionalFriction || effect == Effect::kRollingFriction
                           ? "ground: {friction: 0.5}"
@@ -180,14 +180,14 @@ TEST(Effects, TheInverseRecoversWhatWasAppliedWithEachOfThem) {
   for (const auto& [effect, parts] : scenes_with()) {
     Simulator sim(make(parts));
     test::Random random(11);
-    // On the ball no more than spins it up to 1 rad/s: rounding of w+ is 1e-16 |J||w| / (r h) of
-    // force.
+    // Forces on the ball spin it up to 1 rad/s at most: rounding of w+ gives a force error of 1e-16
+    // |J||w| / (r h).
     const double force = parts.more.empty() ? 0.5 : 0.01;
     EXPECT_LT(test::recover(sim, 300, force, random), test::kRecovered) << effect_name(effect);
   }
 }
 
-/// A ball of surfaces that do nothing, and what a pair says beside them.
+/// A ball and ground without any surface effect; `pair` adds properties of the pair.
 Parts smooth_ball(const std::string& pair) {
   return {.scene = "ground: {friction: 0}\ndefaults: {friction: 0}\n" + pair, .more = kBall};
 }
@@ -202,7 +202,7 @@ TEST(Effects, SurfacesOfPairsCallForTheirEffects) {
   for (const auto& [effect, key] : pairs) {
     const Scene scene =
         make(smooth_ball("pairs:\n  - {between: [ground, ball/body], " + key + ": 0.5}"));
-    // Without sliding friction these do nothing.
+    // Without sliding friction these two have no effect.
     if (effect == Effect::kTorsionalFriction || effect == Effect::kRollingFriction) {
       EXPECT_FALSE(called_for(scene.model, collision::Collider(scene.model)).has(effect)) << key;
       continue;
@@ -249,15 +249,15 @@ TEST(Effects, GravityOffIsAWorldWithoutGravity) {
     a.step();
     b.step();
     ASSERT_EQ(a.state().q, b.state().q);
-    // The inverse knows the switch as well: rounding only.
+    // The inverse knows the switch as well; only rounding is left.
     const Inverse& inverse = a.inverse(before.q, before.v, a.state().v);
     EXPECT_NEAR(inverse.applied_force[0], 0.3, 1e-9 * inverse.force_scale);
   }
 }
 
 TEST(Effects, WithoutCoriolisForcesASteadilyTurningBodyNeedsNoForce) {
-  // Off: velocity stays as it is in the absence of gravity and forces, whatever the inertia; the
-  // inverse recovers zero. On: the elbow is driven by the shoulder's motion.
+  // Off: without gravity and forces the velocity stays constant for any inertia, and the inverse
+  // recovers zero. On: the shoulder's motion drives the elbow.
   for (const bool on : {false, true}) {
     Simulator sim(make({.scene = std::string("gravity: [0, 0, 0]\neffects: {coriolis: ") +
                                  (on ? "on}" : "off}")}));

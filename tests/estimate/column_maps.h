@@ -1,11 +1,11 @@
-// Column maps of recordings that tests make themselves.
+// Column maps for recordings that tests simulate.
 #pragma once
 
 #include "counterpoint/engine/estimate/recording.h"
 
 namespace counterpoint::test {
 
-/// All positions of a scene, with no deviation given.
+/// Maps all positions of a scene, without standard deviations.
 inline estimation::ColumnMap all_positions(const Model& model) {
   using Entry = estimation::ColumnMap::Entry;
   estimation::ColumnMap map;

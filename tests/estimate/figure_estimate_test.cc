@@ -1,4 +1,4 @@
-// Figures of a scene found together with the motions of noisy recordings.
+// Scene parameters estimated together with the motions of noisy recordings.
 #include "counterpoint/engine/estimate/figure_estimate.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace counterpoint::estimation::figure_estimate_test {
 namespace {
 
-/// A box that slides along x until it rests, 100 rows a second, with white noise [m, rad].
+/// Records a box that slides along x to a stop: 100 rows per second, white noise [m, rad].
 Recording slide(Scene scene, double speed, double noise, unsigned seed) {
   constexpr int kRows = 60, kSubsteps = 10;
   scene.options.time_step = 0.01 / kSubsteps;
@@ -48,8 +48,8 @@ FigureEstimate estimate(const std::string& parameters, int threads) {
                           parse_parameters(parameters, scene), options);
 }
 
-// Two boxes that slide for 0.41 and 0.31 s. A position is known to 1 mm: the deceleration over 30
-// to 40 rows to 2 %, and with two boxes to 1.5 %: three times this.
+// Two boxes slide for 0.41 and 0.31 s. Position noise of 1 mm leaves the deceleration over 30 to 40
+// rows uncertain by 2 %, with both boxes by 1.5 %; the tolerance is three times this.
 TEST(FigureEstimate, FindsTheFrictionOfSlidingBoxes) {
   const FigureEstimate one = estimate("friction", 1);
   ASSERT_EQ(one.figures.parameters.size(), 1u);
@@ -65,11 +65,13 @@ TEST(FigureEstimate, FindsTheFrictionOfSlidingBoxes) {
   EXPECT_EQ(one.motions, two.motions);
 }
 
-// A free body moves the same whatever its mass: it stays within its prior, and has no interval.
+// The motion of a free body does not depend on its mass: the estimate follows the prior, without
+// interval.
 TEST(FigureEstimate, TellsWhatMotionsDoNotShow) {
   const FigureEstimate found = estimate("mass", 1);
   EXPECT_FALSE(found.figures.parameters[0].interval);
-  // The prior holds it where the scene has it; what noise pulls is less than a tenth of the range.
+  // The prior holds the mass at the scene's value; noise shifts it by less than a tenth of the
+  // range.
   EXPECT_NEAR(found.figures.parameters[0].value, 1.0, 0.1);
 }
 
@@ -79,8 +81,8 @@ TEST(FigureEstimate, RefusesWhatTheSearchChangesItself) {
   EXPECT_THROW(estimate("friction=0.6..0.9", 1), InputError) << "the scene has 0.5";
 }
 
-// Unexplained forces are told over the mass and the inertia of what they act on: what these are has
-// a part in the gradient.
+// Unexplained forces are weighted by the mass and inertia of their bodies, so the gradient has a
+// term from the dependence of these on the parameters.
 TEST(MotionFit, TheGradientKnowsWhatForcesAreOver) {
   const Scene scene = test::box_on_plane({.ground = false});
   MotionProblem problem{.model = scene.model, .options = scene.options};
@@ -89,7 +91,7 @@ TEST(MotionFit, TheGradientKnowsWhatForcesAreOver) {
   for (int t = 0; t < 9; ++t) {
     VectorX q = scene.q;
     q[0] += 1e-4 * t * t;
-    q[4] = std::sin(1e-3 * t * t);  // half of what it has turned by about x
+    q[4] = std::sin(1e-3 * t * t);  // sine of half the rotation angle about x
     q[3] = std::cos(1e-3 * t * t);
     problem.measured.push_back(q);
   }
@@ -116,7 +118,7 @@ TEST(MotionFit, TheGradientKnowsWhatForcesAreOver) {
     fit.begin(problem.options, back);
     difference -= fit.cost();
     EXPECT_GT(fit.cost(), 1.0);
-    // Rounding of a cost of 1e3 over the step of a central difference, and the step's square.
+    // Round-off of a cost of 1e3 over the step of a central difference, plus the step squared.
     EXPECT_NEAR(difference / (2.0 * kStep), gradient[k], 1e-7 * (1.0 + fit.cost()));
   }
 }

@@ -1,4 +1,4 @@
-// Exact derivatives of what identification makes small, against differences of the residuals.
+// Exact derivatives of the residuals of identification, against differences of the residuals.
 #include "counterpoint/engine/estimate/gradient.h"
 
 #include <gtest/gtest.h>
@@ -10,19 +10,19 @@
 namespace counterpoint::estimation::gradient_test {
 namespace {
 
-/// Extrapolated differences of a whole motion: some hundred steps.
+/// Relative error of extrapolated differences of a whole motion, some hundred steps.
 constexpr double kTolerance = 1e-6;
 
 Scene scene_of(const std::string& name) {
   Scene scene = load_scene(test::source_dir() + "/data/scenes/" + name);
-  // No kink within a difference.
+  // Smooth enough for differences to cross no kink.
   scene.options.contact.smoothing = 1e-3;
   scene.options.contact.compliance = 1e-2;
   scene.options.effects.set(Effect::kSleeping, false);
   return scene;
 }
 
-/// A motion of the scene, every few steps, as a recording of all its coordinates.
+/// Records all coordinates of the scene's motion, every `substeps` steps.
 Experiment experiment_of(const Scene& scene, int rows, int substeps) {
   Experiment e{scene, {}, {}, 1, {}, false, 0.01};
   Simulator simulator(scene);
@@ -42,7 +42,7 @@ Experiment experiment_of(const Scene& scene, int rows, int substeps) {
   return e;
 }
 
-/// By all joints' positions, forces known.
+/// Maps all joints' positions and (known) forces.
 void map_joints(Experiment& e) {
   for (int i = 0; i < e.scene.model.nv(); ++i) {
     e.map.entries.push_back({ColumnMap::Entry::Kind::kPosition, i, "q", {}});
@@ -53,7 +53,7 @@ void map_joints(Experiment& e) {
 void expect_exact(const Experiment& e, const std::string& names, double change, bool by_force) {
   const std::vector<Parameter> parameters = parse_parameters(names, e.scene);
   const std::vector<int> which{0};
-  // Off the recorded motion, where lengths of deviations have no derivative.
+  // Away from the recorded motion, where the norm of the deviation is not differentiable.
   const VectorX at = parameter_values(parameters, e.scene).cwiseMax(0.1) * (1.0 + change);
   const std::optional<LinearizedResiduals> exact = linearize(e, parameters, at, which, by_force);
   ASSERT_TRUE(exact);
@@ -98,8 +98,8 @@ TEST(Gradient, OfPredictionsOfAnArm) {
   }
 }
 
-/// Of what bounces predictions also move by a displacement, which has no derivative here
-/// (bounce.h).
+/// Removes restitution: a bounce also displaces the prediction within its step, and this
+/// displacement has no derivative here (bounce.h).
 Scene without_restitution(Scene scene) {
   for (int i = 0; i < static_cast<int>(scene.model.geometries().size()); ++i) {
     Material m = scene.model.geometries()[static_cast<std::size_t>(i)].material;
@@ -114,7 +114,7 @@ Scene without_restitution(Scene scene) {
 TEST(Gradient, OfPredictionsOfACubeThatIsTossed) {
   for (const bool by_score : {false, true}) {
     Scene scene = without_restitution(scene_of("cube_toss.yaml"));
-    scene.q[2] = 0.11;  // near the ground, and down
+    scene.q[2] = 0.11;  // near the ground and falling
     scene.v[2] = -0.6;
     Experiment e = experiment_of(scene, 50, 1);
     e.map.free_body = 1;

@@ -1,4 +1,5 @@
-// Which errors a recording has, and what the smoothing of contacts adds to intervals.
+// Decision between white and slow errors of a recording, and the effect of contact smoothing on
+// intervals.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,7 +25,7 @@ Scene sliding_cube() {
   return scene;
 }
 
-/// 50 rows at 100 Hz with white noise of this deviation [m, rad].
+/// 50 rows at 100 Hz with white noise of standard deviation `noise` [m, rad].
 Recording noisy_slide(const Scene& scene, double noise) {
   Simulator simulator(scene);
   std::mt19937 random(1);
@@ -44,23 +45,23 @@ Recording noisy_slide(const Scene& scene, double noise) {
   return out;
 }
 
-// A lone body has no motor that could hide what soft friction does not explain: only the hard end
-// of the search can judge it.
+// No motor of a single free body can compensate the error of soft friction, so only the last,
+// hardest stage of the continuation can judge the noise.
 TEST(JudgedErrors, WhiteNoiseOfASlidingBodyIsSeenAsSuch) {
   const Scene scene = sliding_cube();
   const MotionEstimate estimate =
       estimate_motion(scene, test::all_positions(scene.model), noisy_slide(scene, 1e-3));
   EXPECT_EQ(estimate.errors, RecordingErrors::kWhite);
-  // Noise of 50 rows has an autocorrelation of 0.14 by chance: four times that, of six coordinates.
+  // Chance autocorrelation of 50 rows is 0.14; the bound is four times that, over six coordinates.
   EXPECT_LT(estimate.residual_correlation.maxCoeff(), 0.57);
 }
 
-// Positions that a slow wave moves differ from the motion found in the same way for many rows.
+// A slow wave in the recorded positions leaves residuals that are correlated over many rows.
 TEST(JudgedErrors, ResidualsOfSlowErrorsAreNotWhite) {
   const Scene scene = sliding_cube();
   Recording recording = noisy_slide(scene, 1e-3);
   for (int row = 0; row < recording.num_rows(); ++row)
-    recording.q(2, row) += 3e-3 * std::sin(0.5 * row);  // 8 Hz, up and down
+    recording.q(2, row) += 3e-3 * std::sin(0.5 * row);  // 8 Hz, vertical
   MotionEstimateOptions options;
   options.errors = RecordingErrors::kWhite;
   const MotionEstimate estimate =
@@ -68,8 +69,9 @@ TEST(JudgedErrors, ResidualsOfSlowErrorsAreNotWhite) {
   EXPECT_GT(estimate.residual_correlation[2], 0.57);
 }
 
-// At rest, four times the smoothing changes a force by f(4 s) - f(s); a law that differs from the
-// hard one by the root of s has as much left to go: the widening is this change.
+// Quadrupling the smoothing s changes a force by f(4 s) - f(s). If the error of the law is
+// proportional to sqrt(s), the remaining change is as large, so intervals are widened by this
+// change.
 TEST(JudgedErrors, IntervalsHoldWhatIsLeftOfTheSmoothing) {
   const Scene scene = sliding_cube();
   const Recording recording = noisy_slide(scene, 0.0);
@@ -95,9 +97,9 @@ TEST(JudgedErrors, IntervalsHoldWhatIsLeftOfTheSmoothing) {
               1e-12 * (1.0 + change.maxCoeff()));
     most = std::max(most, change.maxCoeff());
   }
-  EXPECT_GT(most, 0.01);  // it touches the ground [N]
+  EXPECT_GT(most, 0.01);  // [N]; the cube touches the ground
 
-  // A single stage tells nothing of its smoothing.
+  // A single stage gives no information about the effect of smoothing.
   found.softer.q.clear();
   out.force_deviation.setConstant(2.0);
   widen_by_smoothing(problem, found, out);

@@ -1,5 +1,5 @@
-// Estimates from motions whose contact forces are known, where contacts begin hard: an arm that
-// strikes a table with its torques measured, a cube that bounces.
+// Estimates from motions with known contact forces and hard impacts: an arm that strikes a table
+// with its torques measured, and a cube that bounces.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 namespace counterpoint::estimation::known_forces_test {
 namespace {
 
-constexpr double kNoise = 1e-3;  // of positions [m, rad]
+constexpr double kNoise = 1e-3;  // standard deviation of positions [m, rad]
 
 Scene bundled(const std::string& name) {
   Scene scene = load_scene(test::source_dir() + "/data/scenes/" + name + ".yaml");
@@ -25,8 +25,8 @@ Scene bundled(const std::string& name) {
   return scene;
 }
 
-/// Rows of a simulation, 100 a second, and the forces of its steps: row r's is the mean over the
-/// steps around it with the weights of a triangle.
+/// Simulated rows at 100 Hz and the forces of the steps. The force of a row is the mean over the
+/// steps around it with triangular weights.
 struct Simulated {
   Simulated(const Scene& scene, int rows) : simulator(scene) {
     recording.file = "simulated";
@@ -51,7 +51,7 @@ struct Simulated {
     recording.time.push_back(simulator.state().time);
   }
 
-  /// The mean of steps around a row.
+  /// Mean over the steps around a row, with triangular weights.
   template <class T>
   T around(const std::vector<T>& steps, int row, int substeps) const {
     const int at = row * substeps;
@@ -70,8 +70,8 @@ struct Simulated {
   std::vector<double> vertical;
 };
 
-// Measured torques that jump by ten times their usual size at an impact are no outliers, although
-// the search begins without a contact that they could go with.
+// Measured torques that jump by ten times their usual size at an impact are not outliers, although
+// the search starts without the contact that explains them.
 TEST(KnownForces, AnArmStrikesATableWithItsTorquesMeasured) {
   constexpr int kRows = 130, kSubsteps = 5;
   const Scene scene = bundled("arm7"), held = bundled("arm7_servo");
@@ -106,20 +106,20 @@ TEST(KnownForces, AnArmStrikesATableWithItsTorquesMeasured) {
   for (int b = 1; b < scene.model.num_bodies(); ++b) options.sums[0].bodies.push_back(b);
   const MotionEstimate estimate = estimate_motion(scene, map, truth.recording, options);
   std::vector<double> shares, deviations;
-  for (int row = 90; row + 1 < kRows; ++row) {  // the impact, at 0.5 s, is over
+  for (int row = 90; row + 1 < kRows; ++row) {  // after the impact at 0.5 s
     const double force = truth.around(truth.vertical, row, kSubsteps);
     EXPECT_GT(force, 100.0);  // [N]
     deviations.push_back(estimate.sum_deviation(2, row));
     shares.push_back(std::abs(estimate.sum_force(2, row) - force) / deviations.back());
   }
-  // Deviations are less than a tenth of what presses. Half of a normal distribution
-  // is within 0.67 deviations; errors of neighbours go together: twice that.
+  // Deviations are below a tenth of the contact force. The median of a normal distribution is 0.67
+  // deviations; neighbouring errors are correlated, so twice that is allowed.
   EXPECT_LT(median(deviations), 10.0);
   EXPECT_LT(median(shares), 1.34);
 }
 
-// Restitution is no law of an estimate, and an impact that rows blur fools a search that begins
-// with the blurred motion. The impulse of the first impacts is found all the same.
+// Estimates have no restitution law, and rows blur an impact, which misleads a search that starts
+// from the blurred motion. The impulse of the first impacts must still be found.
 TEST(KnownForces, ACubeThatBouncesHasWhiteErrorsAndTheRightImpulse) {
   Scene scene = bundled("cube_toss");
   constexpr int kRows = 100, kSubsteps = 5;

@@ -1,4 +1,4 @@
-// Forces of joints of an arm that touches nothing, from noisy encoders alone.
+// Joint torques of an arm without contact, estimated from noisy encoders alone.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,12 +18,12 @@ namespace {
 
 constexpr double kInterval = 0.002;  ///< [s]
 constexpr int kRows = 1200;
-/// Rows at both ends that are not compared: a low-pass knows nothing of what lies beyond them.
+/// Rows at both ends that are not compared, since a low-pass filter lacks the data beyond them.
 constexpr int kEnds = 60;
 
 Scene arm() { return load_scene(test::source_dir() + "/data/scenes/recordings/ur10.yaml"); }
 
-/// Smooth motions of all joints, of at most 0.8 Hz.
+/// Smooth motions of all joints up to 0.8 Hz.
 std::vector<VectorX> smooth_motion(const Scene& scene) {
   const int n = scene.model.nq();
   std::vector<VectorX> out;
@@ -38,7 +38,7 @@ std::vector<VectorX> smooth_motion(const Scene& scene) {
   return out;
 }
 
-/// Torques that frames need, row by row; zero at both ends [N m].
+/// Inverse dynamics of the frames, row by row; zero at both ends [N m].
 MatrixX torques(const Scene& scene, const std::vector<VectorX>& frames) {
   const Model& model = scene.model;
   SimulationOptions options = scene.options;
@@ -68,7 +68,7 @@ struct Recorded {
   std::vector<VectorX> frames;
 };
 
-/// `motion` with white noise of this deviation [rad], alike in all joints.
+/// `motion` with white noise of this standard deviation [rad], equal for all joints.
 Recorded recorded(const Scene& scene, const std::vector<VectorX>& motion, double noise) {
   Recorded out;
   const int n = scene.model.nq();
@@ -88,10 +88,10 @@ Recorded recorded(const Scene& scene, const std::vector<VectorX>& motion, double
   return out;
 }
 
-// No joint's torque is much worse than what the best of seven low-passes leaves, which a person
-// could choose only with the true torques at hand: from a shoulder that carries 100 N m to a wrist
-// that carries 1e-4 N m, at noises 30 times apart. Two sines are smoother than torques whose
-// changes are random, and the more so the less noise there is: 3.6 and 2.4 times were measured.
+// Compares with the best of seven low-pass filters, chosen per joint with the true torques at hand,
+// from a shoulder torque of 100 N m to a wrist torque of 1e-4 N m and for noise levels that differ
+// by a factor of 30. Two sines are smoother than torques with random changes, more so at low noise:
+// factors of 3.6 and 2.4 were measured.
 TEST(LearnedDeviations, TorquesAreAboutThoseOfTheBestLowPass) {
   const Scene scene = arm();
   const std::vector<VectorX> motion = smooth_motion(scene);
@@ -107,7 +107,7 @@ TEST(LearnedDeviations, TorquesAreAboutThoseOfTheBestLowPass) {
     const VectorX found = rms(estimate.force - truth);
     for (int i = 0; i < scene.model.nv(); ++i) {
       EXPECT_LE(found[i], bound * best[i]) << "joint " << i << ", noise " << noise;
-      // A quantile of 1200 differences knows the deviation to 3 %.
+      // A quantile of 1200 differences determines the deviation to 3 %.
       EXPECT_NEAR(estimate.position_deviation[i], noise, 0.1 * noise) << "joint " << i;
     }
     const MatrixX off = (estimate.force - truth).cwiseAbs() - 1.96 * estimate.force_deviation;
@@ -117,13 +117,14 @@ TEST(LearnedDeviations, TorquesAreAboutThoseOfTheBestLowPass) {
   }
 }
 
-// Differences of an order as high as the motion is smooth tell noise from motion.
+// Noise is separated from motion by differences of an order as high as the motion is smooth.
 TEST(LearnedDeviations, NoiseIsToldFromAMotionThatBendsBetweenRows) {
   const Scene scene = arm();
   std::vector<VectorX> sparse;
   const Recorded data = recorded(scene, smooth_motion(scene), 1e-4);
   for (std::size_t t = 0; t < data.frames.size(); t += 40) sparse.push_back(data.frames[t]);
-  // Rows are 80 ms apart: third differences are the motion's own, and those of order six are noise.
+  // With rows 80 ms apart, third differences are dominated by the motion, sixth differences by
+  // noise.
   const VectorX third = white_noise(scene.model, sparse);
   const VectorX least = white_noise(scene.model, sparse, 6);
   EXPECT_GE(third.minCoeff(), 5e-4);

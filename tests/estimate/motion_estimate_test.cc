@@ -1,4 +1,4 @@
-// Motions and forces found from noisy recordings, against the motions that were recorded.
+// Motions and forces estimated from noisy recordings, against the recorded motions.
 #include "counterpoint/engine/estimate/motion_estimate.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,8 @@ namespace {
 
 constexpr double kGravity = 9.80665;
 
-/// Every `substeps`-th state of a simulation under joint torques of a standard deviation [N m].
+/// Records every `substeps`-th state of a simulation under random joint torques; `torque`: standard
+/// deviation [N m].
 Recording simulate(const Scene& scene, int rows, int substeps, double torque = 0.0) {
   Simulator simulator(scene);
   std::mt19937 random(1);
@@ -44,7 +45,7 @@ Recording simulate(const Scene& scene, int rows, int substeps, double torque = 0
   return out;
 }
 
-/// The same without velocities, and with white noise on its positions [m, rad].
+/// Returns the recording without velocities and with white noise on its positions [m, rad].
 Recording noisy(const Model& model, const Recording& recording, double noise, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
@@ -59,8 +60,8 @@ Recording noisy(const Model& model, const Recording& recording, double noise, un
   return out;
 }
 
-/// Vertical contact force on all that moves, over its weight, by row: what the motion of the centre
-/// of mass needs, the mean over both intervals around the row.
+/// Vertical contact force on all moving bodies over their weight, per row, from the acceleration of
+/// the centre of mass: the mean over both intervals around the row.
 std::vector<double> true_support(const Model& model, const Recording& recording) {
   Dynamics dynamics(model);
   std::vector<double> height, out(static_cast<std::size_t>(recording.num_rows()), 0.0);
@@ -88,7 +89,7 @@ MotionEstimateOptions all_bodies(const Model& model) {
   return options;
 }
 
-// The engine's own motion needs no estimate: what the inverse says of it is told as it is.
+// A motion of the engine itself needs no estimate; the result is that of the inverse.
 TEST(MotionEstimate, OwnMotionsComeBackAsTheInverseGivesThem) {
   const Scene scene = quadruped();
   const Recording recording = simulate(scene, 200, 1, 0.3);
@@ -111,8 +112,9 @@ TEST(MotionEstimate, OwnMotionsComeBackAsTheInverseGivesThem) {
   EXPECT_LT(estimate.unexplained_max, 1e-7);
 }
 
-// A quadruped that drops under random torques, 100 rows a second with 1 mm and 1 mrad of noise: two
-// times what an estimate with weights chosen by hand reached (rms 0.14, median 0.015 weights).
+// A quadruped drops under random torques, 100 rows per second with 1 mm and 1 mrad of noise.
+// Bounds: twice the errors of an estimate with manually chosen weights (rms 0.14, median 0.015
+// weights).
 TEST(MotionEstimate, ForcesOfANoisyDropAreFound) {
   const Scene scene = quadruped();
   const Recording recorded = simulate(scene, 100, 5, 0.3);
@@ -133,14 +135,15 @@ TEST(MotionEstimate, ForcesOfANoisyDropAreFound) {
   }
   EXPECT_LT(std::sqrt(squares / static_cast<double>(errors.size())), 0.28);
   EXPECT_LT(median(errors), 0.03);
-  // Two thirds at least: a third of these rows are impacts, biased by what a row cannot resolve.
+  // At least two thirds: a third of these rows are impacts, biased because rows cannot resolve
+  // them.
   EXPECT_GT(3 * inside, 2 * static_cast<int>(errors.size()));
   EXPECT_GT(estimate.mean_cost_ratio, 0.5);
   EXPECT_LT(estimate.mean_cost_ratio, 2.0);
 }
 
-// A sine of 1 cm in what the base's position says is no motion that any force here can have made,
-// and no white noise either.
+// A sine of 1 cm in the recorded base position is neither a possible motion under the forces here
+// nor white noise.
 TEST(MotionEstimate, SlowErrorsAreToldFromWhiteOnes) {
   const Scene scene = test::box_on_plane({});
   Recording recording = noisy(scene.model, simulate(scene, 100, 5), 1e-4, 5);
@@ -152,7 +155,7 @@ TEST(MotionEstimate, SlowErrorsAreToldFromWhiteOnes) {
   EXPECT_TRUE(estimate.q.allFinite());
 }
 
-// A lone box at rest: the ground carries its weight, whatever thread does the work.
+// The ground carries the weight of a box at rest, for any number of threads.
 TEST(MotionEstimate, ARestingBoxIsCarriedByTheGround) {
   const Scene scene = test::box_on_plane({.mass = 2.0});
   const Recording recording = noisy(scene.model, simulate(scene, 60, 5), 1e-3, 7);
@@ -179,7 +182,7 @@ TEST(MotionEstimate, SpikesAreNamedAndImpactsAreNone) {
   for (int row = 0; row < 100; ++row)
     recording.q(0, row) = 0.1 * std::sin(3.0 * recording.time[static_cast<std::size_t>(row)]);
   recording.q(0, 40) += 0.2;
-  for (int row = 70; row < 100; ++row)  // it strikes a stop, and comes back
+  for (int row = 70; row < 100; ++row)  // strikes a stop and rebounds
     recording.q(0, row) = recording.q(0, 70) - 0.05 * (row - 70);
   const RecordedMotion motion = prepare(scene.model, test::all_positions(scene.model), recording);
   ASSERT_EQ(motion.spikes.size(), 1u);
@@ -210,9 +213,10 @@ TEST(MotionEstimate, RefusesWhatIsTooShortOrWithoutPositions) {
   EXPECT_THROW(estimate_motion(scene, ColumnMap(), simulate(scene, 30, 1)), InputError);
 }
 
-// ---- The normal equations.
+// ---- Normal equations ----------------------------------------------------------------------
 
-/// A box on soft ground: all rows, parameters included, and no kink within a difference.
+/// A box on soft ground with every kind of residual, including parameters, and no kink within a
+/// difference.
 struct SmallProblem {
   SmallProblem() {
     Scene scene = test::box_on_plane({.height = 1e-3});
@@ -254,7 +258,7 @@ struct SmallProblem {
   MotionPoint point;
 };
 
-/// The same with sensors on the box: a point, an inertial unit, a force plate; two have offsets.
+/// Adds sensors on the box: a point, an inertial unit, a force plate; two have offsets.
 struct SmallProblemWithSensors : SmallProblem {
   SmallProblemWithSensors() {
     int constants = 0;
@@ -293,7 +297,8 @@ TEST(MotionFit, TheGradientWithSensorsIsThatOfTheCost) {
   const MatrixX gradient = system.gradient();
   const VectorX by_constants = system.parameter_gradient();
   constexpr double kStep = 1e-6;
-  // The tolerance below holds; the contact forces' own differences add 1e-6 of their part.
+  // Tolerance as in TheGradientIsThatOfTheCost; differences inside the contact forces add a
+  // relative 1e-6.
   const double tolerance = 1e-5 * gradient.cwiseAbs().maxCoeff();
   const auto cost = [&](const MotionPoint& point) {
     fit.begin(small.problem.options, point);
@@ -330,7 +335,7 @@ TEST(MotionFit, TheGradientIsThatOfTheCost) {
   const MatrixX gradient = system.gradient();
   const VectorX by_parameter = system.parameter_gradient();
   constexpr double kStep = 1e-6;
-  // Central differences of a cost of about 1e2 whose third derivatives are 1e6: 1e-6 of 1e4.
+  // Central differences of a cost of about 1e2 with third derivatives of 1e6: 1e-6 of 1e4.
   const double tolerance = 1e-5 * gradient.cwiseAbs().maxCoeff();
   const auto cost = [&](const MotionPoint& point) {
     fit.begin(small.problem.options, point);
@@ -358,7 +363,7 @@ TEST(FrameCovariance, IsTheInverseAtItsPlaces) {
   constexpr int kSize = 4, kFrames = 9, kWidth = 3;
   optimization::BlockCholesky band(kFrames, kSize, false, kWidth);
   MatrixX dense = MatrixX::Zero(kFrames * kSize, kFrames * kSize);
-  std::srand(3);  // Eigen's Random
+  std::srand(3);  // seeds Eigen's Random
   for (int t = 0; t + kWidth < kFrames; ++t) {
     MatrixX J = MatrixX::Zero(12, kFrames * kSize);
     J.middleCols(t * kSize, (kWidth + 1) * kSize).setRandom();
@@ -374,7 +379,7 @@ TEST(FrameCovariance, IsTheInverseAtItsPlaces) {
     for (int first = 0; first + count <= kFrames; ++first) {
       const MatrixX expected =
           inverse.block(first * kSize, first * kSize, count * kSize, count * kSize);
-      // Condition about 1e3.
+      // The condition number is about 1e3.
       EXPECT_LT((covariance.of(first, count) - expected).cwiseAbs().maxCoeff(),
                 1e-10 * expected.cwiseAbs().maxCoeff())
           << first << ", " << count;

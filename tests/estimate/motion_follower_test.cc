@@ -1,4 +1,4 @@
-// Rows of a motion explained as they come, against the same motion explained as a whole.
+// A motion estimated row by row as the rows arrive, against the estimate of the whole recording.
 #include "counterpoint/engine/estimate/motion_follower.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 namespace counterpoint::estimation::motion_follower_test {
 namespace {
 
-constexpr double kNoise = 1e-3;  ///< of positions [m, rad]
+constexpr double kNoise = 1e-3;  ///< standard deviation of positions [m, rad]
 
 Scene quadruped() {
   Scene scene = load_scene(test::source_dir() + "/data/scenes/quadruped_drop.yaml");
@@ -24,7 +24,7 @@ Scene quadruped() {
   return scene;
 }
 
-/// A quadruped dropped under random torques, 100 noisy rows a second.
+/// Records a quadruped dropped under random torques, 100 noisy rows per second.
 Recording noisy_drop(const Scene& scene, int rows) {
   Simulator simulator(scene);
   std::mt19937 random(1);
@@ -59,7 +59,7 @@ FollowOptions follow_options(const Model& model) {
   return options;
 }
 
-/// All rows that a follower tells.
+/// All rows that a follower returns.
 struct Followed {
   std::vector<double> time, support;
   MatrixX q;
@@ -88,9 +88,9 @@ Followed follow(const Scene& scene, const Recording& recording, const FollowOpti
   return out;
 }
 
-// Two Gauss-Newton steps a row at a law ten times softer than a whole recording's last one: at rest
-// within 0.05 of the weight of the whole recording's force in the median (0.017 was measured here),
-// and over all rows, an impact of 13 weights among them, within 1 weight rms (0.66 was).
+// The follower takes two Gauss-Newton steps per row, with a law ten times softer than the last
+// stage of the whole recording. Difference of the vertical force from the whole recording's: median
+// 0.05 weights (measured 0.017), rms 1 weight (measured 0.66) including an impact of 13 weights.
 TEST(MotionFollower, ForcesAreNearThoseOfTheWholeRecording) {
   const Scene scene = quadruped();
   const Recording recording = noisy_drop(scene, 100);
@@ -103,7 +103,7 @@ TEST(MotionFollower, ForcesAreNearThoseOfTheWholeRecording) {
       estimate_motion(scene, test::all_positions(scene.model), recording, whole_options);
   double weight = 0.0, square = 0.0;
   for (const Body& body : scene.model.bodies()) weight += 9.80665 * body.inertia.mass;
-  ASSERT_EQ(rows.time, recording.time);  // every row once, in order, none left over
+  ASSERT_EQ(rows.time, recording.time);  // every row once and in order
   std::vector<double> off;
   for (std::size_t t = 10; t + 1 < rows.time.size(); ++t) {
     off.push_back(std::abs(rows.support[t] - whole.sum_force(2, static_cast<Eigen::Index>(t))) /
@@ -114,7 +114,7 @@ TEST(MotionFollower, ForcesAreNearThoseOfTheWholeRecording) {
   EXPECT_LT(median(off), 0.05);
 }
 
-// Behind the first rows each push tells one: ten rows later, as was asked for.
+// After the first rows, each push returns one row, `lag` (ten) rows after it arrived.
 TEST(MotionFollower, EachRowIsToldOnceItIsOldEnough) {
   const Scene scene = quadruped();
   const Recording recording = noisy_drop(scene, 60);
@@ -137,9 +137,9 @@ TEST(MotionFollower, ThreadsDoNotChangeABit) {
   EXPECT_EQ((follow(scene, recording, options).q - one.q).cwiseAbs().maxCoeff(), 0.0);
 }
 
-// A missing row is filled in where it should be, a row with a joint that was not measured as well:
-// within 10 standard deviations of noise at a joint in the air, which nothing but torques near zero
-// and their neighbours hold.
+// A missing row and a row with an unmeasured joint are filled in, within 10 standard deviations of
+// the noise. The joint is in the air, determined only by torques near zero and by the neighbouring
+// rows.
 TEST(MotionFollower, GapsAreFilled) {
   const Scene scene = quadruped();
   const Recording recording = noisy_drop(scene, 70);
@@ -160,7 +160,7 @@ TEST(MotionFollower, GapsAreFilled) {
         << "row " << row;
 }
 
-// A motion that stops for longer than the window ends there, and another begins.
+// A gap longer than the window ends the motion, and a new one begins.
 TEST(MotionFollower, LongGapsBeginAnew) {
   const Scene scene = quadruped();
   const Recording recording = noisy_drop(scene, 60);

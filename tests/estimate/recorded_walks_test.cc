@@ -1,5 +1,5 @@
-// People and robots that walked over force plates: forces found from their motion alone, against
-// those that were measured beside it. The recordings are no part of the project.
+// Recorded walks over force plates: forces estimated from the motion alone, against the measured
+// ones. The recordings are not part of the project.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,10 +19,10 @@ namespace fs = std::filesystem;
 struct Walk {
   const char* folder;
   const char* recording;
-  double from, to;                             ///< [s]
-  std::vector<std::vector<const char*>> feet;  ///< their links
-  std::vector<std::string> columns;            ///< names, three a foot; "": not measured
-  bool half_rate = false;                      ///< every second row
+  double from, to;                             ///< time interval [s]
+  std::vector<std::vector<const char*>> feet;  ///< links of each foot
+  std::vector<std::string> columns;            ///< column names, three per foot; "": not measured
+  bool half_rate = false;                      ///< use every second row
 };
 
 Recording every_second_row(const Recording& whole) {
@@ -43,12 +43,12 @@ Recording cut(const Recording& whole, double from, double to) {
   return rows_of(whole, first, last - first);
 }
 
-/// Root mean square of found less measured, % of the weight of all that moves: by foot and axis,
-/// and of the sum of the feet by axis. Measured forces are averaged as those of a row are.
+/// Root mean square of estimated minus measured forces, in % of the total weight: per foot and
+/// axis, and of the sum of the feet per axis. Measured forces are averaged like those of a row.
 struct Errors {
-  MatrixX foot;  ///< feet x 3; NaN where nothing was measured
+  MatrixX foot;  ///< feet x 3; NaN without measurement
   Vector3 total = Vector3::Zero();
-  double inside = 0.0;  ///< share of vertical forces of a foot within their 95 % intervals
+  double inside = 0.0;  ///< share of the feet's vertical forces inside their 95 % intervals
   MotionEstimate estimate;
 };
 
@@ -102,7 +102,7 @@ Errors errors_of(const Walk& walk, fs::path map_file = {}, const std::string& pl
   return out;
 }
 
-/// For docs/measurements/recordings.md.
+/// Prints a line for docs/measurements/recordings.md.
 void print(const char* name, const Errors& errors) {
   std::printf("%s: errors of the sum of the feet %.2f %.2f %.2f %% of the weight;", name,
               errors.total.x(), errors.total.y(), errors.total.z());
@@ -117,8 +117,7 @@ bool missing(const char* folder) {
   return !fs::exists(fs::path(test::shared_data()) / folder / "scene.yaml");
 }
 
-// Bounds: what is accepted at least (in [ ] the aims), % of the weight. Nobody chose a weight for
-// this recording.
+// Required bounds (aims in [ ]) in % of the weight. No weights were tuned for this recording.
 TEST(RecordedWalks, AManOverForcePlates) {
   if (missing("human_walk")) GTEST_SKIP() << "no human_walk; set COUNTERPOINT_SHARED_DATA";
   const Errors errors = errors_of({"human_walk",
@@ -137,8 +136,8 @@ TEST(RecordedWalks, AManOverForcePlates) {
   print("human_walk", errors);
 }
 
-// At 50 Hz his motion itself looks like noise to differences of rows, and errors like white ones;
-// the residuals then go together for many rows.
+// At 50 Hz, differences of rows cannot separate the motion from noise, so the errors look white at
+// first; the residuals are then correlated over many rows.
 TEST(RecordedWalks, AManAtHalfTheRate) {
   if (missing("human_walk")) GTEST_SKIP() << "no human_walk; set COUNTERPOINT_SHARED_DATA";
   const Errors errors = errors_of({"human_walk",
@@ -149,13 +148,13 @@ TEST(RecordedWalks, AManAtHalfTheRate) {
                                    {"R.fx", "R.fy", "R.fz", "L.fx", "L.fy", "L.fz"},
                                    true});
   EXPECT_EQ(errors.estimate.errors, RecordingErrors::kSlow);
-  // Half again what was measured, 5.4 %; as white errors 17 %.
+  // 1.5 times the measured 5.4 %; treated as white errors it is 17 %.
   EXPECT_LT(errors.foot.col(2).maxCoeff(), 8.1);
   print("human_walk, 50 Hz", errors);
 }
 
-// The same from the markers themselves: the command's own inverse kinematics, plates from a file of
-// their own clock and rate.
+// The same from markers: inverse kinematics of the command, and force plates from a file with its
+// own clock and rate.
 TEST(RecordedWalks, AManOverForcePlatesFromHisMarkers) {
   if (missing("human_walk")) GTEST_SKIP() << "no human_walk; set COUNTERPOINT_SHARED_DATA";
   const fs::path table = fs::path(test::shared_data()) / "human_walk/markers_on_links.csv";
@@ -179,7 +178,7 @@ TEST(RecordedWalks, AManOverForcePlatesFromHisMarkers) {
   print("human_walk, markers", errors);
 }
 
-/// The robot's recording between two times [s].
+/// Errors of the robot's recording between two times [s].
 Errors robot_errors(double from, double to) {
   return errors_of({"icub_walk",
                     "recording_raw.csv",
@@ -197,7 +196,7 @@ TEST(RecordedWalks, ARobotThatWalks) {
   print("icub_walk", errors);
 }
 
-// Its base's pose jumps by 5 cm within 40 ms.
+// The recorded base pose jumps by 5 cm within 40 ms.
 TEST(RecordedWalks, AJumpOfTheRecordingIsNamed) {
   if (missing("icub_walk")) GTEST_SKIP() << "no icub_walk; set COUNTERPOINT_SHARED_DATA";
   const Errors errors = robot_errors(7.8, 8.8);

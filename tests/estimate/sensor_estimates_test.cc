@@ -28,7 +28,8 @@ Sensor sensor_on(SensorKind kind, int body, const Vector3& point = Vector3::Zero
   return sensor;
 }
 
-/// A quadruped that drops under random torques, with what sensors on it read every 2 ms.
+/// A quadruped that drops under random torques; its states every 2 ms, from which sensors are
+/// simulated.
 struct Drop {
   explicit Drop(double seconds)
       : scene(load_scene(test::source_dir() + "/data/scenes/quadruped_drop.yaml")) {
@@ -67,7 +68,7 @@ struct Drop {
     return out;
   }
 
-  /// Median error of the vertical force on all that moves, over its weight, from 0.1 s on.
+  /// Median error from 0.1 s on of the total vertical contact force, relative to the weight.
   double force_error(const MotionEstimate& estimate) const {
     Dynamics dynamics(scene.model);
     std::vector<double> height;
@@ -102,7 +103,7 @@ struct Drop {
   std::vector<VectorX> q, v;
 };
 
-/// An inertial unit at the trunk's origin: with noise, a clock that is late, and an offset.
+/// Adds an inertial unit at the trunk's origin with noise, a clock delay and a gyroscope offset.
 void add_inertial_unit(const Drop& drop, double late, const Vector3& offset, ColumnMap& map,
                        Recording& recording) {
   SensorSource& source = map.sources.emplace_back();
@@ -133,7 +134,7 @@ void add_inertial_unit(const Drop& drop, double late, const Vector3& offset, Col
           drop.v[i + 1][3 + axis] + offset[axis] + 0.01 * normal(random);
       recording.sensors[1].values(axis, k) = (R.conjugate() * a)[axis] + 0.2 * normal(random);
     }
-    // Both are means over the step that begins at drop.time.
+    // Both readings are means over the step that begins at drop.time.
     for (SensorReadings& one : recording.sensors) one.time.push_back(drop.time[i] + 0.5 * h + late);
   }
 }
@@ -157,8 +158,8 @@ TEST(Sensors, ReadingsOfASimulationAgreeWithItsFrames) {
     for (int k = 0; k < rows.of_motion().size; ++k)
       sizes.push_back(std::abs(rows.of_motion().residual[k]));
   }
-  // Half of a normal distribution is within 0.67 deviations. Impacts shorter than the 2 ms between
-  // readings miss by far more, which the median does not see.
+  // The median of a normal distribution is 0.67 deviations. Impacts shorter than the 2 ms between
+  // readings deviate far more, but do not affect the median.
   EXPECT_NEAR(median(sizes), 0.67, 0.3);
 }
 
@@ -218,7 +219,7 @@ TEST(Sensors, MarkersTellTheMotionAlthoughSomeAreMissing) {
       if (uniform(random) < 0.15) z.setConstant(std::numeric_limits<double>::quiet_NaN());
       recording.sensors[k].values.col(row) = z;
     }
-    recording.q.col(row) = drop.scene.q;  // nothing but markers was recorded
+    recording.q.col(row) = drop.scene.q;  // only markers are recorded
   }
   const MotionEstimate found = estimate_motion(drop.scene, map, recording, drop.options());
   VectorX difference(drop.scene.model.nv());
@@ -227,7 +228,8 @@ TEST(Sensors, MarkersTellTheMotionAlthoughSomeAreMissing) {
     configuration_difference(drop.scene.model, truth.q.col(row), found.q.col(row), difference);
     squares += difference.squaredNorm();
   }
-  // Three markers 0.1 m from a joint's axis tell its angle to 1 mm / 0.1 m / sqrt(3) or better.
+  // Three markers 0.1 m from a joint's axis determine its angle to 1 mm / 0.1 m / sqrt(3) or
+  // better.
   EXPECT_LE(std::sqrt(squares / (rows * drop.scene.model.nv())), 0.006);
   double kinematic = 0.0;
   for (int row = 0; row < rows; ++row) {

@@ -1,4 +1,5 @@
-// Column maps with sensors, markers, other files and treadmills, and what is read through them.
+// Column maps with sensors, markers, other files and treadmills, and the recordings read through
+// them.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -118,7 +119,7 @@ TEST(SensorFiles, ReadMissingCellsAndOtherFilesAndTreadmills) {
   EXPECT_EQ(recording.missing(0, 5), 1.0);
   EXPECT_EQ(recording.missing(0, 7), 1.0);
   EXPECT_EQ(recording.missing.sum(), 2.0);
-  // On the belt the box moves at 2 m/s, against ground that moves backwards at 1 m/s at 3.
+  // The box moves at 2 m/s and the belt at -1 m/s: 3 m/s relative to the belt.
   EXPECT_NEAR(recording.q(0, 5), 3.0 * 0.05, 1e-9) << "between its neighbours";
   EXPECT_NEAR(recording.sensors[0].values(0, 10), 1.0 + 0.1, 1e-12);
   EXPECT_TRUE(std::isnan(recording.sensors[0].values(0, 3)));

@@ -1,5 +1,5 @@
-// Sensors of a recording: what they read of known motions, and how their residuals go with the
-// frames.
+// Sensors of a recording: readings of known motions, and derivatives of their residuals by frames
+// and constants.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -29,7 +29,7 @@ Sensor sensor_on(SensorKind kind, int body, const Vector3& point = Vector3::Zero
   return sensor;
 }
 
-/// Readings from -0.1 s on at a rate [Hz], each as `at` (time) says.
+/// Readings from -0.1 s on at `rate` [Hz] with the values at(time).
 template <class At>
 SensorReadings readings_of(SensorKind kind, double rate, int rows, At at) {
   SensorReadings out;
@@ -47,7 +47,7 @@ SensorTerm term_of(const Sensor& sensor, const SensorReadings& readings) {
   return term;
 }
 
-/// A box that falls freely and turns about its vertical axis at `spin` [rad/s].
+/// A box that falls freely and rotates about its vertical axis at `spin` [rad/s].
 std::vector<VectorX> spinning_fall(const Scene& scene, double spin, int rows) {
   std::vector<VectorX> out;
   for (int row = 0; row < rows; ++row) {
@@ -74,28 +74,28 @@ TEST(Sensors, ReadWhatAFallingSpinningBoxFeels) {
     terms.push_back(term_of(one, readings_of(one.kind, kRate, 30, nothing)));
   SensorRows rows(scene.model, terms, 0);
   rows.evaluate(scene.model, {frames, VectorX(), 0.0, kH}, 1, false);
-  // With readings of zero, residuals are what the sensors would read.
+  // With readings of zero, the residuals equal the predicted readings.
   const VectorX felt = rows.of_motion().residual;
   ASSERT_EQ(rows.of_motion().size, 9);
   EXPECT_LE((felt.head<3>() - Vector3(0, 0, kSpin)).norm(), 1e-12);
   EXPECT_LE(felt.segment<3>(3).norm(), 1e-9)
       << "what falls freely feels nothing; 1e-9 m/s^2 is the "
          "round-off of positions of 5 m over h^2";
-  // The second difference of a circle points to its centre: 2 r (1 - cos(spin h)) / h^2; the
-  // sensor's y axis is the link's -x.
+  // The second difference on a circle points to its centre: 2 r (1 - cos(spin h)) / h^2. The
+  // sensor's y axis is the link's -x axis.
   const double pull = 2.0 * kReach * (1.0 - std::cos(kSpin * kH)) / (kH * kH);
   EXPECT_LE((felt.tail<3>() - Vector3(0, pull, 0)).norm(), 1e-9);
   EXPECT_NEAR(pull, kSpin * kSpin * kReach, 1e-3 * pull) << "spin^2 r, to the order of h^2";
 }
 
-/// Terms of every kind on a quadruped, with an offset or a delay where there can be one, and
-/// readings that change linearly.
+/// Terms of every kind on a quadruped, with offset and delay where possible, and readings that are
+/// linear in time.
 std::vector<SensorTerm> all_kinds(const Model& model) {
   std::vector<SensorTerm> out;
   const int foot = model.num_bodies() - 1;
   const Vector3 point(0.1, -0.05, 0.2);
   const auto slow = [](double t) { return Vector3(0.1 + t, 0.2 - 2.0 * t, 0.3 * t).eval(); };
-  int constants = 1;  // the delay is the first
+  int constants = 1;  // index 0 is the delay
   for (const SensorKind kind :
        {SensorKind::kPoint, SensorKind::kAngularVelocity, SensorKind::kSpecificForce}) {
     Sensor sensor = sensor_on(kind, foot, point);
@@ -153,8 +153,8 @@ TEST(Sensors, ResidualsGoWithFramesAndConstantsAsTheirDerivativesSay) {
   const Eigen::Index nv = model.nv(), alone = by_frame.rows();
   ASSERT_EQ(alone, 7);
   ASSERT_EQ(by_motion.rows(), 6);
-  // Differences of second differences over h^2 = 1e-4: 1e-6 rad steps leave 1e-4 of round-off and
-  // of the third derivative in accelerations of 1e3 m/s^2.
+  // Differences of second differences over h^2 = 1e-4: steps of 1e-6 rad leave 1e-4 of round-off
+  // and third derivative in accelerations of 1e3 m/s^2.
   constexpr double kStep = 1e-6;
   for (int frame = 0; frame < 3; ++frame) {
     for (Eigen::Index i = 0; i < nv; ++i) {
@@ -182,7 +182,7 @@ TEST(Sensors, ResidualsGoWithFramesAndConstantsAsTheirDerivativesSay) {
   }
 }
 
-/// Force and moment through the joint of a link at the middle one of three frames, in W.
+/// Force and moment through a link's joint at the middle of three frames, in the world frame.
 std::pair<Vector3, Vector3> wrench(const Scene& scene, int body, const std::vector<VectorX>& frames,
                                    const Inverse& inverse) {
   std::vector<SensorTerm> terms;
@@ -212,13 +212,13 @@ Inverse inverse_of(const Scene& scene, const std::vector<VectorX>& frames) {
   return out;
 }
 
-// The whole robot hangs on its free link, whose joint passes the force applied to it. A link that
-// rests is held against the weight of all that it carries.
+// The floating joint carries the whole robot, so its wrench is the applied force. A link at rest is
+// held against the weight of all bodies that it carries.
 TEST(Sensors, AWrenchIsWhatAJointPasses) {
   const Scene robot = load_scene(test::source_dir() + "/data/scenes/quadruped_drop.yaml");
   Simulator simulator(robot);
   std::vector<VectorX> frames;
-  while (simulator.state().time < 0.201) {  // it lands at 0.14 s
+  while (simulator.state().time < 0.201) {  // lands at 0.14 s
     if (simulator.state().time > 0.179 &&
         simulator.state().time > 0.18 - 1e-6 + kH * static_cast<double>(frames.size()))
       frames.push_back(simulator.state().q);
@@ -270,7 +270,7 @@ TEST(Sensors, ForcesAreReadAsDifferencesOfFramesSeeThem) {
     EXPECT_TRUE(signal.read_frame(0.2, kH, value));
     return value;
   };
-  // Lines between readings 1 ms apart are above t^2 by 1e-6 / 6 in the mean.
+  // Linear interpolation between readings 1 ms apart exceeds t^2 by 1e-6 / 6 in the mean.
   const Reading triangle = read(SensorKind::kSpecificForce),
                 box = read(SensorKind::kAngularVelocity);
   EXPECT_NEAR(triangle[0], 0.04 + kH * kH / 6.0, 2e-7) << "mean of t^2 about 0.2 s";

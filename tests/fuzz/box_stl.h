@@ -1,4 +1,4 @@
-// A cube of 2 m as a binary STL file.
+// A cube with edges of 2 m as a binary STL file.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Contact problems: q_mu.csv and W.csv, with a line "===" between them.
+// Contact problems: q_mu.csv and W.csv, separated by a line "===".
 #include "apps/input/problem_file.h"
 #include "fuzz/fuzz.h"
 

@@ -17,8 +17,8 @@ void require(bool condition, const char* what) {
 }
 
 bool is_rotation(const Matrix3& R) {
-  // URDF angles and quaternions are normalized in double precision; 1e-9 is far beyond its
-  // round-off.
+  // URDF angles and quaternions are normalized in double precision, with a round-off far below
+  // 1e-9.
   return (R.transpose() * R).isIdentity(1e-9) && R.determinant() > 0.0;
 }
 
@@ -99,7 +99,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     counterpoint::fuzz::read({reinterpret_cast<const char*>(data), size});
   } catch (const counterpoint::InputError& error) {
-    // Said to the user; an empty message would say nothing.
+    // A refusal is a valid outcome, but its message must not be empty.
     if (*error.what() == '\0') std::abort();
   }
   return 0;

@@ -1,5 +1,5 @@
-// What every fuzz target shares: bytes become a file, a parser reads it, and only an InputError may
-// come out.
+// Common part of the fuzz targets: bytes become a file, a parser reads it, and the only allowed
+// exception is InputError.
 #pragma once
 
 #include <cstddef>
@@ -11,16 +11,16 @@
 
 namespace counterpoint::fuzz {
 
-/// This process's folder for files, in memory where the system has such a place.
+/// Folder of this process for files, in memory if the system has such a folder.
 const std::filesystem::path& folder();
 
 /// Writes a file into folder() and returns its path.
 std::filesystem::path write(const char* name, std::string_view content);
 
-/// Aborts if a model that was accepted holds a number that no model can: a silently wrong model.
+/// Aborts if an accepted model contains an impossible number, that is, if it is silently wrong.
 void check(const Model& model);
 
-/// The parser under test, given the bytes of one input. Defined by each target.
+/// Runs the parser under test on one input. Each target defines it.
 void read(std::string_view input);
 
 }  // namespace counterpoint::fuzz

@@ -1,4 +1,4 @@
-// Height fields from PNG files, up to terrain.
+// Height fields from PNG files, including the conversion to terrain.
 #include "counterpoint/model/geometry.h"
 #include "fuzz/fuzz.h"
 

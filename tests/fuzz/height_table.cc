@@ -1,4 +1,4 @@
-// Height fields from CSV files, up to terrain.
+// Height fields from CSV files, including the conversion to terrain.
 #include "counterpoint/model/geometry.h"
 #include "fuzz/fuzz.h"
 

@@ -1,4 +1,5 @@
-// A mesh file by both ways that a scene has: as the hull of its points, and as terrain.
+// Reads a mesh file in both ways that a scene can: as the convex hull of its points, and as
+// terrain.
 #pragma once
 
 #include "counterpoint/model/geometry.h"

@@ -1,4 +1,4 @@
-// Meshes in DAE files, up to hull and terrain.
+// Meshes in DAE files, including the conversion to hull and terrain.
 #include "fuzz/mesh.h"
 
 namespace counterpoint::fuzz {

@@ -1,4 +1,4 @@
-// Meshes in OBJ files, up to hull and terrain.
+// Meshes in OBJ files, including the conversion to hull and terrain.
 #include "fuzz/mesh.h"
 
 namespace counterpoint::fuzz {

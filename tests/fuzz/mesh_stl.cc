@@ -1,4 +1,4 @@
-// Meshes in STL files, up to hull and terrain.
+// Meshes in STL files, including the conversion to hull and terrain.
 #include "fuzz/mesh.h"
 
 namespace counterpoint::fuzz {

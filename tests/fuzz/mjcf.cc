@@ -1,4 +1,4 @@
-// MJCF files, alone. Meshes are looked for beside the file, where there is one, box.stl.
+// Single MJCF files; the only mesh beside the file is box.stl.
 #include "counterpoint/model/scene.h"
 #include "fuzz/box_stl.h"
 #include "fuzz/fuzz.h"

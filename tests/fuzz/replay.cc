@@ -1,4 +1,4 @@
-// Without a fuzzer: every file of the folders named goes through the target once.
+// Main program without a fuzzer: passes every file of the given folders through the target once.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
   std::sort(files.begin(), files.end());
   for (const auto& file : files) {
     std::printf("%s\n", file.c_str());
-    std::fflush(stdout);  // so that the last line names the input that crashed
+    std::fflush(stdout);  // the last line then names a crashing input
     std::ifstream stream(file, std::ios::binary);
     const std::string text{std::istreambuf_iterator<char>(stream),
                            std::istreambuf_iterator<char>()};

@@ -1,4 +1,4 @@
-// Scene files, beside which there are a robot, a mesh, a table of heights and an SRDF file.
+// Scene files with a robot, a mesh, a table of heights and an SRDF file beside them.
 #include "counterpoint/model/scene.h"
 
 #include "fuzz/box_stl.h"

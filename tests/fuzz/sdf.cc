@@ -1,4 +1,4 @@
-// SDF files, alone. A mesh lies beside the file, box.stl, and a model to include, part.
+// Single SDF files; beside the file are a mesh, box.stl, and a model to include, `part`.
 #include "counterpoint/model/scene.h"
 #include "fuzz/box_stl.h"
 #include "fuzz/fuzz.h"

@@ -1,4 +1,4 @@
-// A robot with a name for everything that trajectories, scenes and column maps may name.
+// A robot with one of everything that trajectories, scenes and column maps can name.
 #pragma once
 
 namespace counterpoint::fuzz {

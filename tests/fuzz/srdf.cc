@@ -1,4 +1,4 @@
-// SRDF files, by themselves: which names they list is the business of the scene.
+// SRDF files alone, without a check of the names in them, which the scene does.
 #include "counterpoint/model/urdf/srdf.h"
 
 #include "fuzz/fuzz.h"

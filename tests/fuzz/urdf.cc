@@ -1,5 +1,5 @@
-// URDF files: a lone robot on a fixed and on a floating base. Meshes are looked for beside the
-// file, where there is one, box.stl.
+// URDF files: a single robot on a fixed and on a floating base; the only mesh beside the file is
+// box.stl.
 #include "counterpoint/model/scene.h"
 #include "fuzz/box_stl.h"
 #include "fuzz/fuzz.h"
@@ -10,7 +10,7 @@ void read(std::string_view input) {
   static const std::filesystem::path mesh = write("box.stl", box_stl());
   const std::filesystem::path file = write("robot.urdf", input);
   SceneOverrides overrides;
-  // Both bases from one input, by its length: half as long, and the same input means the same.
+  // The length of the input selects the options, so that the same input always means the same.
   overrides.base = input.size() % 2 == 0 ? Base::kFixed : Base::kFloating;
   overrides.ground = input.size() % 4 >= 2;
   overrides.repair_inertias = input.size() % 8 >= 4;

@@ -1,6 +1,5 @@
-# Builds contact/ alone, installs it into a scratch prefix, builds and runs a project that finds it
-# there. Without optimization, which is most of the time it takes; the build folder is kept for the
-# next run.
+# Builds contact/ alone, installs it into a scratch prefix, then builds and runs a project that finds it there.
+# Without optimization, which would take most of the time; the build folder is kept for the next run.
 # cmake -D BUILD_DIR= -D SOURCE_DIR= -D GENERATOR= -D COMPILER= -D LAUNCHER= -P contact_alone.cmake
 set(scratch ${BUILD_DIR}/contact_alone)
 file(REMOVE_RECURSE ${scratch}/prefix ${scratch}/consumer)

@@ -1,4 +1,4 @@
-// Inertias that a builder takes and refuses, and mass matrices known in advance.
+// Inertias that the builder accepts or rejects, and known mass matrices.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -26,7 +26,7 @@ TEST(BuilderInertia, RefusesMotionWithoutInertia) {
   expect_refused(robot, {"elbow", "lower", "armature"});
   robot.joints[1].armature = 0.01;
   EXPECT_NO_THROW(build(robot));
-  // A massless base: held it may be, floating it may not, unless the arm carries it.
+  // A massless base may be fixed, but may float only if the arm provides the inertia.
   robot = make_arm();
   robot.links[0].inertia = SpatialInertia();
   EXPECT_NO_THROW(build(robot, Base::kFixed));
@@ -35,7 +35,7 @@ TEST(BuilderInertia, RefusesMotionWithoutInertia) {
   plane.links[0].name = "planeLink";
   EXPECT_NO_THROW(build(plane, Base::kFixed));
   expect_refused(plane, {"planeLink", "floating", "fixed base"}, Base::kFloating);
-  // A point mass on the axis has no inertia about it, however the axis is turned.
+  // A point mass on the joint axis has no inertia about it, for any direction of the axis.
   robot = make_arm();
   robot.links[2].inertia.rotational.setZero();
   robot.joints[1].axis = Vector3(1, 1, 0).normalized();
@@ -50,7 +50,7 @@ TEST(BuilderInertia, MasslessCrossOfAUniversalJointIsFine) {
   robot.links[1].inertia = SpatialInertia();
   robot.joints[1].axis = Vector3::UnitY();
   EXPECT_NO_THROW(build(robot));
-  robot.joints[1].axis = Vector3::UnitX();  // both axes the same: one of the two is undefined
+  robot.joints[1].axis = Vector3::UnitX();  // equal axes: one of the two motions has no inertia
   expect_refused(robot, {"shoulder"});
 }
 
@@ -81,7 +81,7 @@ TEST(Inertia, NearestPhysicalIsPhysicalAndLeavesGoodOnesAlone) {
 }
 
 TEST(Inertia, ReferenceMassMatrixOfADoublePendulum) {
-  // Two bars, q relative: the textbook M, with c = cos(q2).
+  // Two bars, relative q: the textbook mass matrix with c = cos(q2).
   RobotSpec robot = make_arm();
   for (int i : {1, 2}) {
     robot.links[i].inertia.center = {0, 0, -0.5};

@@ -35,7 +35,7 @@ TEST(Builder, MergesFixedLinksAsOneRigidBody) {
 
   ASSERT_EQ(model.num_bodies(), 2);
   const SpatialInertia& merged = model.body(1).inertia;
-  // By hand: b turned by 90 degrees about z and shifted by 1 m along x.
+  // Expected values: b is rotated by 90 degrees about z and translated by 1 m along x.
   const Vector3 cb(1.0, -0.1, 0.5);
   const Vector3 c = (2.0 * Vector3(0.1, 0.2, 0.3) + 3.0 * cb) / 5.0;
   EXPECT_EQ(merged.mass, 5.0);
@@ -77,14 +77,14 @@ TEST(Builder, FixedBaseMergesIntoTheWorldAndKeepsItsInstance) {
 
 TEST(Builder, TurnsBodyFramesSoThatTheAxisIsZ) {
   RobotSpec robot = make_arm();
-  robot.joints[0].axis = Vector3(1, 2, -2);  // not unit: normalised
+  robot.joints[0].axis = Vector3(1, 2, -2);  // not a unit vector: is normalized
   robot.joints[0].X_PJ = {rotation_from_rpy(0.1, 0.2, 0.3), {1, 2, 3}};
   const Model model = build(robot);
   const Body& upper = model.body(1);
   const Vector3 axis_in_parent = robot.joints[0].X_PJ.rotation * Vector3(1, 2, -2) / 3.0;
   EXPECT_LT((upper.X_PJ.rotation.col(2) - axis_in_parent).norm(), kRoundoff);
   EXPECT_EQ(upper.X_PJ.translation, Vector3(1, 2, 3));
-  // At q = 0 the link frame is where the URDF puts it.
+  // At q = 0 the link frame is at its pose in the URDF.
   const Pose X_WL = upper.X_PJ * model.frames()[model.find_frame("upper")].X_BF;
   EXPECT_LT((X_WL.rotation - robot.joints[0].X_PJ.rotation).norm(), kRoundoff);
   EXPECT_LT((X_WL.translation - Vector3(1, 2, 3)).norm(), kRoundoff);
@@ -107,7 +107,7 @@ TEST(Builder, OrdersBodiesDepthFirstWithContiguousSubtrees) {
       EXPECT_EQ(body.v_index, v);
       q += joint_nq(body.joint_type);
       v += joint_nv(body.joint_type);
-      // In the subtree exactly if the parent is (or it is the root of the subtree).
+      // A later body is in the subtree exactly if its parent is in it or is its root.
       for (int k = i + 1; k < model.num_bodies(); ++k) {
         const int p = model.body(k).parent;
         const bool below = p == i || (p > i && p < body.subtree_end);

@@ -1,5 +1,5 @@
-// Closures from the builder and from scene files: what is left open follows from the start;
-// mistakes are refused where they stand.
+// Closures from the builder and from scene files: omitted values follow from the start
+// configuration; errors are reported with their line.
 #include <gtest/gtest.h>
 
 #include "counterpoint/model/scene.h"
@@ -12,7 +12,7 @@ constexpr double kRoundoff = 1e-14;
 
 class ClosureScene : public testing::Test {
  protected:
-  /// Two boxes 0.5 m apart, the second turned, a ground, and these closures.
+  /// Two boxes 0.5 m apart, the second rotated, a ground, and the given closures.
   Scene load(const std::string& closures) const {
     return load_scene(folder_.write("scene.yaml", R"(ground: {}
 models:
@@ -46,7 +46,7 @@ TEST_F(ClosureScene, WhatIsLeftOpenFollowsFromTheStart) {
   EXPECT_EQ(closures[0].type, ClosureType::kBall);
   EXPECT_EQ(closures[0].body_a, 1);
   EXPECT_EQ(closures[0].body_b, 2);
-  // 0.3 m before b's centre, in axes turned by a right angle.
+  // 0.3 m from b's centre, in axes rotated by a right angle.
   EXPECT_LT((closures[0].X_BC.translation - Vector3(0, 0.3, 0)).norm(), kRoundoff);
   EXPECT_EQ(closures[1].name, "closure1");
   EXPECT_EQ(closures[2].body_a, 0);
@@ -54,7 +54,7 @@ TEST_F(ClosureScene, WhatIsLeftOpenFollowsFromTheStart) {
   const std::vector<Pose> X_WB = body_poses(scene.model, scene.q);
   for (const Closure& closure : closures) {
     EXPECT_NEAR(closure_gap(closure, X_WB).distance, 0.0, kRoundoff);
-    EXPECT_NEAR(closure_gap(closure, X_WB).angle, 0.0, 1e-7);  // acos near one
+    EXPECT_NEAR(closure_gap(closure, X_WB).angle, 0.0, 1e-7);  // round-off of acos near one
   }
   EXPECT_TRUE(scene.model.notes().empty());
 }
@@ -81,7 +81,7 @@ TEST_F(ClosureScene, JoinedBodiesDoNotCollideUnlessTold) {
   const std::vector<std::pair<int, int>> none, both{{0, 1}};
   EXPECT_EQ(excluded("  - {type: ball, between: [b/body, a/body]}\n"), both);
   EXPECT_EQ(excluded("  - {type: ball, between: [a/body, b/body], collide: true}\n"), none);
-  // Tied to the world, a body still meets the ground.
+  // A body connected to the world still collides with the ground.
   EXPECT_EQ(excluded("  - {type: ball, between: [world, b/body]}\n"), none);
 }
 

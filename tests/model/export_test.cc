@@ -1,5 +1,4 @@
-// Exported models are the models that they were made from: read back, they have the same names,
-// mass matrices, poses and start.
+// An exported model, when read back, has the same names, mass matrices, poses and start.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -15,13 +14,13 @@ namespace {
 using test::mass_matrix;
 using test::random_configuration;
 
-/// Frames are turned, inertias taken to principal axes and back: some roundings of numbers near
-/// one.
+/// Frames are rotated and inertias converted to principal axes and back: some round-offs of numbers
+/// near one.
 constexpr double kRoundOff = 1e-12;
 
 struct Exportable {
   const char* file;
-  Base base = Base::kFixed;  ///< of a lone URDF
+  Base base = Base::kFixed;  ///< base of a single URDF
 };
 
 class ExportTest : public testing::TestWithParam<Exportable> {
@@ -40,7 +39,7 @@ class ExportTest : public testing::TestWithParam<Exportable> {
       const std::vector<Pose> X_a = body_poses(a, q), X_b = body_poses(b, q);
       for (const Frame& frame : a.frames()) {
         const int other = b.find_frame(frame.name);
-        if (other < 0) continue;  // sites of MJCF are passed over
+        if (other < 0) continue;  // sites of MJCF are skipped
         const Frame& same = b.frames()[other];
         const Pose A = X_a[frame.body] * frame.X_BF, B = X_b[same.body] * same.X_BF;
         EXPECT_LE((A.translation - B.translation).norm(), kRoundOff * (1.0 + A.translation.norm()))
@@ -91,7 +90,7 @@ TEST_P(ExportedUrdf, ReadBackIsTheSameModel) {
   expect_same_motion(scene.model, back.model);
   for (const Frame& frame : scene.model.frames())
     EXPECT_GE(back.model.find_frame(frame.name), 0) << frame.name;
-  std::size_t moving = 0;  // what lies on the world is not in the file
+  std::size_t moving = 0;  // geometries of the world are not in the file
   for (const Geometry& g : scene.model.geometries()) moving += g.body > 0;
   EXPECT_EQ(back.model.geometries().size(), moving);
 }
@@ -105,7 +104,7 @@ INSTANTIATE_TEST_SUITE_P(Robots, ExportedUrdf,
                                          Exportable{"robots/arm_hand.urdf", Base::kFloating},
                                          Exportable{"robots/planar_ellipse.urdf"}));
 
-/// URDF to model to MJCF to model, and from there back to URDF.
+/// Converts URDF to model, MJCF, model, and back to URDF.
 TEST_F(ExportTest, FormatsFollowOneAnother) {
   SceneOverrides overrides;
   overrides.base = Base::kFloating;

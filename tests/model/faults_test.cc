@@ -1,4 +1,4 @@
-// Files with several faults: all are said at once, with their places, in plain words.
+// Files with several faults: all are reported together, with their places, in plain words.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Pairs that never collide: groups and exclusions of the scene file, SRDF files.
+// Pairs excluded from collision: groups and exclusions of the scene file, SRDF files.
 #include <gtest/gtest.h>
 
 #include "counterpoint/model/scene.h"
@@ -81,7 +81,7 @@ TEST_F(Filters, ALoneRobotTakesItsSrdfFromTheOptions) {
       folder.write("r.srdf", "<robot><disable_collisions link1=\"a\" link2=\"c\"/></robot>");
   EXPECT_EQ(excluded(load_scene(folder.path() / "r.urdf", overrides).model),
             (Pairs{{"a/0", "c/0"}}));
-  // A scene file has its own.
+  // These options conflict with a scene file, which has its own.
   const auto scene = folder.write("s.yaml", "models: [{urdf: r.urdf}]\n");
   EXPECT_THROW(load_scene(scene, overrides), InputError);
   overrides.srdf.clear();

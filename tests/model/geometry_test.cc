@@ -51,7 +51,7 @@ TEST(Materials, Combine) {
   EXPECT_NEAR(m.friction, 0.6, kRoundoff);
   EXPECT_EQ(m.restitution, 0.5);
   EXPECT_EQ(m.torsional_friction, 0.04);
-  EXPECT_EQ(m.rolling_friction, 0.02);  // one surface has it: the pair has
+  EXPECT_EQ(m.rolling_friction, 0.02);  // a pair has it if one of its surfaces has
   EXPECT_EQ(combine_materials(b, a).friction, m.friction);
 }
 
@@ -74,7 +74,8 @@ TEST(SolidInertia, AgreesWithMonteCarlo) {
         return std::hypot(radial, std::max(0.0, std::abs(p.z()) - s[1])) < s[0];
     }
   };
-  // At least 48,000 points hit the smallest shape: standard error 0.5 % of an entry, four of them.
+  // At least 48,000 points hit the smallest shape: an entry has a standard error of 0.5 %; the
+  // tolerance is four of them.
   constexpr int kSamples = 1000000;
   constexpr double kSampling = 2e-2;
   test::Random random(21);

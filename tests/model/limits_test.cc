@@ -1,5 +1,5 @@
-// Hostile files: each is refused with file, line and reason, within the limits of model/limits.h,
-// and none reaches out of the folders it may.
+// Hostile files: each is rejected with file, line and reason within the limits of model/limits.h,
+// and none accesses files outside the permitted folders.
 #include "counterpoint/model/limits.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ const char* const kTetrahedron =
 
 class LimitsTest : public testing::Test {
  protected:
-  /// The message has all the words.
+  /// Expects a message that contains all the words.
   template <typename Read>
   static void expect_refused(const Read& read, std::initializer_list<std::string> words) {
     try {
@@ -54,7 +54,7 @@ class LimitsTest : public testing::Test {
 
 TEST_F(LimitsTest, YamlThatNeverEnds) {
   expect_scene_refused("models: &a\n  - *a\n", {"s.yaml:", "alias within itself"});
-  // Ten aliases of ten aliases ...: 10^9 values in 300 bytes.
+  // Ten aliases of ten aliases, and so on: 10^9 values in 300 bytes.
   std::string laughs = "name: &a0 x\n";
   for (int i = 1; i < 10; ++i) {
     const std::string below = "*a" + std::to_string(i - 1);
@@ -66,14 +66,14 @@ TEST_F(LimitsTest, YamlThatNeverEnds) {
   expect_scene_refused("name: " + std::string(limits::kMaxYamlDepth + 1, '[') +
                            std::string(limits::kMaxYamlDepth + 1, ']') + "\n",
                        {"s.yaml:1", "deeper"});
-  // Far beyond what the parser's stack could take.
+  // Far beyond the capacity of the parser's stack.
   expect_scene_refused("name: " + std::string(1'000'000, '['), {"s.yaml:1", "malformed"});
   expect_scene_refused(std::string(limits::kMaxYamlBytes + 1, '#'), {"s.yaml", "larger than"});
 }
 
 TEST_F(LimitsTest, YamlThatSaysMoreThanIsRead) {
   expect_scene_refused("name: a\n---\nname: b\n", {"s.yaml:", "second YAML document"});
-  // Text to the left of the first line: an endless row of empty documents to yaml-cpp.
+  // yaml-cpp reads text to the left of the first line as an endless series of empty documents.
   expect_scene_refused("  name: a\ngravity: [0, 0, 0]\n", {"s.yaml:"});
   expect_scene_refused("packages: {a: x, a: y}\n", {"s.yaml:1", "given twice"});
 }
@@ -121,7 +121,7 @@ TEST_F(LimitsTest, NumbersNoSceneHas) {
   expect_scene_refused(box("1", "1e300"), {"s.yaml:2", "mass", "1e+300", "units"});
   expect_scene_refused(box("1", "1e-300"), {"s.yaml:2", "mass", "1e-300"});
   expect_scene_refused(box("1e-300", "1"), {"s.yaml:2", "units"});
-  expect_scene_refused(box("1e300", "1"), {"s.yaml:2", "finite"});  // so its inertia is not
+  expect_scene_refused(box("1e300", "1"), {"s.yaml:2", "finite"});  // its inertia overflows
   expect_scene_refused(box("1e12", "1"), {"s.yaml:2", "1e+12", "units"});
   expect_scene_refused(box("1", "1", "[0, 1e200, 0]"), {"s.yaml:2", "1e+200"});
   expect_scene_refused(box("1", ".inf"), {"s.yaml:2", "finite number"});
@@ -158,8 +158,8 @@ TEST_F(LimitsTest, MeshesThatMultiply) {
                  {"m.dae:1", "COLLADA"});
   expect_refused([&] { load_mesh(folder_.write("m.dae", dae("") + "\n<input/>")); },
                  {"m.dae:3", "one element"});
-  // "#" is a node without a name, here the very one in which it stands; "Scene" a scene without
-  // one.
+  // "#" refers to a node without a name, here to the enclosing one; "Scene" to a scene without a
+  // name.
   expect_refused(
       [&] {
         load_mesh(folder_.write("m.dae", dae("<node id='a'><instance_node url='#'/></node>")));
@@ -197,7 +197,7 @@ TEST_F(LimitsTest, MeshesTooLargeToBeCut) {
   }
   expect_refused([&] { load_mesh(folder_.write("m.obj", points + polygon + "\n")); },
                  {"m.obj", "corners", "triangles"});
-  // A binary STL of one triangle that says it has 2^32 - 1.
+  // A binary STL with one triangle whose header claims 2^32 - 1.
   std::string stl(80, ' ');
   stl += std::string(4, '\xff') + std::string(50, '\0');
   expect_refused([&] { load_mesh(folder_.write("m.stl", stl)); }, {"m.stl"});
@@ -254,14 +254,14 @@ TEST_F(LimitsTest, RobotsStayInTheirFolders) {
   std::filesystem::create_symlink(secret, folder_.path() / "ws/pkg/meshes/link.obj");
   expect_outside("../meshes/link.obj");
   expect_outside("package://pkg/meshes/link.obj");
-  // Within a listed package, but out of it again.
+  // A path that starts in a listed package and leaves it.
   UrdfOptions options;
   options.packages["p"] = folder_.path() / "ws/pkg/meshes";
   expect_refused([&] { load("package://p/../../secret.obj", options); }, {"outside"});
   EXPECT_NO_THROW(load("../meshes/m.obj"));
   EXPECT_NO_THROW(load("package://pkg/meshes/m.obj"));
-  // Three folders down: only the mark says where the package begins. What the message proposes
-  // helps all meshes there.
+  // Three folders down, only package.xml tells where the package begins. The --package that the
+  // message proposes must work for all its meshes.
   folder_.write("ws/pkg/meshes/other/n.obj", kTetrahedron);
   const auto nested =
       folder_.write("ws/pkg/robots/arms/nested/r.urdf", with_mesh("../../../meshes/m.obj"));
@@ -276,7 +276,7 @@ TEST_F(LimitsTest, RobotsStayInTheirFolders) {
 }
 
 TEST_F(LimitsTest, CollectionsOfRobotsShareFolders) {
-  // As robots/assembly/x/x.urdf of dex-urdf names robots/arms/y/meshes/m.obj.
+  // The folder structure of dex-urdf: robots/assembly/x/x.urdf names robots/arms/y/meshes/m.obj.
   folder_.write("c/robots/arms/y/meshes/m.obj", kTetrahedron);
   folder_.write("c/robots/m.obj", kTetrahedron);
   folder_.write("c/robots/arms/y/meshes/m.txt", kTetrahedron);
@@ -284,10 +284,11 @@ TEST_F(LimitsTest, CollectionsOfRobotsShareFolders) {
     load_urdf(folder_.write("c/robots/assembly/x/x.urdf", with_mesh(name)));
   };
   EXPECT_NO_THROW(load("../../arms/y/meshes/m.obj"));
-  expect_refused([&] { load("../../m.obj"); }, {"outside"});                    // in no folder
-  expect_refused([&] { load("../../arms/y/meshes/m.txt"); }, {"outside"});      // no mesh
-  expect_refused([&] { load("../../../robots/m.obj"); }, {"outside"});          // three up
-  expect_refused([&] { load("../../arms/../../robots/m.obj"); }, {"outside"});  // and out again
+  expect_refused([&] { load("../../m.obj"); }, {"outside"});                // not in a subfolder
+  expect_refused([&] { load("../../arms/y/meshes/m.txt"); }, {"outside"});  // not a mesh
+  expect_refused([&] { load("../../../robots/m.obj"); }, {"outside"});      // three levels up
+  expect_refused([&] { load("../../arms/../../robots/m.obj"); },
+                 {"outside"});  // leaves the folder again
 }
 
 TEST_F(LimitsTest, RobotsInTheCurrentFolder) {
@@ -300,7 +301,7 @@ TEST_F(LimitsTest, RobotsInTheCurrentFolder) {
 }
 
 TEST_F(LimitsTest, MeshesOpenNoOtherFile) {
-  // Assimp would read this one's materials; a folder in its place must not matter.
+  // Assimp would read this file's materials; a folder in their place must not matter.
   std::filesystem::create_directory(folder_.path() / "x.mtl");
   EXPECT_NO_THROW(load_mesh(folder_.write("m.obj", std::string("mtllib x.mtl\n") + kTetrahedron)));
 }

@@ -1,4 +1,4 @@
-// MJCF files: replicas, attached models, and what flags switch off.
+// MJCF files: replicas, attached models, and features that flags disable.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 
 using test::mass_matrix;
 
-constexpr double kRoundOff = 1e-14;  // of a few operations on numbers near one
+constexpr double kRoundOff = 1e-14;  // round-off of a few operations on numbers near one
 
 const Geometry& geometry(const Scene& s, const std::string& name) {
   for (const Geometry& g : s.model.geometries())
@@ -61,7 +61,7 @@ class Expansion : public testing::Test {
 };
 
 TEST_F(Expansion, ReplicasNestAsInMuJoCosExample) {
-  // XML Reference, "replicate": the inner suffix goes first.
+  // MuJoCo's XML Reference, "replicate": the inner suffix comes first.
   const Scene s = scene(R"(<worldbody><replicate count='2' offset='0 1 0' euler='90 0 0'>
     <replicate count='2' sep='-' offset='1 0 0' euler='0 90 0'><geom name='Alice' type='box' size='.1 .2 .3'/>
     </replicate></replicate></worldbody>)");
@@ -78,7 +78,7 @@ TEST_F(Expansion, ReplicasNestAsInMuJoCosExample) {
 }
 
 TEST_F(Expansion, OffsetsAreInTheFrameOfTheReplicaBefore) {
-  // Steps of 1 m with turns of 90 degrees go around a square.
+  // Steps of 1 m with rotations of 90 degrees follow a square.
   const MjcfModel m = read(R"(<compiler angle='radian'/><worldbody>
     <replicate count='10' offset='1 0 0' euler='0 0 1.5707963267948966'>
     <body name='b' pos='0 0 2'><freejoint name='f'/><geom size='0.1'/></body></replicate></worldbody>)");
@@ -86,7 +86,8 @@ TEST_F(Expansion, OffsetsAreInTheFrameOfTheReplicaBefore) {
   const double x[] = {0, 1, 1, 0}, y[] = {0, 0, 1, 1};
   for (int i = 0; i < 10; ++i) {
     const std::vector<double>& at = m.coordinates[i].reference;
-    EXPECT_EQ(m.coordinates[i].joint, "f0" + std::to_string(i));  // as many digits as 10 has
+    EXPECT_EQ(m.coordinates[i].joint,
+              "f0" + std::to_string(i));  // two digits, as the number 10 has
     EXPECT_NEAR(at[0], x[i % 4], 10 * kRoundOff);
     EXPECT_NEAR(at[1], y[i % 4], 10 * kRoundOff);
     EXPECT_EQ(at[2], 2.0);
@@ -111,7 +112,7 @@ TEST_F(Expansion, WhatNamesAReplicaIsReplicated) {
     paired += p.material.friction == 0.3 ? 1 : 0;
   EXPECT_EQ(paired, 2);
   ASSERT_EQ(s.model.mimics().size(), 2u);
-  // Copies stand behind what was there: the motor has the first control.
+  // Copies follow the originals, so the motor keeps the first control.
   const auto target = [&](const char* name) {
     return s.model.servos().at(s.model.find_servo(s.model.find_joint(name))).position;
   };
@@ -119,7 +120,7 @@ TEST_F(Expansion, WhatNamesAReplicaIsReplicated) {
   EXPECT_EQ(target("j1"), 0.5);
 }
 
-/// An arm of two links, its angles in degrees of its own.
+/// An arm of two links; its model sets degrees as its angle unit.
 std::string arm(const std::string& prefix, const std::string& at, const std::string& angles) {
   const std::string p = prefix;
   return "<body name='" + p + "base' pos='" + at + "' euler='" + angles + "'><joint name='" + p +
@@ -143,7 +144,7 @@ TEST_F(Expansion, AnAttachedModelIsTheOneWrittenOut) {
     <frame pos='1 0 0'><attach model='a' prefix='l_'/></frame>
     <body name='box'><freejoint/><geom size='0.3'/></body>
     <frame pos='3 0 0'><attach model='a' body='tip' prefix='r_'/></frame></worldbody>)");
-  // The same by hand, in degrees.
+  // The same model without attachment, in degrees.
   const Scene written = scene("<worldbody>" + arm("l_", "1 0 1", "0 0 30") +
                               R"(<body name='box'><freejoint/><geom size='0.3'/></body>
     <body name='r_tip' pos='3 0 0.4'><joint name='r_k' axis='1 0 0' damping='2'/>
@@ -152,7 +153,7 @@ TEST_F(Expansion, AnAttachedModelIsTheOneWrittenOut) {
   ASSERT_EQ(attached.model.nv(), written.model.nv());
   ASSERT_EQ(attached.model.num_joints(), written.model.num_joints());
   VectorX q = written.q;
-  q[0] = 0.3;  // the attached keyframe; all else stays in the reference pose
+  q[0] = 0.3;  // from the attached keyframe; the rest stays in the reference pose
   q[1] = 0.4;
   EXPECT_EQ(attached.q, q);
   EXPECT_LT((mass_matrix(attached.model, q) - mass_matrix(written.model, q)).cwiseAbs().maxCoeff(),
@@ -165,7 +166,7 @@ TEST_F(Expansion, AnAttachedModelIsTheOneWrittenOut) {
     EXPECT_EQ(attached.model.joint(j).name, written.model.joint(j).name);
     EXPECT_EQ(attached.model.joint(j).lower, written.model.joint(j).lower);
   }
-  EXPECT_EQ(attached.options.time_step, 0.002);  // its options do not come along
+  EXPECT_EQ(attached.options.time_step, 0.002);  // options of the attached model do not apply
   ASSERT_EQ(attached.model.servos().size(), 1u);
   EXPECT_EQ(attached.model.servos()[0].stiffness, 9.0);
   EXPECT_EQ(attached.model.servos()[0].position, 0.3);
@@ -266,7 +267,7 @@ TEST_F(Expansion, FlagsAreObeyed) {
 TEST_F(Expansion, ContactsAreThoseThatTheOptionsLeave) {
   struct Case {
     const char* option;
-    bool pair, floor;  // ga and gc are named in a pair, gc and the floor are not
+    bool pair, floor;  // expected collisions: of ga and gc (an explicit pair), of gc and the floor
   };
   for (const Case& c : {Case{"", true, true}, Case{"<option collision='predefined'/>", true, false},
                         Case{"<option><flag contact='disable'/></option>", false, false},
@@ -275,7 +276,7 @@ TEST_F(Expansion, ContactsAreThoseThatTheOptionsLeave) {
     EXPECT_EQ(!excluded(model, "a/ga", "c/gc"), c.pair) << c.option;
     EXPECT_EQ(!excluded(model, "c/gc", "world/floor"), c.floor) << c.option;
   }
-  // Geometry without contype touches in pairs only; "dynamic" looks at no pair.
+  // Geometry without contype collides in explicit pairs only; "dynamic" ignores pairs.
   const std::string bare =
       R"(<worldbody><geom name='floor' type='plane' size='1 1 1'/><body name='c'><freejoint/>
     <geom name='gc' size='0.1' contype='0' conaffinity='0'/></body></worldbody>

@@ -1,4 +1,4 @@
-// MJCF files: actuators, couplings, closures, contacts; and what is refused.
+// MJCF files: actuators, couplings, closures and contacts, and rejected features.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kRoundOff = 1e-14;
 
-/// Index of a geometry by name; -1: there is none.
+/// Index of a geometry by name; -1 if there is none.
 int find_geometry(const Model& model, const std::string& name) {
   for (size_t i = 0; i < model.geometries().size(); ++i)
     if (model.geometries()[i].name == name) return static_cast<int>(i);
@@ -27,7 +27,7 @@ class MjcfForcesTest : public testing::Test {
   }
   void expect_refused(const std::string& contents, std::initializer_list<std::string> words) {
     try {
-      // A file may reach into the folder above its own, which is not to be that of all tests.
+      // A file may access its parent folder, which must not be the folder shared by all tests.
       load_scene(folder_.write("package/models/m.xml", "<mujoco>" + contents + "</mujoco>"));
       ADD_FAILURE() << "accepted; expected a refusal that names " << *words.begin();
     } catch (const InputError& error) {
@@ -48,13 +48,13 @@ class MjcfForcesTest : public testing::Test {
 };
 
 TEST_F(MjcfForcesTest, ServosFollowControlsAndGears) {
-  // Force kp (u - g q) - kv g w on the length g q, that is g times on the joint.
+  // The actuator force kp (u - g q) - kv g w acts on the length g q, hence g times it on the joint.
   const Scene s = scene(two_ + R"(<actuator>
     <position joint='j1' kp='10' kv='3' gear='2' ctrlrange='-1 1' forcerange='-5 5'/>
     <velocity joint='j2' kv='4'/></actuator><keyframe><key qpos='0 0' ctrl='9 0.5'/></keyframe>)");
   EXPECT_NEAR(servo(s, "j1").stiffness, 40, kRoundOff);
   EXPECT_NEAR(servo(s, "j1").damping, 12, kRoundOff);
-  EXPECT_NEAR(servo(s, "j1").position, 0.5, kRoundOff);  // u is cut to 1
+  EXPECT_NEAR(servo(s, "j1").position, 0.5, kRoundOff);  // u is limited to 1
   EXPECT_EQ(s.model.joint(s.model.find_joint("j1")).effort_limit, 10.0);
   EXPECT_NEAR(servo(s, "j2").damping, 4, kRoundOff);
   EXPECT_NEAR(servo(s, "j2").velocity, 0.5, kRoundOff);
@@ -85,7 +85,7 @@ TEST_F(MjcfForcesTest, EqualityOfJointsIsAMimic) {
 }
 
 TEST_F(MjcfForcesTest, TendonsOfCoupledJointsPullAtTheOneThatLeads) {
-  // Length (q1 + q2) / 2 with q2 = q1: a servo at j1.
+  // Length (q1 + q2) / 2 with q2 = q1: equivalent to a servo at j1.
   const Scene s =
       scene(two_ + R"(<tendon><fixed name='t' range='-0.5 0.25' stiffness='6' springlength='0.1'>
       <joint joint='j1' coef='0.5'/><joint joint='j2' coef='0.5'/></fixed></tendon>
@@ -127,10 +127,10 @@ TEST_F(MjcfForcesTest, GeomsTouchAsTheirMasksSay) {
   EXPECT_EQ(find_geometry(s.model, "v/visual"), -1);
   EXPECT_TRUE(touch("world/floor", "a/g"));
   EXPECT_TRUE(touch("a/g", "b/h"));
-  EXPECT_FALSE(touch("a/g", "c/g2"));          // joined
+  EXPECT_FALSE(touch("a/g", "c/g2"));          // connected by a joint
   EXPECT_FALSE(touch("c/g2", "b/h"));          // excluded
-  EXPECT_FALSE(touch("world/floor", "d/g3"));  // masks
-  EXPECT_TRUE(touch("a/g", "d/g3"));           // a pair
+  EXPECT_FALSE(touch("world/floor", "d/g3"));  // masks differ
+  EXPECT_TRUE(touch("a/g", "d/g3"));           // explicit pair
   EXPECT_EQ(
       s.model.pair_material(find_geometry(s.model, "a/g"), find_geometry(s.model, "d/g3")).friction,
       0.0);
@@ -157,7 +157,7 @@ TEST_F(MjcfForcesTest, EllipsoidsTouchWithinTheErrorThatIsNoted) {
   ASSERT_EQ(shape.type, ShapeType::kConvexMesh);
   for (const Vector3& v : shape.mesh->vertices)
     EXPECT_NEAR(v.cwiseQuotient(Vector3(0.3, 0.2, 0.1)).norm(), 1.0, 0.01);
-  EXPECT_TRUE(shape.mesh->source.empty());  // no file, which a replay would look for
+  EXPECT_TRUE(shape.mesh->source.empty());  // no file that a replay would look for
   bool noted = false;
   for (const Note& note : s.model.notes())
     noted = noted || note.message.find("ellipsoid") != std::string::npos;
@@ -171,7 +171,7 @@ TEST_F(MjcfForcesTest, GravcompIsAShareOfTheLinksWeight) {
       <body name='b' pos='1 0 0'><joint/><geom size='0.1' mass='5'/></body></body></worldbody>)");
   EXPECT_NE(s.model.gravity().norm(), 0.0);
   const auto& all = s.model.gravity_compensations();
-  ASSERT_EQ(all.size(), 2u);  // what stays has none, b none
+  ASSERT_EQ(all.size(), 2u);  // the fixed link has none, b has none
   for (const GravityCompensation& carried : all) EXPECT_EQ(carried.body, 1);
   EXPECT_NEAR(all[0].mass, 0.5, kRoundOff);
   EXPECT_NEAR(all[1].mass, -3.0, kRoundOff);
@@ -216,8 +216,8 @@ TEST_F(MjcfForcesTest, WhatIsMissingIsRefusedByElementAndLine) {
 }
 
 TEST_F(MjcfForcesTest, AirResistsAsMujocosBoxInTheMeanOverDirections) {
-  // A cube of side 0.3 m: of every face the same coefficient c = rho/2 b^2, of whose force c |v_i|
-  // v_i along the axes the nearest isotropic one is 3 c / 4; rho/64 2 b^5 for rotation, likewise.
+  // A cube of side 0.3 m: all faces have the coefficient c = rho/2 b^2. The nearest isotropic fit
+  // of the force c |v_i| v_i per axis is 3 c / 4; likewise for rotation with rho/64 2 b^5.
   constexpr double b = 0.3, rho = 1.2, mu = 0.01;
   const Scene s = scene(R"(<option density='1.2' viscosity='0.01'/>
     <worldbody><body><freejoint/><geom type='box' size='0.15 0.15 0.15' mass='2'/></body></worldbody>)");

@@ -1,4 +1,4 @@
-// MJCF files: the same model by URDF and by MJCF, classes, orientations, joints, inertia of known
+// MJCF files: the same model from URDF and MJCF, classes, orientations, joints, inertia of known
 // solids.
 #include <gtest/gtest.h>
 
@@ -17,10 +17,10 @@ namespace {
 
 using test::mass_matrix;
 
-constexpr double kRoundOff = 1e-14;  // of a few operations on numbers near one
+constexpr double kRoundOff = 1e-14;  // round-off of a few operations on numbers near one
 constexpr double kPi = 3.14159265358979323846;
 
-/// Index of a geometry by name; -1: there is none.
+/// Index of a geometry by name; -1 if there is none.
 int find_geometry(const Model& model, const std::string& name) {
   for (size_t i = 0; i < model.geometries().size(); ++i)
     if (model.geometries()[i].name == name) return static_cast<int>(i);
@@ -60,7 +60,7 @@ TEST_F(MjcfTest, IsTheModelOfTheSameUrdf) {
     <joint name='slide' type='prismatic'><parent link='upper'/><child link='lower'/>
       <origin xyz='0 0 0.5'/><axis xyz='1 0 0'/><limit lower='-1' upper='1' effort='1' velocity='1'/></joint>
     </robot>)"));
-  // Roll, pitch, yaw about fixed axes: XYZ in MJCF.
+  // Roll, pitch, yaw about fixed axes correspond to eulerseq XYZ in MJCF.
   const Scene mjcf = scene(R"(<compiler angle='radian' eulerseq='XYZ'/><worldbody>
     <body name='base'>
       <body name='upper' pos='0 0 1' euler='0.1 -0.2 0.3'>
@@ -112,7 +112,7 @@ TEST_F(MjcfTest, ClassesNestAndTheNearestChildclassCounts) {
 }
 
 TEST_F(MjcfTest, OrientationsAreOneInEveryNotation) {
-  // A quarter turn about z: x goes to y.
+  // A quarter turn about z maps x to y.
   const Matrix3 expected = Eigen::AngleAxisd(kPi / 2, Vector3::UnitZ()).toRotationMatrix();
   for (const char* notation :
        {"quat='2 0 0 2'", "axisangle='0 0 3 90'", "euler='0 0 90'", "xyaxes='0 5 0 -1 4 0'"}) {
@@ -122,7 +122,7 @@ TEST_F(MjcfTest, OrientationsAreOneInEveryNotation) {
   const Scene z = scene("<worldbody><body name='b' zaxis='3 0 0'/></worldbody>");
   EXPECT_LT((frame(z, "b").rotation.col(2) - Vector3::UnitX()).norm(), kRoundOff);
   EXPECT_LT((frame(z, "b").rotation.col(1) - Vector3::UnitY()).norm(),
-            kRoundOff);  // the shortest way
+            kRoundOff);  // shortest rotation
 }
 
 TEST_F(MjcfTest, EulerAnglesTurnWithTheBodyOrWithItsParent) {
@@ -145,7 +145,8 @@ TEST_F(MjcfTest, JointsOfOneBodyTurnItOneAfterTheOther) {
     <geom name='g' size='0.1'/></body></worldbody>)");
   ASSERT_EQ(s.model.nv(), 2);
   s.q << kPi / 2, 0.5;
-  // The body's origin goes about (1, 1) from (1, 0) to (2, 1), then along its x, which points to y.
+  // The body's origin rotates about (1, 1) from (1, 0) to (2, 1), then slides along its x axis,
+  // which points along y.
   const Pose X = frame(s, "b");
   EXPECT_LT((X.translation - Vector3(2, 1.5, 0)).norm(), kRoundOff);
   EXPECT_LT((X.rotation.col(0) - Vector3::UnitY()).norm(), kRoundOff);
@@ -173,7 +174,7 @@ TEST_F(MjcfTest, InertiaFromGeomsIsThatOfTheSolids) {
     <geom type='sphere' size='0.1' pos='-1 0 0' mass='4.8'/></body>
     <body name='e'><joint/><geom type='ellipsoid' size='1 2 3' mass='5'/></body>
     <body name='c'><joint/><geom type='cylinder' fromto='0 0 0 2 0 0' size='0.5' density='10'/></body></worldbody>)");
-  const SpatialInertia& b = link(m, "b").inertia;  // 4.8 kg either side
+  const SpatialInertia& b = link(m, "b").inertia;  // 4.8 kg on either side
   EXPECT_NEAR(b.mass, 9.6, kRoundOff);
   EXPECT_LT(b.center.norm(), kRoundOff);
   const double ball = 0.4 * 4.8 * 0.01;
@@ -189,7 +190,7 @@ TEST_F(MjcfTest, InertiaFromGeomsIsThatOfTheSolids) {
 }
 
 TEST_F(MjcfTest, MeshesWeighWhatTheyEnclose) {
-  // A box of 2 x 4 x 6 as a mesh, displaced and scaled back: that of the primitive.
+  // A box of 2 x 4 x 6 as a mesh, displaced and scaled, has the inertia of the primitive.
   const char* const box =
       "vertex='-1 -2 -3 1 -2 -3 -1 2 -3 1 2 -3 -1 -2 3 1 -2 3 -1 2 3 1 2 3' "
       "face='0 2 3 0 3 1 4 5 7 4 7 6 0 1 5 0 5 4 2 6 7 2 7 3 0 4 6 0 6 2 1 3 7 1 7 5'";
@@ -213,7 +214,7 @@ TEST_F(MjcfTest, MshFilesHoldTheSameMesh) {
   };
   for (const std::int32_t count : {4, 1, 1, 4}) put(count);
   for (const float x : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 2.f, 0.f, 0.f, 0.f, 3.f}) put(x);
-  for (int i = 0; i < 5; ++i) put(7.f);  // a normal, a texture coordinate
+  for (int i = 0; i < 5; ++i) put(7.f);  // a normal and a texture coordinate
   for (const std::int32_t i : {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3}) put(i);
   const auto inertia = [&] {
     folder_.write("m.msh", bytes);
@@ -224,14 +225,14 @@ TEST_F(MjcfTest, MshFilesHoldTheSameMesh) {
   };
   EXPECT_NEAR(inertia().mass, 1000.0, 1e-11);
   EXPECT_LT((inertia().center - Vector3(0.25, 0.5, 0.75)).norm(), kRoundOff);
-  bytes.back() = 1;  // vertex 2^24 and more
+  bytes.back() = 1;  // vertex index of 2^24 or more
   EXPECT_THROW(inertia(), InputError);
   bytes.pop_back();
   EXPECT_THROW(inertia(), InputError);
 }
 
 TEST_F(MjcfTest, HeightFieldsHaveTheirLastRowInFront) {
-  // As an image is looked at: the first row lies at the largest y.
+  // Rows are ordered as in an image: the first has the largest y.
   const Scene s = scene(
       R"(<asset><hfield name='h' nrow='2' ncol='2' elevation='3 3 1 1' size='1 2 0.5 0.1'/></asset>
     <worldbody><geom type='hfield' hfield='h'/></worldbody>)");
@@ -241,7 +242,7 @@ TEST_F(MjcfTest, HeightFieldsHaveTheirLastRowInFront) {
 }
 
 TEST_F(MjcfTest, PrimitivesAreFittedToMeshes) {
-  // To that of a box of 2 x 4 x 6: the box itself; its longest axis is z.
+  // The box fitted to a box mesh of 2 x 4 x 6 is the box itself; its longest axis is z.
   const MjcfModel m =
       read(R"(<asset><mesh name='m' inertia='exact' vertex='-1 -2 -3 1 -2 -3 -1 2 -3 1 2 -3 -1 -2 3
       1 -2 3 -1 2 3 1 2 3' face='0 2 3 0 3 1 4 5 7 4 7 6 0 1 5 0 5 4 2 6 7 2 7 3 0 4 6 0 6 2 1 3 7 1 7 5'/></asset>

@@ -1,4 +1,4 @@
-// Models with other figures: what was changed is changed, and nothing else.
+// Models with edited parameters: only the edited values change.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ TEST(ModelEditor, MassKeepsTheRadiusOfGyration) {
   editor.set_mass(1, 0.74);
   const Model model = editor.take();
   EXPECT_EQ(model.body(1).inertia.mass, 0.74);
-  EXPECT_NEAR(model.body(1).inertia.rotational(2, 2), 2 * 0.00081, 1e-18);  // one rounding
+  EXPECT_NEAR(model.body(1).inertia.rotational(2, 2), 2 * 0.00081, 1e-18);  // one round-off
 }
 
 TEST(ModelEditor, SizeScalesShapesAndRadiiOfGyration) {
@@ -63,7 +63,8 @@ TEST(ModelEditor, RefusesWhatNoModelMayHave) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(ModelEditor(model).set_mass(1, 0.0), InputError);
   EXPECT_THROW(ModelEditor(model).set_mass(1, kNaN), InputError);
-  EXPECT_THROW(ModelEditor(model).scale_size(1, 1.1), InputError);  // the second link hangs on it
+  EXPECT_THROW(ModelEditor(model).scale_size(1, 1.1),
+               InputError);  // the second link is attached to it
   EXPECT_THROW(ModelEditor(model).set_damping(0, -1.0), InputError);
   EXPECT_THROW(ModelEditor(model).set_gravity({0, kNaN, 0}), InputError);
   const Model cube = load_scene(kData + "cube_toss.yaml").model;

@@ -1,4 +1,4 @@
-// What a user may do about files that would be refused, and scenes built in code.
+// Options that make rejected files loadable, and scenes built in code.
 #include <gtest/gtest.h>
 
 #include "counterpoint/model/robot_files.h"
@@ -24,7 +24,7 @@ class Remedies : public testing::Test {
     return load_scene(folder_.write("r.urdf", urdf), overrides);
   }
   Scene scene(const std::string& yaml) const { return load_scene(folder_.write("s.yaml", yaml)); }
-  /// Refused, and the message names the option.
+  /// Expects a rejection whose message names the option.
   void expect_refused(const std::string& urdf, const std::string& option) const {
     try {
       load(urdf);
@@ -49,7 +49,7 @@ TEST_F(Remedies, InertiaIsFilledWhereMotionWouldBeUndefined) {
   overrides.fill_inertia = 1e-3;
   const Model model = load(urdf, overrides).model;
   EXPECT_TRUE(noted(model.notes(), "link 'd'"));
-  EXPECT_FALSE(noted(model.notes(), "link 'b'"));  // it has some
+  EXPECT_FALSE(noted(model.notes(), "link 'b'"));  // has inertia of its own
   // A ball of 1 g of water has a radius of 6.2 mm.
   const SpatialInertia& filled = model.body(3).inertia;
   EXPECT_EQ(filled.mass, 1e-3);
@@ -60,7 +60,7 @@ TEST_F(Remedies, InertiaIsFilledWhereMotionWouldBeUndefined) {
                     "filled in: 0.001 kg"));
 }
 
-/// An arm whose axes nearly coincide, two by two, on a base without mass.
+/// An arm on a massless base whose axes nearly coincide in pairs.
 std::string arm_on_nothing(int links, double tilt) {
   std::string out = "<robot name='r'><link name='l0'/>";
   for (int i = 1; i <= links; ++i) {
@@ -76,8 +76,8 @@ std::string arm_on_nothing(int links, double tilt) {
 }
 
 TEST_F(Remedies, MotionWithoutInertiaIsFoundAmongNearlyCoincidentAxes) {
-  // The base may turn about the first axis with nothing but itself. Elimination alone took
-  // round-off for inertia.
+  // The base can rotate about the first axis without moving any inertia. A check by elimination
+  // alone mistook round-off for inertia.
   for (const auto& [links, tilt] : {std::pair(3, 0.0), std::pair(7, 0.0087), std::pair(9, 1e-5)}) {
     SceneOverrides overrides;
     overrides.base = Base::kFloating;
@@ -125,7 +125,7 @@ TEST_F(Remedies, JointsThatCannotFollowMoveByThemselves) {
     EXPECT_TRUE(model.mimics().empty());
     EXPECT_TRUE(noted(model.notes(), "moves by itself"));
   }
-  EXPECT_EQ(load(urdf("continuous"), overrides).model.mimics().size(), 1u);  // it can
+  EXPECT_EQ(load(urdf("continuous"), overrides).model.mimics().size(), 1u);  // can follow
 }
 
 TEST_F(Remedies, ARobotWithoutANameIsCalledLikeItsFile) {
@@ -151,7 +151,7 @@ pairs:
   EXPECT_EQ(pair(0, 1).friction, 0.7);
   EXPECT_EQ(pair(1, 0).friction, 0.7);
   EXPECT_EQ(pair(1, 2).friction, 0.7);
-  EXPECT_EQ(pair(1, 2).restitution, 0.5);  // what is not given is combined
+  EXPECT_EQ(pair(1, 2).restitution, 0.5);  // values not given are combined
   EXPECT_EQ(pair(0, 2).friction, 0.1);
   EXPECT_EQ(pair(0, 3).friction, 0.2);
   EXPECT_EQ(pair(0, 3).restitution, 0.9);

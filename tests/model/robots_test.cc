@@ -1,4 +1,4 @@
-// Robots of many origins, some broken on purpose: each loads, or is refused with a reason.
+// Robots of many origins, some deliberately broken: each loads or is rejected with a reason.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -40,12 +40,12 @@ double total_mass(const RobotSpec& robot) {
   return mass;
 }
 
-// What the message must name.
+// Required parts of the messages for unreadable files.
 const std::map<std::string, std::string> kUnreadable = {
     {"malformed_wheel", "wheel.urdf:1: not well-formed XML"},
     {"drake_iiwa_inertial_only", "joint 'iiwa_joint_1': a revolute joint needs <limit"},
 };
-// Fine on a fixed base; floating, nothing would have inertia in some direction.
+// Valid on a fixed base; with a floating base some direction would have no inertia.
 const std::map<std::string, std::string> kMasslessRoot = {
     {"plane", "planeLink"},      {"cartpole", "slideBar"},   {"hinge_spherical", "baseLink"},
     {"drake_pendulum", "world"}, {"drake_acrobot", "world"}, {"rm75", "world_base"},
@@ -57,7 +57,7 @@ struct Outcome {
   std::string message;
 };
 
-/// Builds with the given base, printing a row of the table.
+/// Builds with the given base and prints a row of the table.
 Outcome try_build(const RobotSpec& robot, Base base, const IndexRow& row) {
   const char* base_name = base == Base::kFixed ? "fixed" : "floating";
   try {
@@ -75,7 +75,7 @@ Outcome try_build(const RobotSpec& robot, Base base, const IndexRow& row) {
   }
 }
 
-/// Every mesh is there as its full hull, and it is known how far that stands off. Returns how many.
+/// Checks that every mesh is present as its full hull with a known standoff; returns their number.
 int check_hulls(const RobotSpec& robot) {
   int meshes = 0;
   for (const LinkSpec& link : robot.links) {
@@ -118,12 +118,12 @@ TEST(Robots, LoadOrAreRefusedWithAReason) {
     }
     EXPECT_EQ(kUnreadable.count(row.name), 0u);
     meshes += check_hulls(robot);
-    // A link 'world' that joints refer to and the file leaves out is added.
+    // A link 'world' that joints refer to but the file does not define is added.
     const bool world_added = std::any_of(robot.notes.begin(), robot.notes.end(), [](const Note& n) {
       return n.message.find("no link 'world'") != std::string::npos;
     });
     EXPECT_EQ(robot.links.size(), std::stoul(row.links) + (world_added ? 1 : 0));
-    // The index prints masses to three decimals; half a unit of the last one, and round-off.
+    // The index prints masses with three decimals: half a unit of the last one, plus round-off.
     EXPECT_NEAR(total_mass(robot), std::stod(row.mass), 0.5e-3 + 1e-9);
     const Outcome fixed = try_build(robot, Base::kFixed, row);
     EXPECT_TRUE(fixed.loaded) << fixed.message;
@@ -137,7 +137,7 @@ TEST(Robots, LoadOrAreRefusedWithAReason) {
                   note.message.c_str());
     }
   }
-  // 72 collision elements of the files that can be read are meshes; none is lost.
+  // 72 collision elements of the readable files are meshes; all must be present.
   EXPECT_EQ(meshes, 72);
 }
 

@@ -18,7 +18,7 @@ TEST(Rotation, RpyIsFixedAxisRollPitchYaw) {
             kRoundoff);
   EXPECT_LT((rotation_from_rpy(0, 0, quarter) * Vector3::UnitX() - Vector3::UnitY()).norm(),
             kRoundoff);
-  // Roll first, about the axes that stay: y goes to z by roll, and yaw leaves it there.
+  // Roll comes first, about fixed axes: roll turns y to z, and yaw leaves it there.
   EXPECT_LT((rotation_from_rpy(quarter, 0, 0.7) * Vector3::UnitY() - Vector3::UnitZ()).norm(),
             kRoundoff);
 }
@@ -30,7 +30,7 @@ TEST(Rotation, ExpAndLogAreInverse) {
       const Vector3 r = size * random.unit_vector();
       const Quaternion q = quaternion_exp(r);
       EXPECT_NEAR(q.norm(), 1.0, kRoundoff);
-      // Near a half turn atan2 of a small cosine loses a few more units.
+      // Near a half turn, atan2 with a small cosine loses a few more units.
       EXPECT_LT((quaternion_log(q) - r).norm(), 10 * kRoundoff * size);
       const Quaternion minus(-q.w(), -q.x(), -q.y(), -q.z());
       EXPECT_LT((quaternion_log(minus) - r).norm(), 10 * kRoundoff * size) << "same rotation";

@@ -11,7 +11,7 @@ namespace {
 const std::filesystem::path kScenes = test::source_dir() + "/data/scenes";
 
 TEST(SceneArchive, GivesBackAllThatItTook) {
-  // What is written says every figure: if it is written again to the same bytes, none was lost.
+  // An archive contains every value: writing the restored scene gives the same bytes.
   for (const auto& entry : std::filesystem::directory_iterator(kScenes)) {
     if (entry.path().extension() != ".yaml") continue;
     const std::string bytes = archive_scene(load_scene(entry.path()));

@@ -1,4 +1,4 @@
-// What a scene says about joints and drag of links beyond the robot's own file.
+// Keys of a scene file for joints and for drag of links that go beyond the robot's own file.
 #include <gtest/gtest.h>
 
 #include "counterpoint/model/scene.h"
@@ -7,7 +7,7 @@
 namespace counterpoint::scene_joints_test {
 namespace {
 
-/// A slide, a hinge with limits that follows nothing, a follower, a fixed sensor, a ball.
+/// A slide, an independent hinge with limits, a follower, a fixed sensor, a ball.
 const char* const kRobot = R"(<robot name="robot"><link name="base"/>
 <link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
 <link name="b"><inertial><origin xyz="0 0 0.5"/><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
@@ -26,7 +26,7 @@ const char* const kRobot = R"(<robot name="robot"><link name="base"/>
 class SceneJoints : public testing::Test {
  protected:
   SceneJoints() { folder_.write("robot.urdf", kRobot); }
-  /// A scene of this robot with more keys, each indented by four blanks.
+  /// A scene of this robot with more keys, each indented by four spaces.
   Scene load(const std::string& keys) const {
     return load_scene(folder_.write("scene.yaml", "models:\n  - urdf: robot.urdf\n" + keys));
   }
@@ -97,7 +97,7 @@ TEST_F(SceneJoints, ServosHoldTheStartUnlessTold) {
       "    dynamics: {all: {servo: {stiffness: 5}}}\n");
   ASSERT_EQ(scene.model.servos().size(), 2u);
   EXPECT_EQ(scene.model.servos()[0].position, 0.25);
-  // Zero lies outside the limits of the hinge; it starts, and is held, at the nearest.
+  // Zero is outside the limits of the hinge, so it starts, and is held, at the nearest limit.
   EXPECT_EQ(scene.model.servos()[1].position, 0.2);
 }
 
@@ -124,7 +124,7 @@ TEST_F(SceneJoints, LimitsOfZeroInAUrdfAreNotGivenAndNotedOnce) {
   }
   EXPECT_EQ(effort, 1);
   EXPECT_EQ(velocity, 1);
-  // In a scene it is meant.
+  // In a scene file, a limit of zero is intended.
   const Scene limp = load("    dynamics: {slide: {effort_limit: 0}}\n");
   EXPECT_EQ(limp.model.joint(kSlide).effort_limit, 0.0);
 }
@@ -154,10 +154,10 @@ TEST_F(SceneJoints, BaseOnABallJoint) {
   EXPECT_EQ(root.joint_type, JointType::kSpherical);
   EXPECT_EQ(scene.model.joint(0).name, "base");
   EXPECT_FALSE(scene.model.joint(0).actuated);
-  EXPECT_TRUE(scene.model.joint(4).actuated);  // the ball at the other end
+  EXPECT_TRUE(scene.model.joint(4).actuated);  // the ball joint at the other end
   EXPECT_EQ(root.X_PJ.translation, Vector3(1, 2, 3));
   EXPECT_EQ(scene.v.head<3>(), Vector3(1, 2, 3));
-  // Where a welded base would be.
+  // The pose equals that of a welded base.
   const Scene welded = load("    position: [1, 2, 3]\n    quaternion: [0, 1, 0, 0]\n");
   const auto hanging = body_poses(scene.model, scene.q), fixed = body_poses(welded.model, welded.q);
   constexpr double kRoundoff = 1e-14;
@@ -170,7 +170,7 @@ TEST_F(SceneJoints, BaseOnABallJoint) {
 TEST_F(SceneJoints, LinksMayCarryTheirWeight) {
   const Scene scene = load(R"(    gravity_compensation: {b: 1, d: 0.5, base: 1, e: 0}
 )");
-  // The base does not move; e has nothing of it; d is merged into c.
+  // The base is fixed, e is excluded, and d is merged into c.
   const auto& all = scene.model.gravity_compensations();
   ASSERT_EQ(all.size(), 2u);
   EXPECT_EQ(all[0].body, 2);
@@ -189,7 +189,7 @@ TEST_F(SceneJoints, DragActsAtTheCentreOfEachLink) {
       e: {}
 )");
   const Model& model = scene.model;
-  // The base does not move; e has nothing of it.
+  // The base is fixed, and e is excluded.
   ASSERT_EQ(model.drags().size(), 2u);
   const BodyDrag& b = model.drags()[0];
   EXPECT_EQ(b.body, 2);
@@ -201,7 +201,7 @@ TEST_F(SceneJoints, DragActsAtTheCentreOfEachLink) {
   EXPECT_EQ(d.body, 3);  // merged into c
   const std::vector<Pose> X_WB = body_poses(model, VectorX::Zero(model.nq()) + scene.q);
   const Vector3 center_B = X_WB[2] * b.center;
-  const double angle = 0.2;  // where the hinge starts
+  const double angle = 0.2;  // start position of the hinge [rad]
   constexpr double kRoundoff = 1e-15;
   EXPECT_LT((center_B - 0.5 * Vector3(std::sin(angle), 0, std::cos(angle))).norm(), kRoundoff);
   const int frame = model.find_frame("d");

@@ -28,7 +28,7 @@ class SceneTest : public testing::Test {
   Scene load(const std::string& yaml, const SceneOverrides& overrides = {}) const {
     return load_scene(folder_.write("scene.yaml", yaml), overrides);
   }
-  /// Fails unless loading is refused, the message naming this line of the file and every part.
+  /// Expects a rejection whose message names this line of the file and contains every part.
   void expect_refused(const std::string& yaml, int line,
                       const std::vector<std::string>& parts) const {
     SCOPED_TRACE(yaml);
@@ -57,7 +57,7 @@ TEST_F(SceneTest, ContactInOneWord) {
   EXPECT_EQ(fast.compliance, 0.1);
   EXPECT_EQ(hard.friction_model, FrictionModel::kCoulomb);
   EXPECT_LT(hard.compliance, usual.compliance);
-  // Other keys go before the preset, wherever they stand.
+  // Other keys override the preset, in any order.
   const ContactOptions mixed =
       contact("contact: {margin: 0.5, friction_model: lagged, preset: fast}\n");
   EXPECT_EQ(mixed.margin, 0.5);

@@ -1,5 +1,5 @@
-// SDF files: poses in other frames, joints of every kind, static models, includes
-// and what they may open.
+// SDF files: poses in other frames, joints of every kind, static models, includes and the files
+// they may open.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,8 @@ namespace {
 
 using test::mass_matrix;
 
-constexpr double kRoundOff = 1e-12;  // of chains of some ten joints, and of 16 digits in a file
+constexpr double kRoundOff =
+    1e-12;  // round-off of chains of some ten joints and of 16 digits in a file
 constexpr double kPi = 3.14159265358979323846;
 
 class SdfTest : public testing::Test {
@@ -60,7 +61,7 @@ const char* const kLink =
     R"(<inertial><mass>2</mass><inertia><ixx>0.2</ixx><iyy>0.3</iyy><izz>0.25</izz></inertia>
   </inertial>)";
 
-/// A sphere of 1 cm at the link's origin, which touches.
+/// A collision sphere with a radius of 1 cm at the link's origin.
 std::string ball(const std::string& surface = "") {
   return "<collision name='c'><geometry><sphere><radius>0.01</radius></sphere></geometry>" +
          surface + "</collision>";
@@ -78,7 +79,7 @@ TEST_F(SdfTest, PosesAreRelativeToAnyFrame) {
   VectorX q = s.model.default_q();
   EXPECT_LT((frame(s, "a", q).translation - Vector3(1, 2, 3.5)).norm(), kRoundOff);
   EXPECT_LT((frame(s, "b", q).translation - Vector3(1, 2.25, 4.5)).norm(), kRoundOff);
-  // The model's y is the world's -x, about which b goes round the joint from y to -z.
+  // The model's y axis is the world's -x, about which the joint rotates b from y to -z.
   q[s.model.body(s.model.find_joint("j") + 1).q_index] = 0.5 * kPi;
   EXPECT_LT((frame(s, "b", q).translation - Vector3(1, 2, 4.25)).norm(), kRoundOff);
 }
@@ -136,7 +137,7 @@ TEST_F(SdfTest, UniversalJointsTurnAboutOneAxisAfterTheOther) {
   EXPECT_LT((frame(s, "a", q).rotation - expected).norm(), kRoundOff);
 }
 
-/// The child of one joint is the parent of the world's side: the joint is turned round.
+/// The child of a joint is nearer to the world than its parent: the joint is reversed.
 TEST_F(SdfTest, JointsThatPointInwardMoveTheSameWay) {
   const std::string links =
       std::string("<link name='a'>") + kLink + "</link><link name='b'><pose>1 0 0 0 0 0</pose>" +
@@ -233,7 +234,7 @@ TEST_F(SdfTest, OfTwoSurfacesTheSmallerFrictionAndBounceCount) {
   EXPECT_EQ(s.model.pair_materials()[0].material.restitution, 0.0);
   EXPECT_NEAR(geometry(s, "b/l/c").material.torsional_friction, 3 * kPi / 16 * 0.5 * 0.02,
               kRoundOff);
-  // Without a threshold nothing bounces, as the format says.
+  // Without a threshold nothing bounces, as the SDF format states.
   const Scene t = scene(std::string("<model name='a'><link name='l'>") + kLink +
                         ball("<surface><bounce><restitution_coefficient>0.8</"
                              "restitution_coefficient></bounce></surface>") +
@@ -266,7 +267,7 @@ TEST_F(SdfTest, BitmasksDecideWhatTouches) {
     world += std::string("<model name='") + name + "'><link name='l'>" + kLink + with(bits) +
              "</link></model>";
   const Scene s = scene(world + "</world>");
-  EXPECT_EQ(s.model.geometries().size(), 3u);  // d touches nothing
+  EXPECT_EQ(s.model.geometries().size(), 3u);  // d collides with nothing
   EXPECT_TRUE(excluded(s, "a/l/c", "b/l/c"));
   EXPECT_FALSE(excluded(s, "a/l/c", "c/l/c"));
 }
@@ -294,7 +295,7 @@ TEST_F(SdfTest, IncludesStayInTheirFolders) {
   const auto include = [](const std::string& uri) {
     return "<world name='w'>\n<include><uri>" + uri + "</uri></include></world>";
   };
-  // Of a file in worlds/ the folder above is its package.
+  // For a file in worlds/, the folder above is its package.
   const auto refused = [&](const std::string& uri) {
     try {
       load_scene(write(include(uri), "worlds/m.sdf"));
@@ -313,7 +314,7 @@ TEST_F(SdfTest, IncludesStayInTheirFolders) {
   SceneOverrides allowed;
   allowed.packages["secret"] = elsewhere.path() / "secret";
   EXPECT_EQ(load_scene(write(include("model://secret")), allowed).model.nv(), 6);
-  // A description that its own folder names, elsewhere.
+  // The model.config of a model that refers to a file elsewhere.
   folder_.write("trap/model.config", "<model><sdf version='1.9'>../../" +
                                          elsewhere.path().filename().string() +
                                          "/secret/model.sdf</sdf></model>");
@@ -323,7 +324,7 @@ TEST_F(SdfTest, IncludesStayInTheirFolders) {
   EXPECT_NE(refusal(include("model://loop")).find("includes itself"), std::string::npos);
 }
 
-/// What would change the motion is refused by file, line and element.
+/// Elements that would change the motion are rejected with file, line and name.
 TEST_F(SdfTest, RefusesWhatItCannotDo) {
   const auto with = [](const std::string& link, const std::string& rest = "") {
     return "<model name='m'>\n<link name='a'>" + std::string(kLink) + link +

@@ -1,5 +1,5 @@
-// Our robots as libsdformat converts them to SDF, against our reader of URDF. Not built where it is
-// missing.
+// Our robots, converted to SDF by libsdformat, against our URDF reader. Not built without
+// libsdformat.
 #include <gtest/gtest.h>
 
 #include <sdf/Console.hh>
@@ -16,9 +16,10 @@ namespace {
 
 using test::mass_matrix;
 
-constexpr double kRoundOff = 1e-12;  // of chains of some ten joints, and of 16 digits in a file
+constexpr double kRoundOff =
+    1e-12;  // round-off of chains of some ten joints and of 16 digits in a file
 
-/// q of another model of the same robot, joint by joint.
+/// Copies q from another model of the same robot, joint by joint.
 VectorX by_name(const Model& from, const VectorX& q, const Model& to) {
   VectorX out = to.default_q();
   for (int j = 0; j < to.num_joints(); ++j) {
@@ -35,8 +36,7 @@ TEST_P(SdfOfUrdf, HasTheSameMassMatrixAndPoses) {
   const std::string urdf = test::source_dir() + "/data/robots/" + GetParam() + ".urdf";
   sdf::Console::Instance()->SetQuiet(true);
   sdf::Root root;
-  // Of its shapes urdfdom knows none of ours by the name of capsule; it says so and goes on
-  // without.
+  // urdfdom does not know the shape `capsule`; it prints a warning and continues without it.
   ASSERT_TRUE(root.LoadSdfString(read_text_file(urdf, 1'000'000, "missing")).empty());
   const test::TempFolder folder;
   const Scene ours = load_scene(folder.write("r.sdf", root.Element()->ToString("")));

@@ -1,4 +1,4 @@
-// Gazebo's usual worlds: the sun and the ground plane of its library, lights, friction in two
+// Typical Gazebo worlds: the sun and ground plane of its library, lights, friction in two
 // directions, motors.
 #include <gtest/gtest.h>
 
@@ -72,7 +72,7 @@ TEST_F(SdfWorlds, SunAndGroundPlaneAreKnownWithoutALibrary) {
     EXPECT_EQ(ramp.translation, Vector3(0, 0, -1));
     EXPECT_NEAR(ramp.rotation(2, 2), std::cos(0.5), 1e-15);
     ASSERT_FALSE(s.model.pair_materials().empty());
-    EXPECT_EQ(s.model.pair_materials()[0].material.friction, 1.0);  // the ball's: the smaller
+    EXPECT_EQ(s.model.pair_materials()[0].material.friction, 1.0);  // the ball's value, the smaller
     EXPECT_TRUE(noted(s, "w.world:3: <include>")) << uri;
   }
 }
@@ -121,12 +121,12 @@ TEST_F(SdfWorlds, FrictionInTwoDirectionsMattersWhereAPairFeelsIt) {
   };
   EXPECT_EQ(friction(mu("1", "0.5"), mu("0.4", "0.4")), 0.4);
   EXPECT_EQ(friction(mu("1", "0.5"), mu("0.5", "2")), 0.5);
-  EXPECT_EQ(friction(mu("100", "50"), mu("1e5", "1e5")), 50.0);  // on either nothing slides
+  EXPECT_EQ(friction(mu("100", "50"), mu("1e5", "1e5")), 50.0);  // nothing slides with either
   const std::string wheel =
       "<world name='w'>" + ball("a", mu("1", "0.5")) + ball("b", mu("2", "2")) + "</world>";
   expect_refused(wheel, {"w.world:2: <collision> 'c'", "mu = 1 and mu2 = 0.5",
                          "models: [{sdf: w.world, leave_out: [friction_directions]}]"});
-  // A scene may put a lone model on any ground.
+  // A scene may place a single model on any ground.
   expect_refused(ball("a", mu("1", "0.5")), {"leave_out: [friction_directions]"});
   folder_.write("p/w/w.world", "<sdf version='1.6'>" + wheel + "</sdf>");
   const Scene left = load_scene(

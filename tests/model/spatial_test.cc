@@ -7,7 +7,7 @@
 namespace counterpoint::spatial_test {
 namespace {
 
-constexpr double kRoundoff = 1e-13;  // of chains of products of numbers of order one
+constexpr double kRoundoff = 1e-13;  // round-off of chains of products of numbers of order one
 
 class SpatialTest : public testing::TestWithParam<int> {
  protected:
@@ -72,7 +72,7 @@ TEST_P(SpatialTest, InertiaIsTheSameInEveryFrame) {
   const SpatialInertia inertia = test::random_inertia(random_);
   const Motion v = motion();
   expect_near(X * (inertia * v), inertia.transformed(X) * (X * v));
-  // The matrix form, and the kinetic energy of the centre of mass and about it.
+  // The matrix form, and the kinetic energy of and about the centre of mass.
   Vector6 v6;
   v6 << v.angular, v.linear;
   const Force momentum = inertia * v;
@@ -94,9 +94,9 @@ TEST_P(SpatialTest, WeldedInertiasAdd) {
 }
 
 TEST(Spatial, KnownValues) {
-  // Turning about z at 2 rad/s: the point one metre along x moves at 2 m/s along y.
+  // Rotation about z at 2 rad/s: the point 1 m along x moves at 2 m/s along y.
   EXPECT_EQ((Motion{{0, 0, 2}, {0, 0, 0}}.at({1, 0, 0})), Vector3(0, 2, 0));
-  // A force of 3 N along y one metre along x: 3 N m about z.
+  // A force of 3 N along y at 1 m along x: 3 N m about z.
   const Pose shift{Matrix3::Identity(), {1, 0, 0}};
   EXPECT_EQ((shift * Force{{0, 0, 0}, {0, 3, 0}}).torque, Vector3(0, 0, 3));
 }

@@ -1,5 +1,5 @@
-// Which side of a triangle mesh is outside: closed meshes inside out, open ones that look away from
-// all that moves.
+// Outside of a triangle mesh: closed meshes with inverted faces, and open ones whose faces point
+// away from all moving bodies.
 #include <gtest/gtest.h>
 
 #include "counterpoint/model/geometry.h"
@@ -9,9 +9,9 @@
 namespace counterpoint::terrain_sides_test {
 namespace {
 
-constexpr double kRounding = 1e-12;  // of volumes near 1 m^3
+constexpr double kRounding = 1e-12;  // round-off of volumes near 1 m^3
 
-/// A box low ... high whose faces look outwards, or inwards; `lid`: with the face at the top.
+/// A box low ... high whose faces point outwards or inwards; `lid`: with the top face.
 TriangleMesh box(const Vector3& low, const Vector3& high, bool outwards = true, bool lid = true) {
   TriangleMesh mesh;
   for (int i = 0; i < 8; ++i)
@@ -33,7 +33,7 @@ TriangleMesh both(TriangleMesh a, const TriangleMesh& b) {
   return a;
 }
 
-/// The terrain in a model, with a ball that starts at `ball`.
+/// A model with the terrain and a ball that starts at `ball`.
 Model model_with(const TriangleMesh& mesh, const Vector3& ball) {
   ModelBuilder builder;
   builder.add_environment("ground", {ShapeType::kTerrain, {}, nullptr, make_terrain(mesh)}, Pose(),
@@ -72,7 +72,8 @@ TEST(TerrainSides, ClosedMeshesInsideOutAreTurnedAndNoted) {
 }
 
 TEST(TerrainSides, HollowsStayHollowAndRoomsStayRooms) {
-  // A house: its inner walls look into the room. Right as it is, and as a whole turned round.
+  // A house whose inner walls face the room, given correctly or inverted as a whole; both end up
+  // correct.
   const auto house = [](bool outwards) {
     return both(box({-1, -1, -1}, {2, 2, 2}, outwards), box({0, 0, 0}, {1, 1, 1}, !outwards));
   };
@@ -82,7 +83,7 @@ TEST(TerrainSides, HollowsStayHollowAndRoomsStayRooms) {
       EXPECT_NEAR(volume(model), 26.0, 27.0 * kRounding);
       EXPECT_EQ(model.notes().size(), outwards ? 0u : 1u);
     }
-  // A room without outer walls, in which all that moves is.
+  // A room without outer walls that contains all moving bodies.
   const Model room = model_with(box({0, 0, 0}, {1, 1, 1}, false), kWithin);
   EXPECT_NEAR(volume(room), -1.0, kRounding);
   EXPECT_TRUE(room.notes().empty());
@@ -108,7 +109,7 @@ TEST(TerrainSides, OpenMeshesThatLookAwayFromAllThatMovesAreNoted) {
 
 TEST(TerrainSides, MirroringScalesKeepTheOutsideOutside) {
   test::TempFolder folder;
-  // A wedge, closed, right way round.
+  // A closed wedge with correct orientation.
   folder.write("w.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   folder.write("up.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0.5\nf 1 2 3\nf 2 4 3\n");
   for (const std::string scale :
@@ -125,7 +126,7 @@ TEST(TerrainSides, MirroringScalesKeepTheOutsideOutside) {
     const Model wedge = load("w.obj", "3"), sheet = load("up.obj", down ? "-3" : "3");
     const Terrain& closed = terrain_of(wedge);
     for (const Terrain::Triangle& t : closed.triangles) {
-      const Vector3 middle = 0.25 * (closed.low + closed.high);  // within
+      const Vector3 middle = 0.25 * (closed.low + closed.high);  // inside
       EXPECT_GT(t.normal.dot(closed.vertices[t.vertices[0]] - middle), 0.0) << scale;
     }
     EXPECT_TRUE(wedge.notes().empty()) << scale;

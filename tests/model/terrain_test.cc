@@ -1,4 +1,4 @@
-// Triangle meshes and height fields: edges, files, and what is refused.
+// Triangle meshes and height fields: edges, files, and rejected input.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -13,8 +13,8 @@ namespace {
 
 using Edge = Terrain::Edge;
 
-// Images of two rows, as any encoder writes them: 8 bits (0 51 255 / 255 102 0), 16 bits (0 65535 /
-// 13107 1), 1 bit (0 1 / 1 0), and colour.
+// PNG images of two rows: 8 bits (0 51 255 / 255 102 0), 16 bits (0 65535 / 13107 1), 1 bit (0 1 /
+// 1 0), and colour.
 constexpr unsigned char kGray8[] = {
     0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48, 0x44,
     0x52, 0x00, 0x00, 0x00, 0x03, 0x00, 0x00, 0x00, 0x02, 0x08, 0x00, 0x00, 0x00, 0x00, 0xb8,
@@ -64,7 +64,7 @@ void expect_refused(Action action, const std::vector<std::string>& words) {
   }
 }
 
-// A unit square of two triangles, the corner (1, 1) lifted by z.
+// A unit square of two triangles with the corner (1, 1) lifted by z.
 TriangleMesh square(double z) {
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, z}, {0, 1, 0}};
@@ -86,10 +86,10 @@ TEST(Terrain, EdgesAreToldApartByTheirBend) {
 
 TEST(Terrain, DropsWhatIsFlawedAndCountsIt) {
   TriangleMesh mesh = square(0.0);
-  mesh.triangles.push_back({0, 1, 1});  // by index
-  mesh.triangles.push_back({3, 0, 1});  // again, turned
+  mesh.triangles.push_back({0, 1, 1});  // degenerate by index
+  mesh.triangles.push_back({3, 0, 1});  // duplicate, rotated
   mesh.vertices.emplace_back(2, 0, 0);
-  mesh.triangles.push_back({0, 1, 4});  // on a line
+  mesh.triangles.push_back({0, 1, 4});  // collinear vertices
   const auto terrain = make_terrain(mesh, "flawed");
   EXPECT_EQ(terrain->triangles.size(), 2u);
   EXPECT_EQ(terrain->dropped, 3);
@@ -219,7 +219,7 @@ TEST(HeightField, StandsInAScene) {
   ASSERT_EQ(loaded.model.geometries().size(), 3u);
   EXPECT_EQ(loaded.model.geometries()[0].shape.terrain->high, Vector3(2, 1, 0.5));
   EXPECT_EQ(loaded.model.geometries()[2].shape.terrain->high, Vector3(2, 2, 0));
-  // The sheet's third triangle lies on the second, face down.
+  // The sheet's third triangle coincides with the second, with the opposite orientation.
   ASSERT_EQ(loaded.model.notes().size(), 1u);
   EXPECT_NE(loaded.model.notes()[0].message.find("opposite"), std::string::npos);
   const auto refused = [&](const std::string& item, const std::vector<std::string>& words) {

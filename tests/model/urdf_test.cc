@@ -89,7 +89,7 @@ TEST_F(UrdfTest, ReadsLinksAndJoints) {
   EXPECT_EQ(j.dry_friction, 0.25);
 }
 
-// urdfdom reads such a name otherwise than tinyxml2 does, and then knows no link of it.
+// urdfdom decodes such a name differently from tinyxml2 and then does not find its link.
 TEST_F(UrdfTest, RefusesNamesThatAreNotText) {
   expect_refused(robot(link("<\xbf\xc3\xc3\xc3<<body")), 3, {"link", "not valid text", "UTF-8"});
 }
@@ -194,7 +194,7 @@ TEST_F(UrdfTest, RepairsInertiasWhenAsked) {
   UrdfOptions options;
   options.repair_inertias = true;
   const RobotSpec repaired = load(bad, options);
-  // The excess of 3 is shared: 1 + 1, 1 + 1, 5 - 1.
+  // The excess of 3 is distributed: 1 + 1, 1 + 1, 5 - 1.
   EXPECT_LT((repaired.links[0].inertia.rotational.diagonal() - Vector3(2, 2, 4)).norm(), kRoundoff);
   EXPECT_TRUE(noted(repaired, "replaced"));
 }
@@ -217,7 +217,7 @@ TEST_F(UrdfTest, FindsMeshes) {
     EXPECT_TRUE(spec.notes.empty()) << name;
   }
   EXPECT_NEAR(mesh_of(load(with_mesh("local/t.obj", "2 2 -2")))->volume, 8.0, 1e-5);
-  // A package of another name whose end of the path fits: taken, and said.
+  // The package is unknown, but the end of the path fits a file: it is used, with a note.
   const RobotSpec guessed = load(with_mesh("package://elsewhere/pkg/meshes/t.obj"));
   EXPECT_TRUE(noted(guessed, "is taken to be"));
   UrdfOptions options;
@@ -230,7 +230,7 @@ TEST_F(UrdfTest, FindsMeshes) {
 }
 
 TEST_F(UrdfTest, SharesHullsAndNotesConcavity) {
-  // An L-shaped prism of volume 3; the hull adds half of the missing corner.
+  // An L-shaped prism of volume 3; its hull adds half of the missing corner.
   const std::string l_prism =
       "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\n"
       "v 0 0 1\nv 2 0 1\nv 2 1 1\nv 1 1 1\nv 1 2 1\nv 0 2 1\n"

@@ -1,4 +1,4 @@
-// Block factorization against the dense one.
+// Block Cholesky factorization against the dense one.
 #include "counterpoint/engine/optimize/newton/block_cholesky.h"
 
 #include <gtest/gtest.h>
@@ -8,12 +8,12 @@ namespace {
 
 constexpr int kSize = 5;
 
-/// Fills a pattern from J'J of random rows that each see `width` + 1 neighbours, and returns it
-/// dense.
+/// Fills a pattern with J'J of random rows that each involve `width` + 1 neighbouring blocks;
+/// returns it dense.
 MatrixX fill(BlockCholesky& system, bool periodic) {
   const int n = system.num_blocks(), last = system.width() - 1;
   MatrixX dense = MatrixX::Zero(n * kSize, n * kSize);
-  std::srand(1);  // Eigen's Random
+  std::srand(1);  // seeds Eigen's Random
   for (int t = periodic ? 0 : 1; t < (periodic ? n : n - last); ++t) {
     MatrixX J = MatrixX::Zero(4, n * kSize);
     for (int k = -1; k <= last; ++k)
@@ -42,7 +42,7 @@ void compare(int n, bool periodic, int width = 2) {
   MatrixX x = b, same = b;
   system.solve(x, one);
   const VectorX expected = dense.llt().solve(Eigen::Map<const VectorX>(b.data(), b.size()));
-  // Condition about 100: round-off grows as much.
+  // The condition number is about 100 and amplifies round-off by as much.
   EXPECT_LT((Eigen::Map<const VectorX>(x.data(), x.size()) - expected).cwiseAbs().maxCoeff(), 1e-12)
       << n << " blocks";
   ASSERT_TRUE(system.factor(0.5, shift, two));
@@ -66,7 +66,7 @@ TEST(BlockCholesky, SolvesWiderBands) {
 }
 
 TEST(BlockCholesky, SaysWhatIsNotPositiveDefinite) {
-  for (const int n : {4, 9}) {  // where the chains find it, or the root alone
+  for (const int n : {4, 9}) {  // found in the chains, or in the root alone
     ThreadPool pool(2);
     BlockCholesky system(n, kSize, false);
     fill(system, false);

@@ -1,4 +1,5 @@
-// Forces at a distance, which smoothing makes, fade out where constraints appear and vanish.
+// Forces at a distance, due to smoothing, fade out continuously where constraints appear and
+// vanish.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,9 +11,9 @@
 namespace counterpoint::faded_smoothing_test {
 namespace {
 
-constexpr double kSmooth = 0.05;  ///< [m]: a weight is carried from this far
+constexpr double kSmooth = 0.05;  ///< [m]; the weight is carried from this distance
 
-/// Normal and sliding force [N] on a ball of 1 kg at a height above the ground, moving as `v`.
+/// Normal and friction force [N] on a ball of 1 kg at a height above the ground with this velocity.
 Vector3 force_at(const Scene& scene, double gap, const Vector3& velocity) {
   VectorX q = scene.q, v = VectorX::Zero(scene.model.nv());
   q[2] += gap;
@@ -35,12 +36,12 @@ Scene soft_ball() {
   return scene;
 }
 
-// Across the margin friction is another law, and beyond what bodies travel there is no contact:
-// neither is felt. 0.05 m g of smoothing at 0.1 m would be 5 N here.
+// The friction law changes at the margin, and contacts end beyond it; neither may cause a jump.
+// Without fading, smoothing of 0.05 m g at 0.1 m would give 5 N.
 TEST(FadedSmoothing, NothingJumpsAtTheMargin) {
   const Scene scene = soft_ball();
   const double margin = scene.options.contact.margin;
-  // The force is 10 N k / gap (1 - s^2)^2: 4e-8 of that a micrometre inside.
+  // The force is 10 N k / gap (1 - s^2)^2: a relative 4e-8 at 1 um inside the margin.
   for (const Vector3& velocity : {Vector3(0, 0, 0), Vector3(0.5, 0, 0), Vector3(0.5, 0.2, -0.3)}) {
     const Vector3 inside = force_at(scene, margin - 1e-6, velocity);
     const Vector3 outside = force_at(scene, margin + 1e-6, velocity);
@@ -70,7 +71,7 @@ TEST(FadedSmoothing, NothingJumpsWhereLimitsBegin) {
 }
 
 TEST(FadedSmoothing, SlopeIsTheDerivative) {
-  constexpr double kStep = 1e-6;  // error kStep^2 times the third derivative, 24 / reach^3
+  constexpr double kStep = 1e-6;  // error: kStep^2 times the third derivative, 24 / reach^3
   for (const double gap : {-0.01, 0.01, 0.05, 0.099, 0.12}) {
     const double difference =
         (faded_smoothing(kSmooth, gap + kStep, 0.1) - faded_smoothing(kSmooth, gap - kStep, 0.1)) /
@@ -79,7 +80,7 @@ TEST(FadedSmoothing, SlopeIsTheDerivative) {
   }
 }
 
-// Contacts as hard as by default know nothing of it.
+// Fading does not affect contacts with the default, hard smoothing.
 TEST(FadedSmoothing, HardContactsAreAsTheyWere) {
   for (const double gap : {-1e-3, 0.0, 1e-9, 5e-3, 0.02})
     EXPECT_EQ(faded_smoothing(kHardSmoothing, gap, 0.01), kHardSmoothing) << gap;
@@ -102,7 +103,7 @@ TEST(FadedSmoothing, DerivativesOfForcesAtADistance) {
                              reference, DerivativeMethod::kExtrapolated);
     EXPECT_FALSE(exact.by_differences);
     const double scale = reference.dq.cwiseAbs().maxCoeff();
-    // Extrapolated differences are right to 1e-9 of the largest entry.
+    // Extrapolated differences are accurate to 1e-9 of the largest entry.
     EXPECT_LT((exact.dq - reference.dq).cwiseAbs().maxCoeff(), 1e-7 * scale) << gap;
     EXPECT_GT(scale, 1.0) << gap;
   }

@@ -1,4 +1,4 @@
-// Problems with known answers, and the bundled ones, from their plain starts.
+// Problems with known answers, and the bundled problems from their plain initial guesses.
 #include "counterpoint/engine/optimize/optimize.h"
 
 #include <gtest/gtest.h>
@@ -16,11 +16,11 @@ namespace {
 const std::filesystem::path kProblems =
     std::filesystem::path(test::source_dir()) / "data/scenes/optimize";
 
-/// What a plan must be (issue: done when): as step_forward does it, to 1e-8.
+/// Required of a plan: step_forward reproduces it within 1e-8.
 constexpr double kForward = 1e-8;
 
-// A block on a slide from rest to rest in time T with the least sum of squared forces: the discrete
-// minimum-energy motion, whose force falls linearly from +F to -F.
+// A block moves on a slide from rest to rest in time T with the least sum of squared forces: the
+// discrete minimum-energy motion, whose force falls linearly from +F to -F.
 TEST(Optimize, BlockFromRestToRestWithLeastEffort) {
   const Scene scene = test::slider({});
   Problem problem;
@@ -44,11 +44,11 @@ TEST(Optimize, BlockFromRestToRestWithLeastEffort) {
   const Result result =
       optimize(problem, straight_line(scene.model, problem.start_q, *problem.goal_q, 20), settings);
   EXPECT_EQ(result.outcome, Outcome::kConverged);
-  // u_t = a - b t: the stationarity of a sum of squares under sum u = 0 and sum (N - t) u = const.
+  // u_t = a - b t: stationarity of the sum of squares under sum u = 0 and sum (N - t) u = const.
   for (std::size_t t = 1; t + 1 < result.applied_force.size(); ++t) {
     const double second = result.applied_force[t + 1][0] - 2.0 * result.applied_force[t][0] +
                           result.applied_force[t - 1][0];
-    EXPECT_NEAR(second, 0.0, 1e-7) << t;  // of forces of 6 N
+    EXPECT_NEAR(second, 0.0, 1e-7) << t;  // forces are up to 6 N
   }
   EXPECT_NEAR(result.applied_force.front()[0], -result.applied_force.back()[0], 1e-7);
 }
@@ -62,7 +62,7 @@ Result solve(const char* file, int threads, double smoothing, ProblemFile& probl
   return optimize(problem.problem, seeded_guess(problem, seed), settings);
 }
 
-/// From the guess, or the first of so many starts that converges.
+/// Solves from the guess, then from random starts until one converges; at most `starts` in all.
 void expect_plan(const char* file, std::uint64_t starts = 1) {
   ProblemFile problem;
   Result result = solve(file, 2, 0.0, problem);
@@ -74,7 +74,7 @@ void expect_plan(const char* file, std::uint64_t starts = 1) {
                                     problem.problem.motors, result.q, result.v.front());
   EXPECT_LE(found.unactuated_max, 1e-3) << file;
   EXPECT_LE(found.overlap_max, 1e-4) << file;
-  EXPECT_LE(found.cone_violation_max, 1e-9) << file;  // round-off of forces over the weight
+  EXPECT_LE(found.cone_violation_max, 1e-9) << file;  // round-off of forces, relative to the weight
   EXPECT_LE(found.forward_check_max, kForward) << file;
   EXPECT_EQ(found.forward_failures, 0) << file;
 }
@@ -82,7 +82,7 @@ void expect_plan(const char* file, std::uint64_t starts = 1) {
 TEST(Optimize, AcrobotSwingsUp) { expect_plan("acrobot.yaml"); }
 TEST(Optimize, HopperHops) { expect_plan("hopper.yaml"); }
 TEST(Optimize, FingerTurnsAWheel) { expect_plan("spinner.yaml"); }
-// Two starts in three converge (docs/measurements/optimization.md); which, the last bits decide.
+// Two thirds of the starts converge (docs/measurements/optimization.md); round-off decides which.
 TEST(Optimize, FingerPushesABoxOverIce) { expect_plan("push_box.yaml", 4); }
 TEST(Optimize, ArmRollsABall) { expect_plan("roll_ball.yaml", 4); }
 

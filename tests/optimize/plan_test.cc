@@ -1,5 +1,5 @@
-// What plans stand on: mirrors, standing poses, velocity-dependent forces at the start of a step,
-// feedback.
+// Building blocks of plans: mirror images, standing poses, verification, velocity-dependent forces
+// at the start of a step, feedback.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -30,7 +30,7 @@ TEST(Mirror, TwiceIsTheSame) {
   EXPECT_THROW(make_mirror(scene.model, "left_", "wrong_"), InputError);
 }
 
-// The inverse knows no left and right: forces of a mirrored motion are the mirrored forces.
+// Inverse dynamics commutes with the mirror image.
 TEST(Mirror, ForcesOfTheMirrorImage) {
   const Scene scene = load_scene(kProblems / "scenes/humanoid.yaml");
   const Model& model = scene.model;
@@ -70,8 +70,8 @@ TEST(Settle, ContactsCarryTheWeight) {
   }
 }
 
-/// What a plan of two steps comes to in which a box of 1 kg slides over the ground at `speed`, from
-/// a height above it.
+/// Verifies a plan of two steps in which a box of 1 kg slides at `speed`, starting at a height
+/// above the ground.
 Verification verify_slide(double height, double speed, double friction) {
   test::BoxOnPlane box;
   box.friction = friction;
@@ -95,8 +95,8 @@ Verification verify_slide(double height, double speed, double friction) {
   return verify(scene.model, scene.options, motors_of(scene.model), q, v_0);
 }
 
-// A box at 0.5 m/s on ground of friction 0.2 loses 0.2 g h a step: 4.8 mm in the first step of 10
-// ms.
+// A box at 0.5 m/s on ground with friction 0.2 loses 0.2 g h per step and slips by 4.8 mm in the
+// first step of 10 ms.
 TEST(Verify, SlipOfWhatStands) {
   const Verification found = verify_slide(0.0, 0.5, 0.2);
   EXPECT_NEAR(found.stance_slip_max, 0.01 * (0.5 - 0.2 * 9.81 * 0.01), 1e-5);  // compliance
@@ -104,20 +104,20 @@ TEST(Verify, SlipOfWhatStands) {
   EXPECT_LT(found.forward_check_max, 1e-12);
 }
 
-// Six tenths of the way down in the first step, the rest in the second: it lands.
+// The box falls six tenths of the height in the first step and lands in the second.
 TEST(Verify, SlipOfWhatLands) {
   const Verification found = verify_slide(0.02, 0.5, 0.2);
   EXPECT_EQ(found.stance_slip_max, 0.0);
-  // It comes to the ground at the end of the step, at what is left of the way over h: friction
-  // takes 0.2 times the change of velocity.
+  // It reaches the ground at the end of the step with the remaining distance over h as its speed;
+  // friction takes 0.2 times the change of velocity.
   const double h = 0.01, g = 9.81, left = 0.4 * 0.02 - g * h * h;
   const double speed = 0.6 * 0.02 / h + 2.0 * g * h;
   EXPECT_NEAR(found.landing_slip_max, h * (0.5 - 0.2 * (speed - left / h)), 1e-6);  // compliance
   EXPECT_LT(found.forward_check_max, 1e-12);
 }
 
-// The second of the solutions that exact friction leaves to a landing may lie far off; a forward
-// step that starts from the plan's forces has nothing to do.
+// With Coulomb friction a landing may have a second, distant solution. A forward step that starts
+// from the plan's forces must stay at the plan's solution.
 TEST(Verify, ForwardStepStartsAtThePlansForces) {
   const Scene scene = load_scene(kProblems / "scenes/hopper.yaml");
   Simulator simulator(scene);
@@ -155,7 +155,7 @@ TEST(VelocityForces, AtTheStartAreInvertedToo) {
     const State before = simulator.state();
     ASSERT_TRUE(simulator.step().succeeded());
     const Inverse& inverse = simulator.inverse(before.q, before.v, simulator.state().v);
-    // Without constraints only round-off is left (inverse_test.cc).
+    // Without constraints only round-off remains (inverse_test.cc).
     EXPECT_LT((inverse.applied_force - force).cwiseAbs().maxCoeff(),
               1e-10 * std::max(1.0, inverse.force_scale));
   }

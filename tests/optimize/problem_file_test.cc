@@ -1,4 +1,4 @@
-// Problem files: what is refused, where, and with what advice.
+// Problem files: rejected input, with its line and a remedy.
 #include <gtest/gtest.h>
 
 #include "counterpoint/engine/optimize/optimize.h"
@@ -13,7 +13,7 @@ const char* const kScene =
 const char* const kGood =
     "scene: scene.yaml\nsteps: 10\nterms:\n  - {quantity: velocity, weight: 1}\n";
 
-/// The message of the refusal of a problem file; empty if it is taken.
+/// Message of the rejection of a problem file; empty if it is accepted.
 std::string refusal(const std::string& text) {
   const test::TempFolder folder;
   folder.write("scene.yaml", kScene);

@@ -9,8 +9,8 @@
 namespace counterpoint::optimization::tangent_map_test {
 namespace {
 
-/// Central differences of step 1e-6: their error is about 1e-16 / 1e-6, and 1e-12 times third
-/// derivatives, which grow towards a turn of pi.
+/// Central differences with step 1e-6: error about 1e-16 / 1e-6 plus 1e-12 times third derivatives,
+/// which grow towards a rotation by pi.
 constexpr double kStep = 1e-6, kTolerance = 1e-7;
 
 MatrixX dense(const TangentMap& map, const std::vector<int>& rotations) {

@@ -1,4 +1,4 @@
-// Every term's derivatives: the gradient of the cost against its central differences.
+// Derivatives of every cost term: the gradient of the cost against its central differences.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -14,8 +14,8 @@
 namespace counterpoint::optimization::terms_test {
 namespace {
 
-/// Differences of a cost of order one over 2e-6: 1e-10 of round-off, times the stiffness of what is
-/// differentiated. Relative to the largest entry of the gradient.
+/// Differences of a cost of order one over 2e-6 have a round-off of 1e-10 times the stiffness of
+/// the term. Relative to the largest entry of the gradient.
 constexpr double kStep = 1e-6, kTolerance = 1e-6;
 
 struct Start {
@@ -23,7 +23,7 @@ struct Start {
   std::vector<VectorX> frames;
 };
 
-/// Frames near each other on a model.
+/// Frames of a model near each other.
 Start start_of(const Model& model, const SimulationOptions& options, int steps, bool periodic) {
   Start start;
   start.problem.model = &model;
@@ -58,7 +58,7 @@ Term term_of(const Model& model, Quantity quantity, std::uint64_t seed) {
   term.body = model.num_bodies() - 1;
   term.point = Vector3(0.1, -0.2, 0.05);
   term.axis = Vector3(0.6, 0.0, 0.8);
-  term.radius = -2.0;  // heights are positive: sliding and tilt fade
+  term.radius = -2.0;  // heights are positive, so sliding and tilt fade
   term.length = quantity == Quantity::kJointLimits ? 10.0 : 2.0;
   return term;
 }
@@ -144,7 +144,8 @@ TEST(Terms, GradientsThroughContactAndItsMirror) {
   expect_gradient(start, stage, "humanoid");
 }
 
-// A ball that rolls does not slide, though its centre moves; one that does not turn slides as fast.
+// A rolling ball does not slide although its centre moves; without rotation it slides at that
+// speed.
 TEST(Terms, RollingIsNoSliding) {
   const std::filesystem::path scenes =
       std::filesystem::path(test::source_dir()) / "data/scenes/optimize/scenes";
@@ -155,7 +156,7 @@ TEST(Terms, RollingIsNoSliding) {
   term.body = model.num_bodies() - 1;
   ASSERT_EQ(model.joint(term.body - 1).link, "ball/body");
   term.radius = 0.1;
-  term.length = 10.0;  // heights hardly tell
+  term.length = 10.0;  // fading with height is weak
   const double h = 0.01, way = 1e-3;
   const int first = model.body(term.body).v_index;
   KinematicScratch scratch(model);
@@ -168,7 +169,8 @@ TEST(Terms, RollingIsNoSliding) {
     integrate_configuration(model, scene.q, change, 1.0, q);
     compute_poses(model, q, at);
     evaluate_kinematic({model, h, before, at}, term, scratch, {value});
-    // A turn by 0.01 rad leaves a sixth of its cube; heights of 0 fade by 0.12 of 10 m at most.
+    // A rotation by 0.01 rad leaves a sixth of its cube. The value at height 0 fades by at most
+    // 0.12 at a length of 10 m.
     EXPECT_NEAR(value[0], rolls ? 0.0 : way / h, rolls ? 1e-5 : 0.13 * way / h) << rolls;
   }
 }

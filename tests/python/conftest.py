@@ -1,4 +1,4 @@
-"""What the tests of the Python module share. COUNTERPOINT_COMMAND: the C++ command to compare with."""
+"""Fixtures shared by the tests of the Python module. COUNTERPOINT_COMMAND: the C++ command to compare with."""
 
 import os
 import pathlib

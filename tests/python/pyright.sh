@@ -1,6 +1,6 @@
 #!/bin/sh
-# pyright.sh PYTHON BUILD: the stubs and the examples under pyright's strict rules. pyright comes from npm, pinned in
-# pyright/package-lock.json. Exit code 77: skipped, and why.
+# pyright.sh PYTHON BUILD: checks the stubs and the examples with pyright's strict rules. pyright comes from npm,
+# pinned in pyright/package-lock.json. Exit code 77: skipped, with the reason.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -17,12 +17,12 @@ if [ ! -e "$stamp" ]; then
   (cd "$work" && npm ci --ignore-scripts --no-audit --no-fund --loglevel=error) || skip "npm could not fetch pyright"
   touch "$stamp"
 fi
-# Copies: pyright looks at what lies below its project only, and follows no links.
+# Uses copies, since pyright checks files below its project only and does not follow links.
 rm -rf "$work/source"
 mkdir -p "$work/source/counterpoint"
 cp "$root"/apps/python/counterpoint/*.pyi "$root"/apps/python/counterpoint/py.typed "$work/source/counterpoint"
 cp "$root"/apps/python/examples/*.py "$work/source"
-rm "$work/source/tables.py" # pandas and matplotlib may not be there
+rm "$work/source/tables.py"  # pandas and matplotlib may be missing
 cat >"$work/pyrightconfig.json" <<END
 {"include": ["source"], "extraPaths": ["source"], "typeCheckingMode": "strict", "pythonVersion": "3.11"}
 END

@@ -1,4 +1,4 @@
-"""Names, exceptions, and what people type first."""
+"""Names, exceptions, and typical first calls."""
 
 import pathlib
 
@@ -129,7 +129,7 @@ def test_input_columns_are_forces_targets_and_wrenches(load):
     motion = sim.run(inputs=np.tile(row, (20, 1)), columns=columns)
     assert np.array_equal(motion.q[-1], result.q[0, -1])
     inverse = cp.step_inverse(model, scene.options, motion.q[4], motion.v[4], motion.v[5], known=motion.input(4))
-    # The share of the largest force to which an inverse recovers forces (docs/explanation/concepts.md).
+    # An inverse recovers forces to this share of the largest force (docs/explanation/concepts.md).
     tolerance = 1e-9 * inverse.force_scale
     assert abs(inverse.applied_force[0] - row[2]) < tolerance
 
@@ -170,7 +170,7 @@ def test_replays_show_themselves(load):
 
 
 def test_identification_finds_what_made_a_motion(load, tmp_path):
-    """A recording made by friction of 0.3 is best explained by it."""
+    """Identification recovers the friction of 0.3 with which the recording was simulated."""
     scene = load("cube_toss")
     made = cp.recordings.with_settings(scene, "friction=0.3")
     motion = cp.Simulator(made).run(0.5)
@@ -191,7 +191,7 @@ def test_identification_finds_what_made_a_motion(load, tmp_path):
     found = cp.recordings.identify(scene, columns, recorded, "friction=0.1..0.6", samples=8, refined=1,
                                    progress=lambda done, total: calls.append((done, total)))
     assert calls and found.cost <= found.start_cost
-    assert found.parameters[0].value == pytest.approx(0.3, rel=0.05)  # one bounce, a kinked objective
+    assert found.parameters[0].value == pytest.approx(0.3, rel=0.05)  # one bounce, objective with kinks
     assert cp.recordings.parameter_values(found.scene, "friction")["friction"] == pytest.approx(found.parameters[0].value)
 
     explained = cp.recordings.identify(scene, columns, recorded, "friction=0.1..0.6", objective="explain")

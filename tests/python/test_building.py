@@ -1,4 +1,4 @@
-"""Scenes made in Python, without a file."""
+"""Scenes built in Python without a file."""
 
 import numpy as np
 import pytest
@@ -15,14 +15,14 @@ def test_a_scene_without_a_file():
     scene = cp.Scene(builder.build(), options=cp.SimulationOptions(time_step=1e-3), name="ball")
     sim = cp.Simulator(scene)
     sim.advance(1000)
-    # A resting body hovers about the smoothing length above the ground; its compliance gives as much again.
+    # A resting body hovers about the smoothing length above the ground; the compliance adds as much again.
     assert abs(sim.state["ball.z"] - 0.1) < 1e-9
     before = sim.state.copy()
     sim.step()
     inverse = sim.inverse(before.q, before.v, sim.v)
     (contact,) = inverse.contacts
     assert contact.geometry_a == "ground"
-    assert abs(contact.force[2] - 2.0 * 9.80665) < 1e-6 * 2.0 * 9.80665  # tolerance of the solver over h
+    assert abs(contact.force[2] - 2.0 * 9.80665) < 1e-6 * 2.0 * 9.80665  # solver tolerance over h
     assert np.array_equal(inverse.contact_forces[0], contact.force)
 
 
@@ -66,7 +66,7 @@ def test_terrain_from_files(scenes, tmp_path):
     scene = cp.Scene(builder.build())
     sim = cp.Simulator(scene)
     sim.run(0.6)
-    assert sim.state["ball.z"] > 0.9  # on the top, 1 m above the plain
+    assert sim.state["ball.z"] > 0.9  # on the hilltop, 1 m above the plain
 
 
 def test_surfaces_of_pairs_and_filled_inertias(tmp_path):
@@ -78,14 +78,14 @@ def test_surfaces_of_pairs_and_filled_inertias(tmp_path):
     model = builder.build()
     ball_shape = next(g.name for g in model.geometries if g.name != "ground")
     assert model.pair_material("ground", ball_shape).restitution == 0.5
-    assert model.pair_material(ball_shape, "ground").friction == 0.0  # as the materials combine
+    assert model.pair_material(ball_shape, "ground").friction == 0.0  # from the combined materials
     assert model.bodies[1].mass == 2.0
     with pytest.raises(KeyError, match="no geometry 'sky'"):
         model.pair_material("sky", "ground")
     sim = cp.Simulator(cp.Scene(model))
     rises = [sim.q[2] for _ in range(250) if sim.step() is None or True]
     after = rises[next(i for i in range(249) if rises[i + 1] > rises[i]):]
-    # e^2 of the height that it fell through; 1 % is what impacts within the step promise at 2 ms.
+    # e^2 of the drop height; impacts within the step are accurate to 1 % at 2 ms.
     assert max(after[:150]) - 0.1 == pytest.approx(0.25 * 0.2, rel=0.01)
 
     urdf = tmp_path / "swapped.urdf"

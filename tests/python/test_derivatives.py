@@ -1,4 +1,4 @@
-"""Derivatives of steps against differences of steps taken from Python."""
+"""Derivatives of steps against differences of steps computed in Python."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def test_forward_derivatives_are_those_of_the_steps(load, name):
     zero = np.zeros(nv)
     found = cp.step_forward_derivatives(model, scene.options, q, v, step(zero, zero, zero), known=cp.Input(model))
     assert found.dv_dq.shape == (nv, nv)
-    size = 1e-5  # error of central differences about 1e-10 of the third derivative, rounding 1e-16 / 1e-5
+    size = 1e-5  # central differences: truncation 1e-10 of the third derivative, round-off 1e-16 / 1e-5
     for i in range(nv):
         d = np.zeros(nv)
         d[i] = size
@@ -48,14 +48,14 @@ def test_inverse_derivatives_agree_with_differences(load):
     assert inverse.fault is None
     for name in ("dq", "dv", "dv_next"):
         a, b = getattr(exact, name), getattr(near, name)
-        # Of the differences; in flight forces do not depend on q but for rounding.
+        # Error of the differences; in flight, forces depend on q through round-off only.
         assert a.base is not None and np.abs(a - b).max() < 1e-5 * np.abs(b).max() + 1e-9
     with pytest.raises(ValueError, match="'analytic'"):
         cp.step_inverse_derivatives(*given, method="guess")
 
 
 def moving(load, name, seed=11):
-    """A model somewhere, moving: q, v, a."""
+    """Returns a scene and a random q, v, a of its model."""
     scene = load(name)
     rng = np.random.default_rng(seed)
     nv = scene.model.nv
@@ -64,7 +64,7 @@ def moving(load, name, seed=11):
 
 
 def columns(function, model, q, v, a, size=1e-6):
-    """Central differences of function(q, v, a) by displacements of q, by v, by a: error about 1e-10 of the values."""
+    """Central differences of function(q, v, a) by displacements of q, by v and by a; relative error about 1e-10."""
     out = []
     for which in range(3):
         found = []
@@ -134,7 +134,7 @@ def test_batches_of_derivatives_have_the_bits_of_single_ones(load):
 
 
 def test_derivatives_by_parameters_are_those_of_other_models(load):
-    """By the damping of a joint and the mass of a link, against models that have other figures."""
+    """Derivatives by a joint's damping and a link's mass, against models with other values."""
 
     def arm(damping, mass):
         links = [cp.LinkSpec("base")]
@@ -160,7 +160,7 @@ def test_derivatives_by_parameters_are_those_of_other_models(load):
     def force(damping, mass):
         return cp.step_inverse(arm(damping, mass), options, q, v, v_next).applied_force.copy()
 
-    size = 1e-4  # forces are linear in both: rounding alone, 1e-15 * 1e3 / 1e-4
+    size = 1e-4  # forces are linear in both, so only round-off remains: 1e-15 * 1e3 / 1e-4
     assert np.array_equal(inverse.applied_force, force(0.2, 1.0))
     by_damping = (force(0.2 + size, 1.0) - force(0.2 - size, 1.0)) / (2 * size)
     by_mass = (force(0.2, 1.0 + size) - force(0.2, 1.0 - size)) / (2 * size)

@@ -1,4 +1,4 @@
-"""Dynamics, collision, frames and the forces of a step, against each other and known answers."""
+"""Dynamics, collision, frames and the forces of a step, against each other and against known answers."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ def test_dynamics_are_each_others_oracles(load):
     v, a = rng.standard_normal((2, model.nv))
     data = cp.Data(model)
     tau = cp.rnea(model, q, v, a, data)
-    # Rounding of sums over some 30 bodies, condition of M about 1e4.
+    # Round-off of sums over some 30 bodies; the condition number of M is about 1e4.
     assert np.allclose(cp.aba(model, q, v, tau, data=data), a, rtol=0, atol=1e-9)
     M = cp.crba(model, q, data)
     still = cp.rnea(model, q, v, np.zeros(model.nv), data)
@@ -21,11 +21,11 @@ def test_dynamics_are_each_others_oracles(load):
     armature = 0.5 * v @ (model.armature * v)
     assert np.isclose(cp.kinetic_energy(model, q, v), 0.5 * v @ M @ v + armature, rtol=1e-12)
     back = cp.integrate_configuration(model, scene.q, cp.configuration_difference(model, scene.q, q), 1.0)
-    assert np.allclose(back, q, rtol=0, atol=1e-13)  # rounding of exponential and logarithm
+    assert np.allclose(back, q, rtol=0, atol=1e-13)  # round-off of exponential and logarithm
     out = np.empty((model.nv, model.nv))
     assert cp.crba(model, q, out=out) is out and np.array_equal(out, M)
     cp.compute_kinematics(model, data, q, v)
-    assert not {"rotation", "translation", "X_WB"} & set(dir(data))  # of bodies: pose and frame_motion are of links
+    assert not {"rotation", "translation", "X_WB"} & set(dir(data))  # links have pose, frame_motion
     assert cp.total_mass(model) == pytest.approx(sum(body.mass for body in model.bodies), rel=1e-14)
     assert cp.total_momentum(model, q, v).shape == (6,) and np.isfinite(cp.potential_energy(model, q))
 
@@ -67,7 +67,7 @@ def test_the_forces_of_the_last_step(load):
     sim.advance(1000)
     forces = sim.last_forces()
     weight = 9.80665 * cp.total_mass(scene.model)
-    # At rest: to the tolerance of the solver over h.
+    # At rest, to the solver tolerance over h.
     up = -1.0 if forces.contacts[0].geometry_b == "ground" else 1.0
     assert up * forces.contact_forces[:, 2].sum() == pytest.approx(weight, rel=1e-6)
     for contact in forces.contacts:
@@ -89,13 +89,13 @@ def test_friction_takes_energy_and_limits_hold(load):
         sim.advance(50)
         forces = sim.last_forces()
         for contact in forces.contacts:
-            # Across the normal, against the force; 1e-9: of the solver's tolerance, over h.
+            # The slip is tangential and opposes the force; 1e-9 is the solver tolerance over h.
             assert abs(contact.slip @ contact.normal) <= 1e-12
             assert contact.slip @ contact.force <= 1e-9 * forces.force_scale
         for effect, index, force in forces.joint_forces:
             assert effect == "limits" and 0 <= index < scene.model.nv and np.isfinite(force)
             limits += force != 0.0
-    assert limits > 0  # knees and elbows come against their stops
+    assert limits > 0  # knees and elbows reach their limits
 
 
 def test_frames_by_name(load):
@@ -114,7 +114,7 @@ def test_frames_by_name(load):
         assert np.allclose(found.pose.matrix, data.pose(frame.name).matrix, atol=1e-15)
         rate = (later.pose(frame.name).matrix - earlier.pose(frame.name).matrix) / (2 * step)
         spin = rate[:3, :3] @ found.pose.rotation.T
-        # Differences: rounding 1e-16 / step, and step^2 of speeds of some m/s.
+        # Differences: round-off 1e-16 / step, plus step^2 at speeds of some m/s.
         assert np.allclose(found.angular_velocity, [spin[2, 1], spin[0, 2], spin[1, 0]], atol=1e-8)
         assert np.allclose(found.velocity, rate[:3, 3], atol=1e-8)
         motion = data.jacobian(frame.name) @ sim.v  # sums over some ten joints
@@ -133,5 +133,5 @@ def test_contact_problems_there_and_back():
         s = cp.contact.solve_contact_space(A, c, mu, coulomb=coulomb)
         f, back = cp.contact.invert_contact_space(A, s.v, mu, coulomb=coulomb)
         assert s.succeeded and np.array_equal(f, s.f)
-        # f is the law's of v, whose rounding, 1e-16, it divides by the compliance, 1e-8; ten times that.
+        # f depends on v through the law, which divides the round-off 1e-16 of v by the compliance 1e-8; times ten.
         assert np.abs(back - c).max() < 1e-7 * (np.abs(c) + np.abs(A) @ np.abs(f)).max()

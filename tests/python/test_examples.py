@@ -1,4 +1,4 @@
-"""Every example runs; what it needs beyond NumPy and is not there is reported as skipped."""
+"""Every example runs; examples that need a missing package beyond NumPy are reported as skipped."""
 
 import pathlib
 import subprocess
@@ -20,7 +20,7 @@ def test_an_example_runs(example, tmp_path):
 
 
 def test_the_pages_first_lines_run(tmp_path):
-    """docs/guide/python.md starts with what this runs."""
+    """Runs the first code block of docs/guide/python.md and compares the output."""
     root = EXAMPLES.parents[2]
     text = (root / "docs/guide/python.md").read_text()
     code = text.split("```python\n", 1)[1].split("```", 1)[0]

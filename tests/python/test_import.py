@@ -1,4 +1,4 @@
-"""An import that fails says what is missing and what to do."""
+"""A failing import names the missing part and the remedy."""
 
 import importlib.machinery
 import pathlib
@@ -10,7 +10,7 @@ PACKAGE = pathlib.Path(__file__).resolve().parents[2] / "apps" / "python" / "cou
 
 
 def errors_with(tmp_path, *files):
-    """What an import says of the package's own files and these empty ones beside them."""
+    """The last line of an import's errors, for the package's Python files plus these empty files beside them."""
     shutil.copytree(PACKAGE, tmp_path / "counterpoint")
     for name in files:
         (tmp_path / "counterpoint" / name).touch()

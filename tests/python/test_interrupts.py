@@ -1,4 +1,4 @@
-"""What fails or is interrupted keeps what was computed."""
+"""A call that fails or is interrupted keeps the results so far."""
 
 import os
 import signal
@@ -13,7 +13,8 @@ import counterpoint as cp
 
 @pytest.fixture
 def ctrl_c():
-    """Sends SIGINT to this process after a while; Python's own handler raises KeyboardInterrupt in the main thread."""
+    """Sends SIGINT to this process after a while; Python's own handler raises KeyboardInterrupt in the main
+    thread."""
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     timers = []
 
@@ -55,7 +56,7 @@ def test_ctrl_c_ends_a_run_with_its_motion(load, ctrl_c):
     again = cp.Simulator(scene)
     again.advance(min(motion.num_steps, 200))
     assert np.array_equal(again.q, motion.q[min(motion.num_steps, 200)])
-    sim.step()  # goes on
+    sim.step()  # can continue
 
 
 def test_ctrl_c_ends_controlled_steps_and_advance(load, ctrl_c):
@@ -91,7 +92,7 @@ def test_ctrl_c_ends_a_rollout_with_its_states(load, ctrl_c):
 
 
 def test_ctrl_c_is_seen_soon(load, ctrl_c):
-    """Within a tenth of a second, a step and what a busy machine adds."""
+    """Reacts within a tenth of a second, plus a step, plus delays of a busy machine."""
     sim = cp.Simulator(load("pendulum"))
     start = time.monotonic()
     ctrl_c(0.3)
@@ -101,7 +102,7 @@ def test_ctrl_c_is_seen_soon(load, ctrl_c):
 
 
 def test_signals_are_left_to_the_main_thread(load):
-    """A call in another thread goes on; the main thread, waiting in Python, gets the interrupt."""
+    """A call in another thread continues; the main thread, waiting in Python, receives the interrupt."""
     sim = cp.Simulator(load("humanoid_drop"))
     thread = threading.Thread(target=lambda: sim.advance(20_000))
     thread.start()

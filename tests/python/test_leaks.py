@@ -1,4 +1,4 @@
-"""A million calls leave nothing behind."""
+"""A million calls leak no memory."""
 
 import resource
 
@@ -7,12 +7,12 @@ import pytest
 import counterpoint as cp
 
 CALLS = 1_000_000
-# Arenas of malloc and of Python's allocator settle within this; a leak of 16 bytes a call would be 16 MB.
+# The arenas of malloc and of Python's allocator settle within this; a leak of 16 bytes per call would be 16 MB.
 BOUND = 8 * 1024  # [KiB]
 
 
 def resident():
-    """[KiB], as it is now."""
+    """Current resident memory [KiB]."""
     with open("/proc/self/statm") as file:
         return int(file.read().split()[1]) * resource.getpagesize() // 1024
 

@@ -1,4 +1,4 @@
-"""Motions found from Python are those of the command, and can be described without a file."""
+"""Motions optimized from Python equal those of the command, and problems can be built without a file."""
 
 import json
 import os
@@ -33,7 +33,7 @@ def test_a_motion_is_that_of_the_command(command, scenes, tmp_path, acrobot):
     ours.trajectory.write(tmp_path / "ours.csv")
     assert (tmp_path / "ours.csv").read_bytes() == motion.read_bytes()
     assert ours.trajectory.scene is not None and len(ours.history) == ours.iterations
-    assert ours.cost_by_term["applied_force"] == pytest.approx(ours.cost, rel=1e-14)  # the only term but conditions
+    assert ours.cost_by_term["applied_force"] == pytest.approx(ours.cost, rel=1e-14)  # the only cost term
 
 
 def test_seeds_give_the_same_start_twice(acrobot):
@@ -43,7 +43,7 @@ def test_seeds_give_the_same_start_twice(acrobot):
 
 
 def test_a_problem_without_a_file_has_the_known_minimum(scenes):
-    """One mass on a line from rest to rest: forces fall linearly, u_t = a + b t."""
+    """One mass on a line from rest to rest: the force is linear in time, u_t = a + b t."""
     block = cp.LinkSpec("block", cp.Shape.box(0.1, 0.1, 0.1).inertia(2.0))
     slide = cp.JointSpec("slide", "prismatic", "base", "block", axis=(1, 0, 0))
     builder = cp.ModelBuilder(gravity=(0, 0, 0))
@@ -56,12 +56,12 @@ def test_a_problem_without_a_file_has_the_known_minimum(scenes):
     result = opt.optimize(problem)
     assert result.converged and result.q[0, 0] == 0.0 and result.q[-1, 0] == 1.0
     u = result.applied_force[:, 0]
-    # Least squares under two linear conditions (distance, speed at the end): the answer by hand.
+    # Expected forces: least squares under two linear conditions (distance, and speed at the end).
     t = np.arange(steps)
-    speed = np.ones(steps) * h / 2.0  # what a unit of force adds to the last velocity
-    distance = (steps - t) * h * h / 2.0  # and to the last position, semi-implicit
+    speed = np.ones(steps) * h / 2.0  # effect of a unit force on the last velocity
+    distance = (steps - t) * h * h / 2.0  # and on the last position, semi-implicit
     wanted = np.linalg.lstsq(np.vstack([speed, distance]), np.array([0.0, 1.0]), rcond=None)[0]
-    # The problem is a linear least squares one; conditions are kept to rounding by fixing the ends.
+    # The problem is linear least squares; its end conditions hold to round-off, since the ends are fixed.
     assert np.abs(u - wanted).max() < 1e-9 * np.abs(wanted).max()
     assert result.cost == pytest.approx(0.5 * 0.25 * (wanted @ wanted), rel=1e-9)
 
@@ -119,7 +119,7 @@ def test_interrupts_and_errors_keep_the_motion(acrobot):
 
 
 def test_feedback_brings_back_what_was_pushed(scenes):
-    """The acrobot's swing, begun a little aside: with gains it ends near the plan, without it does not."""
+    """The acrobot's swing from a perturbed start: ends near the plan with feedback gains, not without."""
     problem = opt.load_problem(scenes / "optimize" / "acrobot.yaml")
     result = opt.optimize(problem)
     feedback = opt.compute_feedback(result)
@@ -136,6 +136,6 @@ def test_feedback_brings_back_what_was_pushed(scenes):
             sim.input.applied_force = opt.following_force(problem.model, *plan, gains[t], sim.q, sim.v)
             sim.step()
         apart.append(np.abs(sim.q - result.q[-1]).max())
-    # Hanging, a double pendulum is stable; upright it is not, and the deviation grows by hundreds. The regulator
-    # has a second to undo what it can with one motor.
+    # A double pendulum is stable when hanging and unstable when upright, where the deviation grows by hundreds. The
+    # regulator has one second and one motor to reduce it.
     assert apart[0] < 0.1 * apart[1]

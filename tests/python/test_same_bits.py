@@ -1,4 +1,4 @@
-"""The module gives the bits of the C++ command."""
+"""The module gives the same bits as the C++ command."""
 
 import json
 
@@ -93,7 +93,7 @@ def test_an_inverse_is_that_of_the_command(command, scenes, load, tmp_path):
 
 
 def test_states_go_on_to_the_same_bits(command, scenes, load, tmp_path):
-    """Saved by the command, read here, stepped here; and the other way round."""
+    """States are saved by the command, read and stepped here, and the other way round."""
     path, saved = scenes / "humanoid_drop.yaml", tmp_path / "state.csv"
     command("simulate", path, "--duration", 0.3, "--save-state", saved)
     scene = load("humanoid_drop")
@@ -146,7 +146,7 @@ def test_motion_estimates_are_those_of_explain(command, load, scenes, tmp_path):
     names = rows[0].split(",")
     height = names.index("cube.z")
     noisy = [rows[0]]
-    for k, row in enumerate(rows[1:]):  # a millimetre to and fro
+    for k, row in enumerate(rows[1:]):  # alternates by a millimetre
         cells = row.split(",")
         cells[height] = repr(float(cells[height]) + (1e-3 if k * 7 % 3 == 0 else -5e-4))
         noisy.append(",".join(cells))

@@ -10,13 +10,13 @@ import counterpoint as cp
 
 PACKAGE = pathlib.Path(cp.__file__).resolve().parent
 MODULES = {"__init__": cp, **{name: getattr(cp, name) for name in ("collision", "contact", "optimization", "recordings", "view")}}
-# What every class has, or that only notebooks, copy and pickle call.
+# Members of every class, and those that only notebooks, copy and pickle call.
 UNSTUBBED = {"__init__", "__repr__", "__module__", "__doc__", "__eq__", "__hash__", "__new__", "__reduce__", "__getstate__",
              "__setstate__", "_pybind11_conduit_v1_", "_repr_html_", "_ipython_key_completions_", "__weakref__", "__dict__"}
 
 
 def stub_names(body):
-    """Names that a stub defines, of a module or a class: {name: node}."""
+    """Names defined by the stub of a module or class: {name: node}."""
     names = {}
     for node in body:
         if isinstance(node, (ast.ClassDef, ast.FunctionDef)):
@@ -49,7 +49,7 @@ def test_classes_have_the_members_of_their_stubs(module):
 
 @pytest.mark.parametrize("module", MODULES)
 def test_arguments_have_the_names_of_their_stubs(module):
-    """Called with a keyword that is none, each says what it takes: pybind11 keeps no signatures to look at."""
+    """Compares the argument names in the error of a call with an unknown keyword: pybind11 keeps no signatures."""
     for name, node in stub_of(module).items():
         if not isinstance(node, ast.FunctionDef):
             continue
@@ -59,7 +59,7 @@ def test_arguments_have_the_names_of_their_stubs(module):
 
 
 def keywords(function):
-    """The names of a function's arguments, from the message of a call that cannot be."""
+    """The names of a function's arguments, from the error message of an invalid call."""
     with pytest.raises(TypeError) as error:
         function(**{"no such argument": 1})
     return str(error.value)

@@ -1,4 +1,4 @@
-"""Threads side by side, and what they must not share."""
+"""Concurrent threads, and objects that they must not share."""
 
 import threading
 
@@ -22,7 +22,7 @@ def test_two_threads_step_two_simulators_to_the_bits_of_one(load):
 
 
 def test_the_gil_is_free_while_a_step_computes(load):
-    """Another thread goes on within one long call; were the GIL held, it could not before the call ends."""
+    """Another thread runs during one long call; with the GIL held it could not before the call ends."""
     sim = cp.Simulator(load("humanoid_drop"))
     done, seen = threading.Event(), []
 
@@ -33,7 +33,7 @@ def test_the_gil_is_free_while_a_step_computes(load):
     thread = threading.Thread(target=compute)
     thread.start()
     while not done.is_set():
-        seen.append(sim.time)  # of the start: the state is shown once the call has ended
+        seen.append(sim.time)  # the start time: the state is published at the end of the call
     thread.join()
     assert len(seen) > 10 and seen[1] == 0.0
 
@@ -54,7 +54,7 @@ def test_a_second_thread_in_one_simulator_is_refused(load):
 
 
 def test_readers_of_a_running_simulator_are_safe(load):
-    """Arrays, copies and a reset of inputs while steps run: nothing crashes, what is read is finite."""
+    """Arrays, copies and resets of inputs during steps: no crash, and values read are finite."""
     sim = cp.Simulator(load("humanoid_drop"))
     thread = threading.Thread(target=lambda: [sim.step() for _ in range(500)])
     thread.start()

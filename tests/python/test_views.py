@@ -1,4 +1,4 @@
-"""Arrays are views: they see changes, keep their owner alive, and are writable where C++ lets one write."""
+"""Arrays are views: they see changes, keep their owner alive, and are writable where C++ allows it."""
 
 import copy
 import gc
@@ -45,7 +45,7 @@ def test_states_and_inputs_are_written_through_their_arrays(load):
     state[name] = 0.5
     assert state.q[0] == 0.5
     q = state.q
-    state.q = [0.75]  # the same memory
+    state.q = [0.75]  # writes into the same memory
     assert q[0] == 0.75
     sim = cp.Simulator(scene)
     sim.input.applied_force[0] = 1.0
@@ -58,7 +58,7 @@ def test_states_and_inputs_are_written_through_their_arrays(load):
 
 
 def owners():
-    """Arrays whose owner nobody else holds, and what they must show."""
+    """Arrays whose owners have no other references, and copies of their values."""
     scene = cp.load_scene("data/scenes/humanoid_drop.yaml")
     sim = cp.Simulator(scene)
     sim.advance(400)  # on the ground
@@ -78,7 +78,7 @@ def test_arrays_outlive_their_owners(monkeypatch, scenes):
     monkeypatch.chdir(scenes.parents[1])
     arrays, copies = owners()
     gc.collect()
-    for _ in range(20):  # what freed memory would be overwritten with
+    for _ in range(20):  # would overwrite freed memory
         owners()
     for array, kept in zip(arrays, copies):
         assert array.base is not None and np.array_equal(array, kept)

@@ -15,7 +15,7 @@ bool counts_allocations() { return false; }
 
 #else
 
-// glibc lets a program define malloc and friends itself and reach its own under these names.
+// glibc lets a program replace malloc and friends; its own are then available under these names.
 extern "C" {
 void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);

@@ -5,10 +5,11 @@
 
 namespace counterpoint::test {
 
-/// False under AddressSanitizer, which owns malloc; the count then stands still.
+/// False under AddressSanitizer, which replaces malloc; the count then stays constant.
 bool counts_allocations();
 
-/// Calls of malloc, calloc, realloc, aligned_alloc, posix_memalign since the program began.
+/// Number of calls of malloc, calloc, realloc, aligned_alloc and posix_memalign since program
+/// start.
 std::size_t allocation_count();
 
 }  // namespace counterpoint::test

@@ -1,5 +1,5 @@
 #pragma once
-// An arm of two joints for ModelBuilder, to be made wrong in one place.
+// An arm of two joints for ModelBuilder; tests spoil it in one place.
 
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ inline Model build(const RobotSpec& robot, Base base = Base::kFixed,
   return builder.build();
 }
 
-/// Fails unless building throws an InputError whose message holds every one of `parts`.
+/// Expects that building throws an InputError whose message contains every one of `parts`.
 inline void expect_refused(const RobotSpec& robot, const std::vector<std::string>& parts,
                            Base base = Base::kFixed) {
   try {

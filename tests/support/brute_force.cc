@@ -8,7 +8,8 @@
 namespace counterpoint::test {
 namespace {
 
-// A placed core: corners, edges, faces counter-clockwise from outside.
+// Core of a shape at its pose: corners, edges, and faces with corners counter-clockwise from
+// outside.
 struct Core {
   std::vector<Vector3> corners;
   std::vector<std::array<int, 2>> edges;
@@ -85,7 +86,8 @@ double segment_to_segment(const Vector3& a0, const Vector3& a1, const Vector3& b
   return std::min(ends, std::abs(cross.dot(r)) / std::sqrt(area2));
 }
 
-// Distance of the corners of one core from the faces of the other, where they lie over these.
+// Returns the least distance of corners of `a` above faces of `b`, infinity if there is none above
+// any.
 double corners_to_faces(const Core& a, const Core& b) {
   double least = std::numeric_limits<double>::infinity();
   for (const std::vector<int>& face : b.faces) {
@@ -124,7 +126,7 @@ double brute_force_distance(const Shape& a, const Pose& X_A, const Shape& b, con
   for (const Vector3& n : candidate_normals(a, X_A, b, X_B)) {
     along = std::max(along, distance_along(a, X_A, b, X_B, n));
   }
-  // Two points, or a point and a segment, have no volume: their cores cannot overlap.
+  // Two spheres, or a sphere and a capsule, have cores without volume, which cannot overlap.
   const bool flat = core_a.faces.empty() && core_b.faces.empty();
   if (!flat && along + radius < 0.0) return along;
   double least = std::min(corners_to_faces(core_a, core_b), corners_to_faces(core_b, core_a));

@@ -1,5 +1,5 @@
-// Our shapes and poses as those of the Flexible Collision Library, for comparison: tests and
-// benchmarks.
+// Converts shapes and poses to those of the Flexible Collision Library (FCL), for comparisons in
+// tests and benchmarks.
 #pragma once
 
 #include <fcl/geometry/shape/box.h>
@@ -18,7 +18,7 @@
 
 namespace counterpoint::test {
 
-/// The same shape, in the same frame.
+/// Returns the same shape in the same frame; nullptr for terrain.
 inline std::shared_ptr<fcl::CollisionGeometryd> fcl_geometry(const Shape& shape) {
   const Vector3& s = shape.size;
   switch (shape.type) {

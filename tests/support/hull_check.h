@@ -1,5 +1,5 @@
 #pragma once
-// What holds for every convex hull.
+// Properties of every convex hull.
 
 #include <gtest/gtest.h>
 
@@ -9,13 +9,12 @@
 
 namespace counterpoint::test {
 
-constexpr double kUnitRoundoff = 1e-13;    // of the length of a normal
-constexpr double kRoundoff = 1e-13;        // of size-one geometry in double precision
-constexpr double kSinglePrecision = 1e-6;  // assimp keeps coordinates as floats
-constexpr double kMerged =
-    2e-6;  // planes of merged faces, relative to the size (see make_convex_hull)
+constexpr double kUnitRoundoff = 1e-13;    // length of a unit normal
+constexpr double kRoundoff = 1e-13;        // round-off at size one in double precision
+constexpr double kSinglePrecision = 1e-6;  // assimp stores coordinates as floats
+constexpr double kMerged = 2e-6;           // merged faces: error over size (make_convex_hull)
 
-/// What holds for every convex polyhedron.
+/// Expects the properties of every convex polyhedron, with planes accurate to `tolerance` [m].
 inline void expect_valid(const ConvexMesh& hull, double tolerance) {
   const size_t edges = hull.vertex_neighbors.all.size();
   EXPECT_EQ(hull.vertex_neighbors.size(), hull.vertices.size());
@@ -34,7 +33,7 @@ inline void expect_valid(const ConvexMesh& hull, double tolerance) {
       EXPECT_EQ(std::count(hull.vertex_faces[v].begin(), hull.vertex_faces[v].end(), f), 1);
     }
   }
-  // As many faces as edges meet in a corner.
+  // At each vertex as many faces meet as edges.
   double radius = 0.0;
   for (size_t v = 0; v < hull.vertices.size(); ++v) {
     EXPECT_EQ(hull.vertex_faces[v].size(), hull.vertex_neighbors[v].size());

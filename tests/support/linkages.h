@@ -1,4 +1,4 @@
-// Linkages of rods, and what is watched while they move.
+// Linkages of rods, and their energy and closure errors while they move.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 
 namespace counterpoint::test {
 
-/// A simulator of a model at rest in its default pose; time_step [s].
+/// Returns a simulator of a model at rest in its default pose; time_step [s].
 inline Simulator simulate(Model model, double time_step = 0.002) {
   Scene scene{"closures", std::move(model), {}, {}, {}};
   scene.q = scene.model.default_q();
@@ -29,7 +29,7 @@ struct Energy {
   double total() const { return kinetic + potential; }
 };
 
-/// Poses, velocities and inertias at the simulator's state.
+/// Computes poses, velocities and inertias at the simulator's state.
 inline Data kinematics_of(const Simulator& sim) {
   Data data(sim.model());
   compute_poses(sim.model(), sim.state().q, data);
@@ -43,7 +43,7 @@ inline Energy energy(const Simulator& sim) {
   return {kinetic_energy(sim.model(), sim.state().v, data), potential_energy(sim.model(), data)};
 }
 
-/// Largest error over all closures [m, or rad].
+/// Returns the largest error over all closures [m or rad].
 inline double open_by(const Simulator& sim) {
   const std::vector<Pose> X_WB = body_poses(sim.model(), sim.state().q);
   double worst = 0.0;
@@ -54,11 +54,11 @@ inline double open_by(const Simulator& sim) {
   return worst;
 }
 
-/// A thin rod of 1 kg/m from its link's origin to `along`, hinged about `axis` to its parent at
-/// `at`: m l^2 / 12 across, a little along.
+/// Adds a link, a thin rod of 1 kg/m from its origin to `along`, on a revolute joint about `axis`
+/// at `at` on its parent. Its inertia is m l^2 / 12 across the rod and a little about it.
 inline void add_rod(RobotSpec& robot, const std::string& name, const std::string& parent,
                     const std::string& joint_name, const Vector3& at, const Vector3& along,
-                    const Vector3& axis) {  // Parameters: what it depends on, one by one
+                    const Vector3& axis) {  // Parameters: names, placement and direction of the rod
   const double mass = along.norm();
   const Matrix3 square = along * along.transpose();
   LinkSpec link;
@@ -75,7 +75,7 @@ inline void add_rod(RobotSpec& robot, const std::string& name, const std::string
   robot.joints.push_back(joint);
 }
 
-/// A robot with a base link and nothing else yet.
+/// Returns a robot with a base link and nothing else yet.
 inline RobotSpec base_only(const std::string& name, const std::string& base_name) {
   RobotSpec robot;
   robot.name = name;
@@ -85,8 +85,9 @@ inline RobotSpec base_only(const std::string& name, const std::string& base_name
   return robot;
 }
 
-/// A chain of bars of 1 kg/m in the plane y = 0, hinged to the world at the origin, starting at
-/// these angles (positive: downwards); its tip is held where it then is, `count` times.
+/// A chain of bars of 1 kg/m in the plane y = 0 on revolute joints, attached to the world at the
+/// origin, with these initial joint angles (positive: downwards). `count` closures hold its tip
+/// where it starts.
 struct FourBar {
   Vector3 angles = Vector3(0.0, -0.4, -0.9);
   ClosureType type = ClosureType::kBall;
@@ -121,7 +122,7 @@ struct Swing {
   double open = 0.0, speed = 0.0, drift = 0.0, kinetic = 0.0;  // largest [m, rad/s, J, J]
 };
 
-/// Runs for `duration` [s].
+/// Runs for `duration` [s] and returns the largest values on the way.
 inline Swing swing(Simulator& sim, double duration) {
   Swing run;
   const double start = energy(sim).total();

@@ -1,4 +1,4 @@
-// The whole mass matrix of a model, and configurations to compare it at.
+// Mass matrix of a whole model, and configurations to compare it at.
 #pragma once
 
 #include <random>
@@ -7,7 +7,7 @@
 
 namespace counterpoint::test {
 
-/// nv x nv, blocks of all trees.
+/// Mass matrix, nv x nv, with one block for each tree.
 inline MatrixX mass_matrix(const Model& model, const VectorX& q) {
   MatrixX M = MatrixX::Zero(model.nv(), model.nv());
   for (int t = 0; t < model.num_trees(); ++t) {
@@ -18,7 +18,7 @@ inline MatrixX mass_matrix(const Model& model, const VectorX& q) {
   return M;
 }
 
-/// Random angles and displacements; quaternions of unit length.
+/// Returns random joint coordinates within 1 rad or 1 m; quaternions have unit length.
 inline VectorX random_configuration(const Model& model, std::mt19937& random) {
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   VectorX q(model.nq());

@@ -1,5 +1,5 @@
-// Where the tests find what they read. Functions, not macros: no object file depends on the folder
-// it was compiled in, so that a compiler cache serves every checkout.
+// Paths of the files that tests read and run. Functions, not macros, so that no object file depends
+// on the folder it was compiled in and a compiler cache serves every checkout.
 #pragma once
 
 #include <string>

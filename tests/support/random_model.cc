@@ -73,7 +73,7 @@ JointType random_type(Random& random, bool single_axis_only) {
   return JointType::kFloating;
 }
 
-/// Some joints of one coordinate follow one before them.
+/// Lets some joints with one coordinate follow an earlier one.
 void add_mimics(Random& random, RobotSpec& robot) {
   std::vector<std::string> masters;
   for (JointSpec& joint : robot.joints) {
@@ -168,7 +168,7 @@ Model make_random_model(std::uint64_t seed, const RandomModelOptions& options) {
     const Pose X_WL{Matrix3::Identity(), Vector3(10.0 * i, 0, 0)};
     const std::string prefix = options.robots == 1 ? "" : std::to_string(i) + "/";
     builder.add_robot(robot, options.base, X_WL, prefix);
-    // The root may be fixed to the world.
+    // Skips the root, which may be fixed to the world.
     for (size_t k = 1; k < robot.links.size(); ++k) links.push_back(prefix + robot.links[k].name);
   }
   if (options.closures > 0) {

@@ -1,4 +1,5 @@
-// Random kinematic trees, configurations and velocities, the same for the same seed everywhere.
+// Random kinematic trees, configurations and velocities; the same seed gives the same ones
+// everywhere.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +9,7 @@
 
 namespace counterpoint::test {
 
-/// A small generator of its own: standard distributions differ between libraries.
+/// A small random generator; standard distributions differ between libraries.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -24,7 +25,7 @@ class Random {
 };
 
 struct RandomModelOptions {
-  int links = 12;  ///< of every robot
+  int links = 12;  ///< links per robot
   int robots = 1;
   Base base = Base::kFloating;
   bool single_axis_only = false;  ///< revolute and prismatic joints only (a floating base stays)
@@ -33,16 +34,16 @@ struct RandomModelOptions {
   bool armature = false;
   bool limits = false;
   bool dry_friction = false;
-  bool springs = false;  ///< of joints of one coordinate
-  bool servos = false;   ///< of the same
+  bool springs = false;  ///< on joints with one coordinate
+  bool servos = false;   ///< on joints with one coordinate
   bool effort_limits = false;
   bool drag = false;
-  bool compensations = false;  ///< of shares of links' weights
-  bool mimics = false;         ///< some joints of one coordinate follow others of their robot
-  int closures = 0;  ///< of every type, between any links or the world; closed in the default pose
+  bool compensations = false;  ///< links compensate random shares of their weight
+  bool mimics = false;         ///< some joints with one coordinate follow others of their robot
+  int closures = 0;            ///< closures of random type, closed in the default pose
 };
 
-/// Up to 13 links on up to three robots, with bases that are fixed and that float in turn.
+/// Up to 13 links on up to three robots, alternately with fixed and floating bases.
 inline RandomModelOptions varied_options(int seed) {
   RandomModelOptions o;
   o.links = 1 + seed % 13;
@@ -51,19 +52,19 @@ inline RandomModelOptions varied_options(int seed) {
   return o;
 }
 
-/// Every joint type, branches, turned axes, offset and tilted inertias of real boxes.
+/// Every joint type, branches, rotated axes, offset and tilted inertias of real boxes.
 RobotSpec make_random_robot(std::uint64_t seed, const RandomModelOptions& options = {});
-/// Robots "0/", "1/", ... (no prefix if there is one only), apart from each other.
+/// Robots "0/", "1/", ..., apart from each other; a single robot has no prefix.
 Model make_random_model(std::uint64_t seed, const RandomModelOptions& options = {});
 
 /// A random model at a random configuration and velocity, drawn from `random` in this order.
 Scene make_random_scene(std::uint64_t seed, const RandomModelOptions& options, Random& random);
 
-/// nq coordinates, quaternions of unit length, lengths within 1 m, angles within pi.
+/// Returns nq coordinates: quaternions of unit length, lengths within 1 m, angles within pi.
 VectorX random_configuration(const Model& model, std::uint64_t seed);
 VectorX random_vector(int size, std::uint64_t seed, double scale = 1.0);
 
-/// The inertia of a solid box with sides drawn at random, tilted, off the origin.
+/// Returns the inertia of a solid box with random sides, tilted, off the origin.
 SpatialInertia random_inertia(Random& random);
 Pose random_pose(Random& random, double size);
 

@@ -1,4 +1,4 @@
-// What a test measured, in its report.
+// Writes measured values of a test into its report.
 #pragma once
 
 #include <fmt/format.h>
@@ -10,8 +10,8 @@
 
 namespace counterpoint::test {
 
-/// Records the largest magnitude it was shown as a property of the running test (scripts/figures.py
-/// prints these). `name` ends in the unit.
+/// Records the largest magnitude of its arguments as a property of the running test, for
+/// scripts/figures.py. `name` ends in the unit.
 class RecordLargest {
  public:
   explicit RecordLargest(const char* name) : name_(name) {}
@@ -19,9 +19,9 @@ class RecordLargest {
   RecordLargest(const RecordLargest&) = delete;
   RecordLargest& operator=(const RecordLargest&) = delete;
 
-  /// Returns what it was shown.
+  /// Returns its argument.
   double operator()(double value) {
-    // A NaN is the largest, and stays.
+    // A NaN counts as the largest and is kept.
     if (!std::isnan(largest_) && !(std::abs(value) <= largest_)) largest_ = std::abs(value);
     return value;
   }

@@ -1,4 +1,4 @@
-// How exactly the inverse gives back what was applied.
+// Accuracy with which the inverse recovers the applied forces.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -10,12 +10,12 @@
 
 namespace counterpoint::test {
 
-/// Largest error of the applied force over the largest force, with random forces held for ten
-/// steps.
+/// Steps with random applied forces, redrawn every ten steps, and recovers them by the inverse.
+/// Returns the largest error of the applied force over the largest force of the run.
 template <typename Look>
 double recover(Simulator& sim, int steps, double force, Random& random, Look after_step) {
   double error = 0.0, scale = 0.0;
-  sim.settings().tolerance = 1e-12;  // so that the inverse's own error is seen, not the solver's
+  sim.settings().tolerance = 1e-12;  // the solver's error must not hide the inverse's
   for (int i = 0; i < steps; ++i) {
     if (i % 10 == 0)
       sim.input().applied_force = random_vector(sim.model().nv(), random.bits(), force);
@@ -37,8 +37,8 @@ inline double recover(Simulator& sim, int steps, double force, Random& random) {
   return recover(sim, steps, force, random, [] {});
 }
 
-/// Rounding of w+ makes |J| |w| 1e-16 of y, over r h a force: 5e-10 of the forces of gravity for a
-/// chain of hinges at 4 rad/s, 2 ms and r = 1e-4 alpha.
+/// Rounding of w+ changes y by 1e-16 |J| |w| and the recovered force by that over r h: 5e-10 of the
+/// forces of gravity for a chain of revolute joints at 4 rad/s, 2 ms and r = 1e-4 alpha.
 inline constexpr double kRecovered = 1e-9;
 
 }  // namespace counterpoint::test

@@ -144,7 +144,7 @@ double largest_distance_along(const Shape& a, const Pose& X_A, const Shape& b, c
   double best = -1e300;
   for (const Vector3& n : candidate_normals(a, X_A, b, X_B)) best = std::max(best, along(n));
   if (!smooth(a) && !smooth(b)) return best;
-  // A golden spiral of directions; pattern search from the best few.
+  // Pattern search from the best few directions of a golden spiral.
   constexpr int kNet = 500;
   std::vector<std::pair<double, Vector3>> net;
   for (const Vector3& n : sphere_points(kNet)) net.emplace_back(-along(n), n);
@@ -167,7 +167,7 @@ double largest_distance_along(const Shape& a, const Pose& X_A, const Shape& b, c
             (n + step * (std::cos(angle) * frame.col(0) + std::sin(angle) * frame.col(1)))
                 .normalized();
         const double trial_value = along(trial);
-        // By more than round-off: on a plateau the search would wander without end.
+        // Requires more than round-off: on a plateau the search would wander forever.
         if (trial_value > value + 1e-12) {
           value = trial_value;
           n = trial;

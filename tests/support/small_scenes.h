@@ -5,20 +5,20 @@
 
 namespace counterpoint::test {
 
-/// A free box of given half lengths [m] and mass [kg], uniform density, resting flat on the plane z
-/// = 0 of friction `friction` and restitution `restitution`; gravity may lean over to make a slope.
+/// A free box of half lengths `half` [m], mass [kg] and uniform density, resting flat on the plane
+/// z = 0 with the given friction and restitution; a leaning gravity makes a slope.
 struct BoxOnPlane {
   Vector3 half = Vector3::Constant(0.1);
   double mass = 1.0;
   double friction = 0.5;
   double restitution = 0.0;
-  double height = 0.0;  ///< of the lower face [m]
+  double height = 0.0;  ///< gap between lower face and plane [m]
   Vector3 gravity = Vector3(0, 0, -9.81);
   bool ground = true;
 };
 Scene box_on_plane(const BoxOnPlane& box);
 
-/// A pendulum about the world's y axis: point mass [kg] at `length` [m] below the joint.
+/// A pendulum about the world's y axis: a point mass [kg] at `length` [m] below the joint.
 struct Pendulum {
   double mass = 1.0, length = 1.0, damping = 0.0, armature = 0.0, dry_friction = 0.0;
   double lower = -1e9, upper = 1e9;
@@ -27,8 +27,8 @@ struct Pendulum {
 };
 Scene pendulum(const Pendulum& parameters);
 
-/// A block of `mass` [kg] on a prismatic joint along the world's x axis, dry friction [N], gravity
-/// across. Its link is named "block".
+/// A block of `mass` [kg] on a prismatic joint along the world's x axis, with dry friction [N];
+/// gravity acts across. Its link is named "block".
 struct Slider {
   double mass = 1.0, dry_friction = 0.0;
   double stiffness = 0.0, reference = 0.0, damping = 0.0;
@@ -39,8 +39,8 @@ struct Slider {
 };
 Scene slider(const Slider& parameters);
 
-/// A free ball of uniform density resting on the plane z = 0, or `height` above it; both surfaces
-/// of this material.
+/// A free ball of uniform density resting on the plane z = 0, or `height` [m] above it; both
+/// surfaces have this material.
 struct BallOnPlane {
   double radius = 0.1, mass = 1.0, height = 0.0;
   Material material = {};
@@ -48,7 +48,7 @@ struct BallOnPlane {
 };
 Scene ball_on_plane(const BallOnPlane& parameters);
 
-/// A free ball of uniform density, of 0.1 m, in still air.
+/// A free ball of uniform density and radius 0.1 m, in still air.
 struct FreeBall {
   double mass = 1.0;
   Vector3 gravity = Vector3::Zero();

@@ -1,4 +1,4 @@
-// Points spread evenly over the unit sphere: directions to search, or the corners of a hull.
+// Points spread evenly over the unit sphere: search directions, or the corners of a hull.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace counterpoint::test {
 
-/// A golden spiral of `count` unit vectors from near +z to near -z.
+/// Returns a golden spiral of `count` unit vectors from near +z to near -z.
 inline std::vector<Vector3> sphere_points(int count) {
   std::vector<Vector3> points;
   for (int i = 0; i < count; ++i) {

@@ -1,4 +1,4 @@
-// Controlled runs, and the pendulum they are measured on.
+// Runs with step control, and the pendulum that they are measured on.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 
 namespace counterpoint::test {
 
-/// Two rods of 1 m and 1 kg on hinges about y, let go from (2, 1) rad; smooth.
+/// Two rods of 1 m and 1 kg on revolute joints about y, released at (2, 1) rad; smooth motion.
 inline Scene double_pendulum() {
   RobotSpec robot;
   robot.name = "pendulum";
@@ -42,14 +42,14 @@ inline Simulator controlled(Scene scene, Integrator integrator, double tolerance
   return Simulator(std::move(scene));
 }
 
-/// What a controlled run took.
+/// Steps of a controlled run.
 struct Steps {
   long accepted = 0, rejected = 0, impacts = 0, missed = 0;
-  double longest = 0.0;  ///< [s]
+  double longest = 0.0;  ///< longest step [s]
 };
 
-/// Runs to `end` [s], or to the first step that fails; `after` sees each step's report and the
-/// state before it.
+/// Runs to `end` [s], or to the first step that fails; `after` is called with each step's report
+/// and the state before it.
 template <class After>
 Steps run_until(Simulator& sim, double end, After after) {
   Steps run;

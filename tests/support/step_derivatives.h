@@ -1,5 +1,5 @@
-// What tests of a step's derivatives share: a moment of a scene, and the exact derivatives there
-// against differences.
+// Shared by tests of step derivatives: the variables of one step of a scene, and the comparison of
+// exact derivatives with differences there.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,23 +14,25 @@
 
 namespace counterpoint::test {
 
-/// Of the largest entry. The reference, extrapolated differences, is right to about 1e-9 of it.
+/// Relative to the largest entry. The reference, extrapolated differences, is accurate to about
+/// 1e-9.
 inline constexpr double kDerivativeTolerance = 1e-7;
 
 inline double largest(const MatrixX& m) { return m.size() ? m.cwiseAbs().maxCoeff() : 0.0; }
 
-/// Where speeds are scaled to keep energy, rounding alone ends the search: steps leave 1e-7, which
-/// differences would see.
+/// Lets only rounding end the iteration that scales speeds to conserve energy. Steps stop at 1e-7,
+/// which differences would see.
 inline void sharpen(Workspace& ws) { ws.impl().start.set_projection_tolerance(1e-15); }
 
-/// A moment of a scene and where it leads.
+/// State before a step, input, and velocity after it.
 struct Moment {
   VectorX q, v, v_next;
   Input known;
-  VectorX q_next = {};  ///< where derivatives want it
+  VectorX q_next = {};  ///< needed where derivatives depend on it
 };
 
-/// may_differ: what acts may have no closed form. Returns whether it has.
+/// Compares the exact derivatives with extrapolated differences. may_differ: some forces may have
+/// no closed form. Returns whether all have one.
 inline bool expect_exact(const Scene& scene, const Moment& at, const std::string& what,
                          bool may_differ = false, double difference_step = 0.0) {
   const Model& model = scene.model;
@@ -43,9 +45,9 @@ inline bool expect_exact(const Scene& scene, const Moment& at, const std::string
   step_inverse_derivatives(model, scene.options, at.q, at.v, at.q_next, at.v_next, at.known, ws,
                            out, exact);
   EXPECT_TRUE(may_differ || !exact.by_differences) << what;
-  // An entry may vanish altogether: of a body without forces, say. M / h is there always.
+  // Entries may all vanish, for a body without forces for example; M / h in dv_next never does.
   const double scale = largest(reference.dv_next) * 0.05;
-  // Two differences with steps of their own differ by their rounding.
+  // Two differences with different step lengths differ by their rounding.
   if (!exact.by_differences) {
     EXPECT_LE(largest(exact.dq - reference.dq),
               kDerivativeTolerance * (scale + largest(reference.dq)))
@@ -64,7 +66,7 @@ inline bool expect_exact(const Scene& scene, const Moment& at, const std::string
   return !exact.by_differences;
 }
 
-/// Differences of two lengths agree, so that no kink lies within them.
+/// True if differences of two step lengths agree, so that no kink lies within them.
 inline bool is_smooth(const Scene& scene, const Moment& at, double difference_step) {
   Workspace ws(scene.model);
   sharpen(ws);
@@ -79,7 +81,7 @@ inline bool is_smooth(const Scene& scene, const Moment& at, double difference_st
          largest(d[0].dv_next - d[1].dv_next) <= kDerivativeTolerance * largest(d[0].dv_next);
 }
 
-/// Wide enough that no kink lies within a difference.
+/// Widens the contact laws so that no kink lies within a difference.
 inline void soften(Scene& scene) {
   scene.options.contact.smoothing = 1e-3;
   scene.options.contact.compliance = 1e-2;
@@ -92,7 +94,7 @@ inline Moment random_moment(const Scene& scene, Random& random, double change) {
   return at;
 }
 
-/// Where a step of the scene leads under `input`.
+/// One step of the scene from its initial state under `input`.
 inline Moment step_moment(const Scene& scene, const Input& input) {
   Workspace ws(scene.model);
   const State start{0.0, scene.q, scene.v};
@@ -102,7 +104,7 @@ inline Moment step_moment(const Scene& scene, const Input& input) {
   return {start.q, start.v, next.v, input, next.q};
 }
 
-/// Where a simulation of the scene is after so many steps, and one more.
+/// Runs the scene for `steps` steps; the moment is the step after these.
 inline Moment moment_of(const Scene& scene, int steps) {
   Simulator sim(scene);
   for (int i = 0; i < steps; ++i) EXPECT_TRUE(sim.step().succeeded());

@@ -1,4 +1,4 @@
-// A folder of its own for a test's files, gone with the object.
+// A temporary folder for a test's files; the destructor removes it.
 #pragma once
 
 #include <stdlib.h>
@@ -26,7 +26,7 @@ class TempFolder {
   TempFolder& operator=(const TempFolder&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
-  /// Writes a file, with the folders it is in, and returns its path.
+  /// Writes a file, creating its folders, and returns its path.
   std::filesystem::path write(const std::string& name, const std::string& content) const {
     const std::filesystem::path file = path_ / name;
     std::filesystem::create_directories(file.parent_path());

@@ -1,4 +1,4 @@
-// Two bodies of any shapes about to touch, for tests of contacts.
+// Two bodies of given shapes about to touch, for tests of contacts.
 #pragma once
 
 #include <algorithm>
@@ -39,8 +39,8 @@ inline Shape make_shape(ShapeType type) {
   return shape;
 }
 
-/// Two free bodies of these shapes, or one on a plane that leans, a few millimetres apart or
-/// overlapping.
+/// Two free bodies of these shapes, or one on a tilted plane or a terrain, 0.3 mm apart or
+/// overlapping by 2 mm.
 inline Scene two_shapes(ShapeType a, ShapeType b, const Material& material, Random& random,
                         bool overlap) {
   ModelBuilder builder(Vector3(0.3, -0.2, -9.81));

@@ -1,10 +1,10 @@
-// Chromium without a window, driven through its DevTools protocol over a pipe: no package needed.
+// Headless Chromium, driven through its DevTools protocol over a pipe; needs no package.
 import {spawn} from 'node:child_process';
 import {mkdtempSync, rmSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 
-const kTimeout = 120000;  // ms, for any one answer: without a graphics card a picture may take many seconds
+const kTimeout = 120000;  // [ms] per answer: without a graphics card a picture may take many seconds
 
 export class Browser {
   constructor(program, {width = 1000, height = 640} = {}) {
@@ -61,7 +61,7 @@ export class Browser {
   }
 }
 
-/// One page: what it printed and asked for, and hands to touch it.
+/// One page: its console output and requests, and input events for it.
 class Page {
   constructor(browser, target, session) {
     Object.assign(this, {browser, target, session, console: [], requests: []});
@@ -91,7 +91,7 @@ class Page {
     await load;
   }
 
-  /// The value of an expression in the page; promises are waited for.
+  /// Evaluates an expression in the page; waits for promises.
   async evaluate(expression) {
     const {result, exceptionDetails} =
       await this.send('Runtime.evaluate', {expression, awaitPromise: true, returnByValue: true});
@@ -99,7 +99,7 @@ class Page {
     return result.value;
   }
 
-  /// What the user sees, as a PNG.
+  /// The visible page as a PNG.
   async screenshot() {
     const {data} = await this.send('Page.captureScreenshot', {format: 'png'});
     return Buffer.from(data, 'base64');
@@ -115,7 +115,7 @@ class Page {
     await this.send('Input.dispatchMouseEvent', {type, x, y, clickCount: 1, button: type === 'mouseMoved' && !more.buttons ? 'none' : 'left', ...more});
   }
 
-  /// Fingers: touchStart, touchMove, touchEnd at [[x, y], ...].
+  /// Touch events: touchStart, touchMove, touchEnd with fingers at [[x, y], ...].
   async touch(type, ...fingers) {
     await this.send('Input.dispatchTouchEvent', {type, touchPoints: fingers.map(([x, y], id) => ({x, y, id}))});
   }

@@ -1,6 +1,6 @@
-// Pages of replays as a reader has them: opened from file:// in Chromium, looked at, touched.
+// Replay pages as a reader opens them: from file:// in Chromium, with screenshots and input events.
 //   node browser_test.mjs COUNTERPOINT CHROMIUM FOLDER
-// ONLY=WORDS runs the tests whose names have these words.
+// ONLY=WORDS runs only the tests whose names contain these words.
 import {browser, tests} from './pages.mjs';
 import './scene_tests.mjs';
 import './replay_tests.mjs';

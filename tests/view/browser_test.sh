@@ -1,5 +1,5 @@
 #!/bin/sh
-# Pages of replays in Chromium without a window: browser_test.sh COUNTERPOINT. Exit code 77: skipped, and why.
+# Replay pages in headless Chromium: browser_test.sh COUNTERPOINT. Exit code 77: skipped, with the reason.
 here=$(cd "$(dirname "$0")" && pwd)
 skip() {
   echo "SKIPPED: $1"

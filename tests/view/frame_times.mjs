@@ -1,5 +1,5 @@
-// What a replay of a thousand boxes takes: its size, and times of a frame (docs/reference/replay.md, Limits). No test: a
-// benchmark, to be run by hand.
+// Cost of a replay of a thousand boxes: page size and frame times (docs/reference/replay.md, Limits). A benchmark to
+// run by hand, not a test.
 //   node tests/view/frame_times.mjs build/release/bin/counterpoint chromium
 import {execFileSync} from 'node:child_process';
 import {mkdtempSync, rmSync, statSync, writeFileSync} from 'node:fs';
@@ -19,7 +19,7 @@ try {
   const view = await browser.open(`file://${page}`, {width: 640, height: 360});
   for (let i = 0; i < 600 && !await view.evaluate('window.counterpointReplay?.rendered > 0'); ++i)
     await new Promise((resolve) => setTimeout(resolve, 100));
-  await view.evaluate('counterpointReplay.redraw = () => {}; counterpointReplay.dirty = false;');  // no frames but these
+  await view.evaluate('counterpointReplay.redraw = () => {}; counterpointReplay.dirty = false;');  // no other frames
   const kSetup = `const view = counterpointReplay, {start, end} = view.motion, gl = view.stage.renderer.getContext();
     const times = (count, body) => Array.from({length: count}, (_, k) => {
       view.setTime(start + (end - start) * (k + 0.5) / count);
@@ -29,12 +29,12 @@ try {
     }).sort((a, b) => a - b)[count >> 1];`;
   const measure = (body) => view.evaluate(`(() => { ${kSetup} ${body} })()`);
   const figures = {
-    // The page's own script: places of bodies, arrows, panel, curves.
+    // The page's own script: poses of bodies, arrows, panel, curves.
     script_ms: await measure('return times(60, () => { view.update(); view.panel.update(view.state); view.curves.draw(view.state.at); });'),
     arrows: await measure('return view.forces.shown.length;'),
-    // Drawn to the end, on the processor where there is no graphics card.
+    // Rendered to completion, on the CPU where there is no graphics card.
     draw_ms: await measure('return times(1, () => { view.stage.render(); gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); });'),
-    // Script and three.js down to the graphics library, which is told to draw nothing.
+    // Script and three.js down to the graphics library, with its draw calls disabled.
     script_and_calls_ms: await measure(`for (const name of ['drawElements', 'drawArrays', 'drawElementsInstanced', 'drawArraysInstanced']) gl[name] = () => {};
       return times(30, () => { view.update(); view.stage.render(); });`),
     bodies: await measure('return view.replay.bodies.length - 1;'),

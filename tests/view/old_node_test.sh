@@ -1,5 +1,5 @@
 #!/bin/sh
-# The page is packed by node 18 or later: what an older or a missing one leaves. old_node_test.sh CMAKE
+# Packing the page needs node 18 or later: checks the messages for an older and a missing node. old_node_test.sh CMAKE
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 folder=$(mktemp -d)
@@ -10,7 +10,7 @@ pack() { # NODE NPM
   "$1" -DNODE="$2" -DNPM="$3" -DPAGE="$here/../../apps/view/page" -DWORK="$folder/page" -DOUTPUT="$folder/program.cc" \
     -P "$here/../../apps/view/bundle.cmake" 2>&1
 }
-expect() { # WORDS: in what the build says, and in the program, whose page is empty
+expect() {  # WORDS: expected in the build's messages and in the program, whose page is empty
   grep -q "$1" "$folder/said" || { echo "the build does not say: $1"; cat "$folder/said"; exit 1; }
   grep -q "program_missing() { return \"$1" "$folder/program.cc" || { echo "the program does not say: $1"; exit 1; }
   grep -q 'program() { return ""; }' "$folder/program.cc"

@@ -1,4 +1,4 @@
-// Numbers packed into text and read back, as the page does it (apps/view/page/data.js).
+// Numbers packed into text and read back in the same way as by the page (apps/view/page/data.js).
 #include "view/packing.h"
 
 #include <gtest/gtest.h>
@@ -53,7 +53,7 @@ TEST(Packing, ASmoothCurveTakesLittle) {
   IntegerStream stream;
   stream.add_smooth(fall);
   stream.add_smooth(rest);
-  EXPECT_LT(stream.packed().size(), 600u);  // of 16 000 bytes as doubles
+  EXPECT_LT(stream.packed().size(), 600u);  // 16 000 bytes as doubles
 }
 
 }  // namespace

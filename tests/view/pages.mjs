@@ -1,4 +1,4 @@
-// What tests of pages share: a browser, pages that it opens, what is seen on them; the list of tests.
+// Common part of the page tests: the browser, opened pages, measurements of their pictures, the list of tests.
 //   node browser_test.mjs COUNTERPOINT CHROMIUM FOLDER
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
@@ -13,7 +13,7 @@ export const scenes = join(root, 'data/scenes');
 export const at = (name) => join(folder, name);
 export const run = (...args) => execFileSync(program, args, {cwd: root, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe']});
 
-// A ball that is thrown and a ball that lies on the ground.
+// A ball in flight and a ball at rest on the ground.
 writeFileSync(at('balls.yaml'), `name: balls
 ground: {}
 models:
@@ -22,7 +22,7 @@ models:
 `);
 run('simulate', at('balls.yaml'), '--duration', '0.6', '--output', at('balls.csv'));
 run('view', at('balls.yaml'), at('balls.csv'), '--forces', '--output', at('balls.html'));
-// In these names everything that could end a string, a tag or a script.
+// A name with everything that could end a string, a tag or a script.
 export const evil = '</script><script>window.injected=1</script><img src=x onerror="window.injected=1">&\'`';
 writeFileSync(at('evil.yaml'), `name: ${JSON.stringify(evil)}
 ground: {}
@@ -34,7 +34,7 @@ export const browser = new Browser(chromium);
 export const tests = [];
 export const test = (name, body) => tests.push({name, body});
 
-/// Opens a page and waits until it has drawn; it must say nothing and ask for nothing.
+/// Opens a page and waits for its first frame; expects no console output and no requests.
 export async function open(page, fragment = '', options = {}) {
   const view = await browser.open(`file://${page}${fragment}`, options);
   await until(view, 'window.counterpointReplay?.rendered > 0');
@@ -44,7 +44,7 @@ export async function open(page, fragment = '', options = {}) {
   return view;
 }
 
-/// The page of a report: its charts answer; it says nothing and asks for nothing.
+/// Opens the page of a report; expects no console output and no requests.
 export async function openReport(page) {
   const view = await browser.open(`file://${page}`);
   await until(view, 'document.readyState === "complete"');
@@ -61,7 +61,7 @@ export async function until(view, condition) {
   throw new Error(`never came true: ${condition}; console: ${view.console.join('; ')}`);
 }
 
-/// In the page: the box around the pixels that change when `hide` is done to it, and their mean colour before.
+/// Runs in the page: bounding box of the pixels that change with `hide`, and their mean colour before.
 export const kDifference = `(hide, show) => {
   const view = counterpointReplay, source = view.canvas;
   const read = () => {
@@ -92,7 +92,7 @@ export const kDifference = `(hide, show) => {
 }`;
 export const difference = (view, hide, show) => view.evaluate(`(${kDifference})(${hide}, ${show})`);
 export const kSize = '({width: counterpointReplay.canvas.clientWidth, height: counterpointReplay.canvas.clientHeight})';
-/// The shapes of one body alone, without shadows: shrunk to nothing and back.
+/// Shapes of a single body, hidden by scaling them to zero size and back; without shadows.
 export const scaleBody = (body, factor) => `(view) => view.bodies.items.filter((item) => item.shape.body === ${body})
   .forEach((item) => item.local.scale({x: ${factor}, y: ${factor}, z: ${factor}}))`;
 export async function bodyPixels(view, body) {
@@ -103,7 +103,7 @@ export async function bodyPixels(view, body) {
 export const arrowPixels = (view) => difference(view, '(view) => { view.state.show.forces = false; }',
                                          '(view) => { view.state.show.forces = true; }');
 
-/// A pinhole camera by itself: where a point is on the picture, from what the fragment asked for.
+/// An independent pinhole camera: pixel of a point for the view given in the fragment.
 export function pinhole([azimuth, elevation, distance, ...target], width, height, point) {
   const a = azimuth * Math.PI / 180, e = elevation * Math.PI / 180;
   const back = [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)];
@@ -115,7 +115,7 @@ export function pinhole([azimuth, elevation, distance, ...target], width, height
   return {x: width / 2 + focal * dot(arm, right) / depth, y: height / 2 - focal * dot(arm, up) / depth};
 }
 
-/// A trajectory as rows of numbers by column name.
+/// Reads a trajectory as rows of numbers by column name.
 export function table(file) {
   const [header, ...rows] = readFileSync(file, 'utf8').trim().split('\n').map((line) => line.split(','));
   return rows.map((row) => Object.fromEntries(header.map((name, i) => [name, Number(row[i])])));

@@ -1,5 +1,5 @@
-// What a replay holds: poses and forces within their resolution, nothing that could be markup, and
-// no more bytes than promised (docs/reference/replay.md).
+// Content of replays: poses and forces within their resolution, no markup, and no more bytes than
+// promised (docs/reference/replay.md).
 #include "view/replay.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ using Json = nlohmann::json;
 
 const std::string kScenes = test::source_dir() + "/data/scenes/";
 
-/// A simulated motion as a replay.
+/// Replay of a simulated motion.
 Replay simulated(const Scene& scene, double duration, double rate = kDefaultRate) {
   Simulator simulator(scene);
   ClipRecorder recorder(scene, rate, true);
@@ -36,7 +36,7 @@ Replay simulated(const Scene& scene, double duration, double rate = kDefaultRate
   return replay;
 }
 
-/// Poses by frame and body, as the page has them.
+/// Poses by frame and body, decoded like in the page.
 std::vector<std::vector<Pose>> unpack_poses(const Json& motion, int bodies) {
   const int frames = motion["frames"];
   std::vector<std::vector<Pose>> out(frames, std::vector<Pose>(bodies));
@@ -76,14 +76,15 @@ TEST(Replay, PosesAreWithinTheResolution) {
       }
     }
     EXPECT_LE(position, 0.5 + 1e-9) << name;
-    // Each of four components is off by half a resolution; an angle is twice that of a quaternion.
+    // Each of four components has an error of half a resolution; the angle is twice that of the
+    // quaternion.
     EXPECT_LE(angle, 2.0 * resolution.quaternion) << name;
     EXPECT_GT(angle, 0.0);
   }
 }
 
 TEST(Replay, PosesFarAwayAreAsGood) {
-  // A pebble far from the origin: a resolution of its size, not of its distance.
+  // The resolution of a small body far from the origin follows its size, not its distance.
   const Scene scene = load_scene(kScenes + "cube_drop.yaml");
   Replay replay = simulated(scene, 0.1);
   for (State& state : replay.clip.states) state.q[0] += 1e6;
@@ -110,7 +111,7 @@ TEST(Replay, ForcesCarryTheWeight) {
       carried += c[5][last - start] * contacts["force_resolution_N"].get<double>();
   }
   EXPECT_TRUE(reader.at_end());
-  EXPECT_NEAR(carried, 10 * 9.80665 * 1.0, 0.1);  // ten cubes of one kilogram, upwards
+  EXPECT_NEAR(carried, 10 * 9.80665 * 1.0, 0.1);  // ten cubes of 1 kg, upwards
 }
 
 TEST(Replay, ClosuresCarryTheWeight) {
@@ -130,12 +131,14 @@ TEST(Replay, ClosuresCarryTheWeight) {
   EXPECT_EQ(count, replay.clip.num_frames());
   std::vector<std::vector<std::int64_t>> c;
   for (int k = 0; k < 6; ++k) c.push_back(reader.steps(count));
-  // Body B is the world: the arrow is the force on what hangs, upwards. Stiff, so that 1e-3 is far.
+  // Body B is the world: the arrow is the force on the hanging body, upwards. The closure is stiff,
+  // so 1e-3 is a large deviation.
   EXPECT_NEAR(c[5].back() * pulls["force_resolution_N"].get<double>(), 2 * 9.80665, 2e-2);
 }
 
 TEST(Visuals, ManyTrianglesBecomeFewer) {
-  // A unit sphere: merged vertices lie within a cell of it, and so do the triangles' corners.
+  // On a unit sphere: merged vertices move by at most a cell, so the triangles' corners stay near
+  // the sphere.
   TriangleMesh mesh;
   constexpr int kRound = 200, kUp = 100;
   for (int i = 0; i <= kUp; ++i)
@@ -168,7 +171,7 @@ TEST(Visuals, AreThoseOfTheRobotWhereItsLinksAre) {
     ASSERT_GT(visual.body, 0);
     EXPECT_EQ(scene.model.joint(visual.body - 1).link, visual.name);
   }
-  // What looks just as it collides is not there twice.
+  // Visuals identical to the collision shape are not stored twice.
   const std::string cube = kScenes + "cube_drop.yaml";
   EXPECT_TRUE(read_visuals(cube, load_scene(cube).model, {}).shapes.empty());
 }
@@ -202,7 +205,7 @@ TEST(Replay, LongMotionsAreThinnedOut) {
   const double step = clip.states[1].time;
   EXPECT_NEAR(step, 32 * h, 1e-9);  // 50 frames of 1000 steps: halved five times
   for (int k = 0; k + 1 < clip.num_frames(); ++k) EXPECT_NEAR(clip.states[k].time, k * step, 1e-9);
-  // Contacts stay with their frames: they lie at the cube's height.
+  // Contacts stay with their frames: they move with the cube along x.
   ASSERT_FALSE(clip.contacts.empty());
   for (const Contact& contact : clip.contacts)
     EXPECT_NEAR(contact.position.x(), clip.states[contact.frame].q[0], 0.2);
@@ -264,8 +267,7 @@ TEST(Sizes, TenSecondsOfTheHumanoid) {
   EXPECT_LT(bytes, 3'000'000u);
 }
 
-/// A thousand boxes that fly and tumble for 4 s, in reach of nothing: more than what lies still
-/// takes.
+/// A thousand boxes tumble for 4 s without contact, which takes more bytes than bodies at rest.
 TEST(Sizes, AThousandBoxes) {
   if (!can_make_pages()) GTEST_SKIP() << why_no_pages();
   const test::TempFolder folder;

@@ -1,4 +1,4 @@
-// A replay: where bodies are, arrows, keys, mouse, links, ghosts, pictures.
+// Tests of a replay page: poses, arrows, keys, mouse, links, ghosts, pictures.
 import assert from 'node:assert/strict';
 import {readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
@@ -38,7 +38,7 @@ test('arrows stand where contacts are', async () => {
   assert.equal(shown.length, 1);
   assert.ok(Math.abs(shown[0].size - 2 * 9.80665) < 0.05, `${shown[0].size} N`);
   shown[0].position.forEach((x, i) => assert.ok(Math.abs(x - [0.6, 0, 0][i]) < 1e-3, shown[0].position.join()));
-  await view.evaluate('counterpointReplay.enlargeForces(2)');  // out of the ball that it carries
+  await view.evaluate('counterpointReplay.enlargeForces(2)');  // long enough to stick out of the ball that it carries
   const box = await arrowPixels(view);
   const {width, height} = await view.evaluate(kSize);
   const foot = pinhole(cam, width, height, [0.6, 0, 0]);
@@ -86,7 +86,7 @@ test('the keyboard does all of it', async () => {
   await view.key('Home');
   await view.key(' ');
   await until(view, 'counterpointReplay.time > 0.1');
-  await until(view, '!counterpointReplay.state.playing');  // it does not loop any more
+  await until(view, '!counterpointReplay.state.playing');  // no loop
   assert.ok(Math.abs((await state()).time - 0.6) < 1e-9);
   assert.deepEqual(view.console, []);
   await view.close();
@@ -108,7 +108,7 @@ test('the fragment says time, body and view', async () => {
   await until(view, 'counterpointReplay.time === 0.45');
   await view.evaluate('counterpointReplay.renderNow()');
   assert.ok(await aside() < 1, 'and stays there');
-  // A link leads back to the same view.
+  // A link restores the same view.
   const link = await view.evaluate('counterpointReplay.link');
   const again = await open(at('humanoid.html'), link);
   assert.deepEqual(await again.evaluate('[counterpointReplay.time, counterpointReplay.state.follow]'), [0.45, 'pelvis']);
@@ -218,7 +218,7 @@ test('a video for documents', async () => {
   run('view', at('balls.yaml'), at('balls.csv'), '--output', at('film.html'), '--webm', '0,0.5,20', '--size', '160x120');
   const film = readFileSync(at('film.webm'));
   assert.equal(film.readUInt32BE(0), 0x1a45dfa3, 'EBML');
-  // A browser plays it: size, length, and the last picture can be had.
+  // A browser plays it: checks size, duration, and access to the last picture.
   writeFileSync(at('film_player.html'), '<!DOCTYPE html><video muted src="film.webm"></video>');
   const view = await browser.open(`file://${at('film_player.html')}`);
   await until(view, 'document.querySelector("video").readyState >= 1');
@@ -232,7 +232,7 @@ test('a video for documents', async () => {
   await view.close();
 });
 
-// A link whose looks (a red pyramid, and a mesh that is gone) are not what collides (a ball).
+// A link whose visuals (a red pyramid and a missing mesh) differ from its collision shape (a ball).
 writeFileSync(at('pyramid.obj'), 'v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv 0 0 1\nf 1 3 2\nf 1 4 3\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n');
 writeFileSync(at('looks.urdf'), `<robot name="looks"><material name="red"><color rgba="1 0 0 1"/></material><link name="a">
   <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>

@@ -1,4 +1,4 @@
-// Reports: charts that answer, the replays that they lead to; fingers on a phone.
+// Reports: interactive charts, links to replays, and touch input.
 import assert from 'node:assert/strict';
 import {readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
@@ -6,7 +6,7 @@ import {at, open, openReport, root, run, scenes, test, until} from './pages.mjs'
 
 test('a report of compare: curves of each recording, values under the cursor, zoom', async () => {
   const row = (t, x, z) => `${t},${x},0,${z},1,0,0,0,0,0,0,0,0,0`;
-  for (const [i, x] of [[0, 0.1], [1, 0.3]])  // at rest in the air for ever; x grows
+  for (const [i, x] of [[0, 0.1], [1, 0.3]])  // at rest in the air; x grows
     writeFileSync(at(`toss${i}.csv`), ['t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz', row(0, 0, 1), row(1, x, 1), row(2, 2 * x, 1)].join('\n'));
   run('compare', join(scenes, 'cube_toss.yaml'), at('toss0.csv'), at('toss1.csv'), '--columns', join(root, 'data/maps/cube_toss.yaml'),
       '--report', at('compared'));
@@ -24,7 +24,7 @@ test('a report of compare: curves of each recording, values under the cursor, zo
   await until(view, `counterpointCharts[${chart.i}].words.textContent !== ''`);
   const value = Number((await words()).match(/recorded: ([-\d.e]+)/)[1]);
   const time = Number((await words()).match(/t \[s\]: ([-\d.e]+)/)[1]);
-  const speed = 148 * (/toss0/.test(await view.evaluate('document.title')) ? 0.1 : 0.3);  // rows a second (cube_toss.yaml)
+  const speed = 148 * (/toss0/.test(await view.evaluate('document.title')) ? 0.1 : 0.3);  // 148 Hz (cube_toss.yaml)
   assert.ok(Math.abs(value - speed * time) < 2e-3, `${await words()}`);
   await view.send('Input.dispatchMouseEvent', {type: 'mouseWheel', x: chart.x, y: chart.y, deltaX: 0, deltaY: -400});
   const width = () => view.evaluate(`(([a, b]) => b - a)(counterpointCharts[${chart.i}].x.range)`);

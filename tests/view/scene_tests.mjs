@@ -1,10 +1,10 @@
-// The page of every bundled scene opens, and its bodies are on the screen.
+// The page of every bundled scene opens and shows its bodies.
 import assert from 'node:assert/strict';
 import {readFileSync, readdirSync, rmSync} from 'node:fs';
 import {join, relative} from 'node:path';
 import {at, difference, folder, open, run, scenes, test} from './pages.mjs';
 
-/// Every scene file below a folder; problems of optimize are none.
+/// All scene files below a folder; problem files of optimize do not count.
 function sceneFiles(folder) {
   return readdirSync(folder, {withFileTypes: true}).flatMap((entry) => {
     const file = join(folder, entry.name);
@@ -22,7 +22,7 @@ for (const file of sceneFiles(scenes)) {
     const seen = () => difference(view, '(view) => { view.bodies.group.visible = false; }',
                                   '(view) => { view.bodies.group.visible = true; }');
     let {pixels} = await seen();
-    if (pixels <= 20) {  // thin in a large scene: from near
+    if (pixels <= 20) {  // thin in a large scene: looks from nearby
       await view.evaluate('counterpointReplay.follow(counterpointReplay.replay.bodies[1].name); counterpointReplay.update(); ' +
                           'counterpointReplay.stage.look(-55, 20, 3 * counterpointReplay.replay.body_radius, counterpointReplay.stage.controls.target.clone());');
       ({pixels} = await seen());

@@ -1,4 +1,4 @@
-// The page's reader of whole numbers (apps/view/page/data.js), once more.
+// The page's decoder of integers (apps/view/page/data.js), reimplemented.
 #pragma once
 
 #include <cstdint>

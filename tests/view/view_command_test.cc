@@ -1,4 +1,4 @@
-// counterpoint view and --view: what they write, and what they say about wrong files.
+// `counterpoint view` and the option --view: their output, and messages about wrong files.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -23,7 +23,7 @@ class View : public testing::Test {
               0);
   }
 
-  /// Exit code 2, a message, and no page or part of one.
+  /// Expects exit code 2, a message, and neither a page nor a part of one.
   void expect_refused(const std::string& arguments, const std::string& message) const {
     const CommandResult result = folder_.run("view " + arguments + " --output {}/page.html");
     EXPECT_EQ(result.exit_code, 2) << arguments;
@@ -140,7 +140,7 @@ TEST_F(View, AVisualMeshThatIsGoneIsANote) {
   const auto report = folder_.json("looks.json");
   EXPECT_EQ(report["visuals"], 1);
   ASSERT_EQ(report["notes"].size(), 3u);
-  // A robot's file does not reach into the rest of the machine by its looks either.
+  // The visuals of a robot's file may not access files outside its folder either.
   EXPECT_NE(result.errors.find("gone.stl"), std::string::npos) << result.errors;
   EXPECT_NE(result.errors.find("outside the robot's own folder"), std::string::npos);
 }
@@ -174,7 +174,7 @@ TEST_F(View, IsAnOptionOfOtherCommands) {
       folder_.run("simulate " + kCube + " --duration 0.3 --view {}/s.html --json {}/viewed.json")
           .exit_code,
       0);
-  // Looking on changes nothing.
+  // The option does not change the simulation.
   EXPECT_EQ(folder_.json("plain.json")["state_hash"], folder_.json("viewed.json")["state_hash"]);
   ASSERT_EQ(folder_.run("inverse " + kCube + " {}/cube.csv --view {}/i.html").exit_code, 0);
   folder_.write("toss.csv",
@@ -194,7 +194,7 @@ TEST_F(View, IsAnOptionOfOtherCommands) {
 TEST_F(View, ReportsOfCompareLinkTheWorst) {
   std::string recordings;
   for (int i = 0; i < 7; ++i) {
-    const std::string end = std::to_string(2.0 + 0.1 * ((3 * i) % 7));  // in the air for ever
+    const std::string end = std::to_string(2.0 + 0.1 * ((3 * i) % 7));  // hangs in the air
     folder_.write("toss" + std::to_string(i) + ".csv",
                   "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n0,0,0,1,1,0,0,0,0,0,0,0,0,0\n"
                   "1,0,0," +
@@ -216,8 +216,8 @@ TEST_F(View, ReportsOfCompareLinkTheWorst) {
   }
   EXPECT_NE(folder_.read("report/replay4.html").find("toss3.csv"), std::string::npos);
   EXPECT_EQ(folder_.read("report/replay5.html"), "");
-  // Recorded and simulated over each other, a chart for each coordinate: three of a place, four of
-  // a quaternion.
+  // Recorded and simulated curves share a chart per coordinate: three of the position, four of the
+  // quaternion.
   const std::string curves = folder_.read("report/recording4.html");
   EXPECT_NE(curves.find("href='replay4.html'"), std::string::npos);
   const auto count = [&](const std::string& words) {

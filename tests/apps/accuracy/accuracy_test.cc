@@ -1,5 +1,5 @@
-// accuracy: errors against known answers, orders, recommendations; times come from engines made up
-// for the test, so that nothing depends on the machine.
+// `counterpoint accuracy`: errors against analytic solutions, convergence orders, recommendations.
+// Costs come from fake engines, so that no result depends on the machine.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ TEST(Accuracy, AnotherEngineStandsBesideAndIsNotRecommended) {
       "--duration 1 --pieces 2 --repeats 1 --want 1e-3 --json {}/r.json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const nlohmann::json report = folder.json("r.json");
-  // The error follows the tolerance: six decades of it, within a factor of ten.
+  // The error follows the tolerance over six decades, within a factor of ten.
   const auto& adaptive = family(report, "adaptive runge_kutta_4").at("points");
   double least = std::numeric_limits<double>::infinity(), most = 0.0;
   for (const auto& point : adaptive) {
@@ -54,10 +54,10 @@ TEST(Accuracy, AnotherEngineStandsBesideAndIsNotRecommended) {
   for (const auto& f : report.at("families")) {
     if (!f.value("other_engine", false)) continue;
     for (const auto& point : f.at("points")) EXPECT_FALSE(point.at("front").get<bool>());
-    // No constraints: one limit for both.
+    // Without constraints both engines have the same limit, so one reference serves both.
     EXPECT_FALSE(f.contains("own_reference_apart"));
     if (f.at("name").get<std::string>().find("RK4") == std::string::npos) continue;
-    // The classical method in joint angles is the same one in both engines.
+    // Both engines use the same classical Runge-Kutta method in joint angles.
     const auto& ours = family(report, "runge_kutta_4").at("points");
     for (size_t k = 0; k < 4; ++k)
       EXPECT_NEAR(f.at("points")[k].at("error").get<double>() / ours[k].at("error").get<double>(),
@@ -77,14 +77,14 @@ TEST(Accuracy, OrdersAreThoseOfTheIntegrators) {
                                scene));
     ASSERT_EQ(result.exit_code, 0) << result.errors;
     const nlohmann::json report = folder.json("r.json");
-    // Slopes over a factor of eight in the step, the finest a thousandth of the motion's time
-    // scale: terms of the next order change them by less than this.
+    // Slopes over a factor of eight in the step. The finest step is a thousandth of the motion's
+    // time scale; terms of the next order change the slopes by less than kSlope.
     constexpr double kSlope = 0.1;
     EXPECT_NEAR(family(report, "semi_implicit_euler").at("order"), 1.0, kSlope) << scene;
     EXPECT_NEAR(family(report, "implicit_midpoint").at("order"), 2.0, kSlope) << scene;
     EXPECT_NEAR(family(report, "runge_kutta_4").at("order"), 4.0, 2 * kSlope) << scene;
     EXPECT_EQ(report.at("reference").at("kind"), "fine");
-    EXPECT_LT(report.at("reference").at("error"), 1e-11);  // rounding of 64000 steps
+    EXPECT_LT(report.at("reference").at("error"), 1e-11);  // round-off of 64000 steps
   }
 }
 
@@ -97,8 +97,9 @@ TEST(Accuracy, FirstOrderWithFrictionAndOrientationsOfOrderFour) {
   nlohmann::json report = folder.json("r.json");
   EXPECT_EQ(report.at("reference").at("kind"), "analytic");
   EXPECT_NEAR(family(report, "semi_implicit_euler").at("order"), 1.0, 0.02);
-  // It moves with the velocity at the end of each step: h/2 of the loss of speed behind, in one of
-  // six coordinates, by sqrt(1/6) in the mean square; while it slides all through the piece.
+  // Semi-implicit Euler moves with the velocity at the end of each step, so the position lags by
+  // h/2 times the loss of speed, mu g 0.032 s per piece. One of six coordinates is off: factor
+  // sqrt(1/6) in the root mean square. Holds while the box slides during the whole piece.
   const auto& coarse = family(report, "semi_implicit_euler").at("points")[4];
   EXPECT_NEAR(coarse.at("error_worst_piece"), 0.5 * 0.002 * 0.5 * kGravity * 0.032 / std::sqrt(6.0),
               1e-9);
@@ -116,7 +117,7 @@ TEST(Accuracy, FirstOrderWithFrictionAndOrientationsOfOrderFour) {
   EXPECT_NEAR(family(report, "semi_implicit_euler").at("order"), 1.0, 0.05);
   EXPECT_NEAR(family(report, "implicit_midpoint").at("order"), 2.0, 0.05);
   EXPECT_NEAR(family(report, "runge_kutta_4").at("order"), 4.0, 0.1);
-  // The closed form against a run of 31 us by order 4, which shares no code with it but gravity.
+  // The closed form against order-4 steps of 31 us, which share no code with it but gravity.
   EXPECT_LT(report.at("reference").at("fine_deviation"), 1e-11);
 }
 
@@ -142,7 +143,7 @@ TEST(Accuracy, KnowsASlidingBlock) {
 
 TEST(Accuracy, KnowsABlockThatSlidesBack) {
   test::BoxOnPlane box;
-  const double slope = 0.8;  // tangent; friction 0.5 does not hold it
+  const double slope = 0.8;  // tangent of the slope; friction 0.5 does not hold the block
   box.gravity = kGravity * Vector3(slope, 0, -1).normalized();
   Scene scene = test::box_on_plane(box);
   scene.v[0] = -1.0;  // uphill
@@ -165,7 +166,8 @@ TEST(Accuracy, KnowsASphereThatRolls) {
   const State before = known.motion(0.5 * rolls), after = known.motion(rolls + 0.1);
   EXPECT_NEAR(before.v[1], 2.0 - 0.15 * g * rolls, 1e-14);
   EXPECT_NEAR(after.v[1], 2.0 * 5.0 / 7.0, 1e-14);
-  EXPECT_NEAR(after.v[3], -after.v[1] / 0.1, 1e-12);  // about x, in body axes as well
+  EXPECT_NEAR(after.v[3], -after.v[1] / 0.1,
+              1e-12);  // about x; the same component in the body-fixed frame
   EXPECT_NEAR(after.q[1], 2.0 * rolls - 0.15 * g * rolls * rolls + after.v[1] * 0.1, 1e-14);
 }
 
@@ -175,7 +177,7 @@ TEST(Accuracy, KnowsNoClosedFormWhereSomethingElseActs) {
   spinning.v[5] = 1.0;
   EXPECT_NE(recognize(spinning).why_not.find("it spins"), std::string::npos);
   test::BoxOnPlane tall;
-  tall.half = Vector3(0.1, 0.1, 0.3);  // mu 0.5: tips over its edge
+  tall.half = Vector3(0.1, 0.1, 0.3);  // friction 0.5: the box tips over its edge
   Scene tipping = test::box_on_plane(tall);
   tipping.v[0] = 2.0;
   EXPECT_NE(recognize(tipping).why_not.find("friction may tip it"), std::string::npos);
@@ -195,7 +197,8 @@ TEST(Accuracy, NoticesAWrongReference) {
   const Plan plan = plan_pieces(scene.options, 5, 0.0);
   const ClosedForm right = recognize(scene).motion;
   EXPECT_EQ(analytic_reference(scene, plan, right, "right", 16).warning, "");
-  // A friction coefficient 1 % too large: 0.5 ms of way a piece, which no run converges to.
+  // A friction coefficient 1 % too large displaces the box by 25 mm/s^2 t^2, to which no run
+  // converges.
   Scene other = scene;
   const ClosedForm wrong = [&](double time) {
     State state = right(time);
@@ -208,7 +211,8 @@ TEST(Accuracy, NoticesAWrongReference) {
 
 TEST(Accuracy, TellsHowFarAFineReferenceIsOff) {
   const CommandFolder folder("accuracy_coarse_reference");
-  // A reference at half the scene's step is worse than the points at an eighth of it: said.
+  // A reference at half the scene's step is less accurate than points at an eighth of it; the
+  // report must say so.
   const CommandResult result = folder.run(
       "accuracy data/scenes/accuracy/humanoid_drop.yaml --vary timestep --duration 0.2 --pieces 2 "
       "--finer 2 --repeats 1 --want 1e-9 --json {}/r.json");
@@ -234,8 +238,7 @@ TEST(Accuracy, DeviationIsTheRootMeanSquareOnTheManifold) {
   EXPECT_NEAR(deviation(scene.model, scene.q, q).all, 0.5 / std::sqrt(6.0), 1e-15);
 }
 
-// ---- physics of contact
-// ---------------------------------------------------------------------------
+// ---- physics of contact ---------------------------------------------------------------------
 
 TEST(Accuracy, MeasuresPhysicsOfContact) {
   const Scene scene = sliding_box();
@@ -245,17 +248,18 @@ TEST(Accuracy, MeasuresPhysicsOfContact) {
   const Physics exact = measure_physics(scene, setting, plan, reference.pieces, true);
   ASSERT_TRUE(exact.contact && exact.block);
   const double h = scene.options.time_step, eps = scene.options.contact.compliance;
-  // docs/explanation/concepts.md: creep is about eps g h sin(theta) on a slope of tan 0.4; delta/h
-  // is 1e3 times less. Four corners share the load, so that it is less than for one.
+  // docs/explanation/concepts.md: creep is about eps g h sin(theta) on a slope of tan(theta) = 0.4;
+  // delta/h is 1e3 times smaller. Four corners share the load, which makes it less than for one
+  // contact.
   const double creep = eps * kGravity * h * 0.4 / std::hypot(1.0, 0.4);
   EXPECT_LT(exact.block->creep, creep);
   EXPECT_GT(exact.block->creep, 0.1 * creep);
   EXPECT_LT(std::abs(exact.block->hover), 1e-9);
-  EXPECT_LT(exact.contact->complementarity, 1e-5);  // of 10 W of friction at 2 m/s
+  EXPECT_LT(exact.contact->complementarity, 1e-5);  // [W]; friction dissipates 10 W at 2 m/s
   EXPECT_LT(exact.inverse_error, 1e-6);
   setting.options.contact.friction_model = FrictionModel::kConvex;
   const Physics convex = measure_physics(scene, setting, plan, reference.pieces, true);
-  // The convex law lifts what slides: it does work where rigid contact does none.
+  // The convex law lifts sliding contacts, so its forces do work where rigid contact does none.
   EXPECT_GT(convex.block->hover, 1e-3);
   EXPECT_GT(convex.contact->complementarity, 1.0);
 }
@@ -292,8 +296,8 @@ TEST(Accuracy, BothContactLawsAreConvexAlike) {
   const auto& spectral = family(report, "law spectral, convex").at("points");
   const auto& other = family(report, "law kinetic_energy, convex").at("points");
   ASSERT_EQ(spectral.size(), other.size());
-  // Two laws of one physics, least kinetic energy with relaxed complementarity, over pieces of one
-  // to four steps. They push at a distance in different ways: that is a few per cent.
+  // Both settings approximate the same law, least kinetic energy with relaxed complementarity, over
+  // pieces of one to four steps. Their forces at a distance differ by a few per cent.
   for (size_t i = 0; i < 3; ++i) {
     const double error = spectral[i].at("error");
     EXPECT_NEAR(other[i].at("error"), error, 0.1 * error);
@@ -313,8 +317,8 @@ TEST(Accuracy, PresetsDifferAsTheirLawsDo) {
       if (point.at("value") == report.at("time_step_s")) return point.at("physics");
     throw std::runtime_error("not measured at the scene's step");
   };
-  // The convex law opens a contact that slides at v by h mu v a step, until gravity brings it back;
-  // exact friction does not. Creep is in proportion to the compliance: 0.1, 1e-6, 1e-8.
+  // The convex law opens a contact that slides at speed v by h mu v per step, until gravity closes
+  // it; the non-associated law does not. Creep is proportional to the compliance: 0.1, 1e-6, 1e-8.
   EXPECT_GT(physics("fast").at("hover_m").get<double>(), 1e-3);
   EXPECT_LT(std::abs(physics("default").at("hover_m").get<double>()), 1e-9);
   const double creep = physics("default").at("creep_m_s");

@@ -1,5 +1,5 @@
-// The formulation of 2011: its cost as published, edges, and what its forward solution did, its
-// inverse returns.
+// The kinetic-energy formulation of 2011: its solution minimizes the published cost, edge cases are
+// solved, and its inverse returns the input of its forward solution.
 #include "accuracy/kinetic_energy/kinetic_energy.h"
 
 #include <gtest/gtest.h>
@@ -24,9 +24,9 @@ using testing::Random;
 using testing::random_kinetic_energy;
 using testing::RandomKineticEnergyOptions;
 
-// The derivative of the cost in f, as the paper writes it, at the f that was found: v + R f + A
-// grad q + k grad barrier = 0, with none of the solver's variables. Cones with friction only, k >
-// 0.
+// Gradient of the published cost in f at the solution, v + R f + A grad q + k grad barrier = 0,
+// without any of the solver's variables. Friction cones only, k > 0. `size` receives the sum of the
+// magnitudes of the terms.
 VectorX cost_gradient(const KineticEnergyProblem& problem, const VectorX& c, const VectorX& f,
                       VectorX& size) {
   const VectorX v = c + problem.A * f;
@@ -61,33 +61,34 @@ TEST(KineticEnergy, SolutionMinimizesTheCostAsPublished) {
     options.min_friction = 0.1;
     options.max_friction = 1.5;
     options.compliance_low = 1e-4;
-    options.smoothing_low = 1e-3;  // f not so near the boundary of its cone that `inside` cancels
+    options.smoothing_low = 1e-3;  // keeps f away from its cone's boundary, where `inside` cancels
     const KineticEnergyCase at = random_kinetic_energy(random, options);
     const KineticEnergyResult forward = solve_kinetic_energy(at.problem, at.c, Settings{});
     ASSERT_TRUE(succeeded(forward.status)) << status_name(forward.status);
     VectorX size;
     const VectorX gradient = cost_gradient(at.problem, at.c, forward.f, size);
-    // The tolerance of 1e-10 refers to the impulses; R and A q'' make velocities of them, and
-    // `inside` loses up to 1e-4 of f_N^2 here.
+    // The tolerance 1e-10 holds for impulses; R and A q'' turn them into velocities, and `inside`
+    // loses up to 1e-4 of f_N^2 here.
     constexpr double kTolerance = 1e-7;
     EXPECT_LE(gradient.norm(), kTolerance * size.norm());
   });
 }
 
 TEST(KineticEnergy, WithoutFrictionOneContactIsAScalarEquation) {
-  // r f + v - a k_q / (v + g) = k / f, v = c + a f: solved by bisection.
+  // Scalar equation r f + v - a k_q / (v + g) = k / f with v = c + a f, solved by bisection.
   for_trials(2, 200, [](Random& random, int) {
     const double a = random.log_uniform(1e-3, 1e3), c = random.signed_unit();
     KineticEnergyProblem problem;
     problem.A = MatrixX::Constant(1, 1, a);
     Law law;
-    // Softer than the rounding of v, of 1e-16, amplified by a q'' <= 400 and a / r would show.
+    // With a smaller regularizer the round-off of v (1e-16), amplified by a q'' <= 400 and a / r,
+    // would show.
     law.regularizer = a * random.log_uniform(1e-3, 1e-1);
     law.smoothing = random.log_uniform(1e-4, 1e-2) / a;
     problem.laws = {law};
     problem.gap_speed = {random.uniform(-0.2, 0.5)};
     problem.velocity_smoothing = random.log_uniform(1e-4, 1e-2) / a;
-    problem.continuation_speed = 1e-12;  // out of reach
+    problem.continuation_speed = 1e-12;  // below any speed that occurs
     const auto slope = [&](double f) {
       const double v = c + a * f;
       return law.regularizer * f + v - a * problem.velocity_smoothing / (v + problem.gap_speed[0]) -
@@ -101,7 +102,8 @@ TEST(KineticEnergy, WithoutFrictionOneContactIsAScalarEquation) {
     const KineticEnergyResult forward =
         solve_kinetic_energy(problem, VectorX::Constant(1, c), Settings{});
     ASSERT_TRUE(succeeded(forward.status));
-    EXPECT_NEAR(forward.f[0], high, 1e-9 * (high + 1.0 / a));  // of the momentum, 1 m/s over a
+    EXPECT_NEAR(forward.f[0], high,
+                1e-9 * (high + 1.0 / a));  // relative to the momentum of 1 m/s, 1/a
   });
 }
 
@@ -135,7 +137,7 @@ TEST(KineticEnergy, ImpulsesLieInTheirCones) {
 TEST(KineticEnergy, EdgesAreSolved) {
   KineticEnergyProblem problem;
   EXPECT_EQ(solve_kinetic_energy(problem, VectorX(), Settings{}).status, Status::kConverged);
-  // A contact that cannot move: c is what it is.
+  // A contact that cannot move keeps the free velocity: v = c.
   Law law;
   law.type = LawType::kFrictionCone;
   law.rows = 3;
@@ -148,7 +150,7 @@ TEST(KineticEnergy, EdgesAreSolved) {
   KineticEnergyResult result = solve_kinetic_energy(problem, c, Settings{});
   EXPECT_EQ(result.status, Status::kConverged);
   EXPECT_EQ(result.v, c);
-  // Nothing moves at all.
+  // The free velocity is zero.
   problem.A.setIdentity();
   result = solve_kinetic_energy(problem, VectorX::Zero(3), Settings{});
   EXPECT_TRUE(succeeded(result.status));
@@ -181,7 +183,8 @@ TEST(KineticEnergy, WhatMakesNoSenseIsReported) {
   EXPECT_EQ(solve_kinetic_energy(good.problem, good.c, none).status, Status::kMaxIterations);
 }
 
-// |df| of the 2011 inverse where v is wrong by its rounding: the bound's curvature comes on top.
+// Bound on |df| of the 2011 inverse for a v that is wrong by its round-off, amplified by the
+// curvature of the bound.
 VectorX kinetic_energy_rounding(const KineticEnergyCase& at, const VectorX& v, const VectorX& f) {
   const KineticEnergyProblem& problem = at.problem;
   const MatrixX size = problem.A.cwiseAbs();
@@ -215,15 +218,17 @@ VectorX kinetic_energy_rounding(const KineticEnergyCase& at, const VectorX& v, c
   return df;
 }
 
-constexpr double kReturned = 1e-9;  // what is asked of the inverse, as in contact's own theorem
-// A step that ends on the floor may be this far above it (kFloorFactor of
+constexpr double kReturned =
+    1e-9;  // relative tolerance of the inverse, as in the forward-inverse theorem of contact/
+// A step that stops at the round-off floor may be this many floors away (kFloorFactor in
 // kinetic_energy_newton.cc).
 constexpr double kFloor = 4.0;
 
 struct Range {
   const char* name;
   double compliance_low, smoothing_low;
-  double floor_dominates;  // at most this share: a q'' amplifies rounding where smoothing is small
+  double floor_dominates;  // largest share of the trials; small smoothing makes a q'' amplify
+                           // round-off
 };
 
 void PrintTo(const Range& range, std::ostream* out) { *out << range.name; }

@@ -1,4 +1,4 @@
-// Random problems of the formulation of 2011, from a seed.
+// Random problems of the kinetic-energy formulation of 2011, from a seed.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ struct RandomKineticEnergyOptions {
   double min_friction = 0.0, max_friction = 10.0;
   double compliance_low = 1e-8, compliance_high = 1e-2;
   double smoothing_low = 1e-8, smoothing_high = 1e-2;  ///< k and k_q relative to m v^2
-  bool only_cones = false;                             ///< with friction, and k > 0
+  bool only_cones = false;                             ///< only laws with friction, and k > 0
 };
 
 struct KineticEnergyCase {
@@ -43,7 +43,8 @@ inline KineticEnergyCase random_kinetic_energy(Random& random,
       law.friction[r] = std::max(law.friction[r], options.min_friction);
     }
     law.bias.fill(0.0);
-    if (!options.only_cones && random.coin()) law.bias[0] = random.uniform(0.0, 1.0);  // `lagged`
+    if (!options.only_cones && random.coin())
+      law.bias[0] = random.uniform(0.0, 1.0);  // bias of the `lagged` law
     rows.push_back(law.rows);
   }
   std::vector<double> scale;
@@ -62,7 +63,8 @@ inline KineticEnergyCase random_kinetic_energy(Random& random,
     law.bound = random.uniform(0.0, 1.0) / scale[i];
     lightest = std::max(lightest, scale[i]);
   }
-  // At rest v_N is about sqrt(a k_q): the bound is the logarithm there, and quadratic where pushed.
+  // At rest v_N is about sqrt(a k_q): the bound is logarithmic there, and quadratic for approaching
+  // contacts.
   problem.velocity_smoothing = k / lightest;
   problem.continuation_speed = 0.1 * std::sqrt(k);
   return out;

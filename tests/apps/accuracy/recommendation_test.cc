@@ -1,5 +1,5 @@
-// Orders, fronts and recommendations on made-up figures; pieces of a motion, and an engine made up
-// for the test.
+// Convergence orders, Pareto fronts and recommendations from synthetic errors and costs; pieces of
+// a motion; a fake engine.
 #include "accuracy/recommendation.h"
 
 #include <fmt/format.h>
@@ -39,16 +39,16 @@ TEST(Accuracy, FitsTheOrderWhereItShows) {
     steps.push_back(std::ldexp(0.1, -k));
     errors.push_back(3.0 * std::pow(steps.back(), 2));
   }
-  errors[0] = errors[1] = 0.5;  // not asymptotic yet
-  errors[7] = 4e-7;             // at the reference's own error
+  errors[0] = errors[1] = 0.5;  // not yet asymptotic
+  errors[7] = 4e-7;             // at the error of the reference
   const auto order = fit_order(steps, errors, 1e-7);
   ASSERT_TRUE(order);
   EXPECT_NEAR(order->slope, 2.0, 1e-12);
   EXPECT_EQ(order->points, 4);
   EXPECT_NEAR(order->to, steps[6], 1e-12);
-  EXPECT_FALSE(fit_order(steps, errors, 1e-2));           // all but two below ten times that
-  EXPECT_FALSE(fit_order({0.1, 0.05}, {1.0, 0.5}, 0.0));  // two points make any slope
-  errors[5] = kNaN;                                       // failed: left out
+  EXPECT_FALSE(fit_order(steps, errors, 1e-2));           // only two points exceed ten times 1e-2
+  EXPECT_FALSE(fit_order({0.1, 0.05}, {1.0, 0.5}, 0.0));  // two points do not determine a slope
+  errors[5] = kNaN;                                       // failed points are left out
   EXPECT_NEAR(fit_order(steps, errors, 1e-7)->slope, 2.0, 1e-12);
 }
 
@@ -57,7 +57,7 @@ TEST(Accuracy, RecommendsTheCheapestThatIsGoodEnough) {
                                                 made_up({kNaN, 5e-4, 2e-4}, {kNaN, 3, 9})};
   EXPECT_EQ(recommend(measured, 1e-2, 0.0).place, (Place{0, 1}));
   EXPECT_EQ(recommend(measured, 1e-3, 0.0).place, (Place{1, 1}));
-  EXPECT_EQ(recommend(measured, 1e-3, 6e-4).place, (Place{0, 3}));  // 5e-4 might be 1.1e-3
+  EXPECT_EQ(recommend(measured, 1e-3, 6e-4).place, (Place{0, 3}));  // 5e-4 +- 6e-4 may be 1.1e-3
   EXPECT_EQ(recommend(measured, 1e-4, 0.0).place, (Place{0, 3}));
   EXPECT_TRUE(recommend(measured, 1e-4, 0.0).met);
   const Recommendation none = recommend(measured, 1e-5, 0.0);
@@ -78,14 +78,14 @@ TEST(Accuracy, FrontHoldsWhatNothingBeats) {
   EXPECT_EQ(pareto_front(measured)[2], (Place{0, 2}));
 }
 
-/// An engine that is off by so much, takes so long, or fails.
+/// A fake engine with a given position error, a synthetic cost and an optional failure.
 class MadeUpAdapter : public EngineAdapter {
  public:
   MadeUpAdapter(double off, bool fails) : off_(off), fails_(fails) {}
   Passage advance(const State& start, double duration) override {
     Passage out{start, 0.0, 1, {}};
     out.end.q[0] += start.v[0] * duration + off_;
-    // A piece to warm up, then rounds of two pieces: 1, 2, 3 s a simulated second.
+    // One warm-up piece, then rounds of two pieces that cost 1, 2 and 3 s per simulated second.
     out.seconds = duration * static_cast<double>((1 + calls_++) / 2);
     if (fails_ && calls_ == 2) out.failure = "made up to fail";
     return out;
@@ -131,7 +131,8 @@ TEST(Accuracy, MeasuresAnyEngine) {
 TEST(Accuracy, PiecesFitTheMotionAndItsSteps) {
   SimulationOptions options;  // 2 ms, 2 s
   Plan plan = plan_pieces(options, 10, 0.0);
-  EXPECT_NEAR(plan.length, 0.192, 1e-15);  // 96 steps, the most of 16 each in 100
+  EXPECT_NEAR(plan.length, 0.192,
+              1e-15);  // 96 steps, the largest multiple of 16 that fits into 100
   EXPECT_EQ(plan.doublings, 5);
   EXPECT_NEAR(plan.starts[3], 0.6, 1e-15);
   plan = plan_pieces(options, 10, 0.1);

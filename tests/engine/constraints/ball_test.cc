@@ -1,4 +1,4 @@
-// A ball on a plane: sliding into rolling, rolling and torsional friction, bouncing.
+// A ball on a plane: from sliding to rolling, rolling and torsional friction, bouncing.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ void start(Simulator& sim, const Vector3& linear, const Vector3& angular) {
   sim.set_state(state);
 }
 
-/// Steps, with the inverse of each: nothing is applied, so nothing may be found.
+/// Checks the inverse of every step: nothing is applied, so nothing may be found.
 void run(Simulator& sim, double duration) {
   const int steps = static_cast<int>(std::lround(duration / sim.options().time_step));
   for (int i = 0; i < steps; ++i) {
@@ -35,8 +35,8 @@ void run(Simulator& sim, double duration) {
     const StepReport report = sim.step();
     ASSERT_TRUE(report.succeeded()) << "step " << i << contact::status_name(report.status);
     const Inverse& inverse = sim.inverse(q, v, sim.state().v);
-    // Rounding of r w in the normal velocity, over mu^2 r h: 1.1e-16 |v| / (mu^2 eps g h) of the
-    // weight, 1.3e-7 at 2 m/s and mu 0.3.
+    // Rounding of r w (radius times spin) in the normal velocity, over mu^2 r h: 1.1e-16 |v| /
+    // (mu^2 eps g h) of the weight, 1.3e-7 at 2 m/s and mu 0.3.
     ASSERT_LT(inverse.applied_force.cwiseAbs().maxCoeff(), 1.3e-7 * inverse.force_scale) << i;
   }
 }
@@ -47,7 +47,7 @@ Vector3 world_spin(const Simulator& sim) {
 }
 
 TEST(Ball, SlidesUntilItRolls) {
-  // v falls by mu g, r w grows by 5/2 of that: they meet at 5/7 v0 after 2 v0 / (7 mu g).
+  // v falls at mu g, r w grows at 5/2 of that: they meet at 5/7 v0 after 2 v0 / (7 mu g).
   const double v0 = 2.0, mu = 0.3, meets = 2.0 * v0 / (7.0 * mu * kGravity);
   for (const double heading : {0.0, 0.7, 2.5}) {
     Simulator sim = ball({.friction = mu}, FrictionModel::kCoulomb);
@@ -58,20 +58,20 @@ TEST(Ball, SlidesUntilItRolls) {
     EXPECT_GT(ahead.dot(sim.state().v.head<3>()), 5.0 / 7.0 * v0);
     run(sim, 0.5);
     const Vector3 v = sim.state().v.head<3>(), w = world_spin(sim);
-    // The solver's 1e-10 an impulse, and creep.
+    // The solver's 1e-10 per impulse, and creep.
     EXPECT_LT((v - 5.0 / 7.0 * v0 * ahead).norm(), 1e-7);
     EXPECT_LT((kRadius * w - Vector3::UnitZ().cross(v)).norm(), 1e-7);
   }
 }
 
 TEST(Ball, RollingFrictionSlowsIt) {
-  // The torque t m g stops rolling: (m + I / r^2) a = -t m g / r.
+  // The torque t m g opposes rolling: (m + I / r^2) a = -t m g / r.
   const double t = 0.002, v0 = 0.5, a = 5.0 / 7.0 * kGravity * t / kRadius;
   Simulator sim = ball({.friction = 0.8, .rolling_friction = t}, FrictionModel::kCoulomb);
   start(sim, Vector3(v0, 0, 0), Vector3(0, v0 / kRadius, 0));
   run(sim, 1.0);
-  // One cone for sliding and rolling: f_i = -mu_i^2 b v_i, so that the force m a comes with a slip
-  // of (t / mu)^2 (m a / (t m g)) w, 2e-4 m/s here, and v differs by 2/7 of it.
+  // One cone holds sliding and rolling, f_i = -mu_i^2 b v_i: the force m a comes with a slip of (t
+  // / mu)^2 (m a / (t m g)) w, 2e-4 m/s here, and v differs by 2/7 of it.
   EXPECT_NEAR(sim.state().v[0], v0 - a, 1e-4);
   run(sim, v0 / a);
   EXPECT_LT(sim.state().v.norm(), 1e-7);
@@ -84,8 +84,8 @@ TEST(Ball, TorsionalFrictionStopsItsSpin) {
     Simulator sim = ball({.friction = 0.8, .torsional_friction = t}, model);
     start(sim, Vector3::Zero(), Vector3(0, 0, w0));
     run(sim, 1.0);
-    // The convex law hovers at h t w: as that falls the ground gives h t dw/dt less of impulse a
-    // mass.
+    // The convex law hovers at h t w. As w falls the ball sinks, and the ground gives h t dw/dt
+    // less impulse per mass.
     const double hover = sim.options().time_step * t * deceleration * t / (0.4 * kRadius * kRadius);
     EXPECT_NEAR(sim.state().v[5], w0 - deceleration,
                 model == FrictionModel::kConvex ? 1.1 * hover : 1e-7);
@@ -95,7 +95,8 @@ TEST(Ball, TorsionalFrictionStopsItsSpin) {
 }
 
 TEST(Ball, FrictionOfOneSurfaceActsWhateverTheOtherHas) {
-  // As RollingFrictionSlowsIt, and the torque t m g stops a spin; both from either side.
+  // Rolling slows as in RollingFrictionSlowsIt and the torque t m g stops a spin, with the friction
+  // on either surface.
   const double t = 0.002, v0 = 0.5, slows = 5.0 / 7.0 * kGravity * t / kRadius;
   const double brakes = t * kGravity / (0.4 * kRadius * kRadius);
   for (const bool of_ball : {true, false}) {
@@ -113,7 +114,7 @@ TEST(Ball, FrictionOfOneSurfaceActsWhateverTheOtherHas) {
       rolls ? start(sim, Vector3(v0, 0, 0), Vector3(0, v0 / kRadius, 0))
             : start(sim, Vector3::Zero(), Vector3(0, 0, 10.0));
       run(sim, 1.0);
-      // The slip of the common cone, as above.
+      // Slip of the common cone, as above.
       const double left = rolls ? v0 - slows : 10.0 - brakes, error = rolls ? 1e-4 : 1e-7;
       EXPECT_NEAR(sim.state().v[rolls ? 0 : 5], left, error);
     }
@@ -121,7 +122,7 @@ TEST(Ball, FrictionOfOneSurfaceActsWhateverTheOtherHas) {
 }
 
 TEST(Ball, BouncesAndComesToRestInTheTimeItShould) {
-  // Heights e^2n H; at rest after sqrt(2 H / g) (1 + e) / (1 - e).
+  // Heights are e^2n H; rest after sqrt(2 H / g) (1 + e) / (1 - e).
   const double height = 1.0, h = 0.0005;
   for (const double e : {0.3, 0.5, 0.7}) {
     Simulator sim = ball({.friction = 0.5, .restitution = e}, FrictionModel::kCoulomb, height);
@@ -136,7 +137,7 @@ TEST(Ball, BouncesAndComesToRestInTheTimeItShould) {
       if (std::abs(speed) > 0.01) moving_until = sim.state().time;
       last_speed = speed;
     }
-    // A bounce is one step early or late, and starts up to v h above the plane.
+    // A bounce may be one step early or late, and starts up to v h above the plane.
     const double bounces = std::log(0.01 / std::sqrt(2.0 * kGravity * height)) / std::log(e);
     EXPECT_NEAR(moving_until, expected, 2.0 * h * bounces) << e;
     const double travel = h * std::sqrt(2.0 * kGravity * height);

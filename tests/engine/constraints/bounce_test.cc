@@ -1,4 +1,4 @@
-// Bounces: no number of them gains energy, whatever the integrator, the step and the shape.
+// No number of bounces gains energy, for any integrator, step and shape.
 #include "counterpoint/engine/constraints/bounce.h"
 
 #include <gtest/gtest.h>
@@ -17,8 +17,8 @@ namespace {
 
 constexpr double kGravity = 9.81;
 
-/// T + U [J] of all free bodies, at the instant that the velocity belongs to: with
-/// semi_implicit_euler half a step before the poses.
+/// T + U [J] of all free bodies at the time of the velocity: with semi_implicit_euler half a step
+/// before that of the poses.
 double energy(const Simulator& sim) {
   const Model& model = sim.model();
   const SimulationOptions& options = sim.options();
@@ -36,7 +36,7 @@ double energy(const Simulator& sim) {
   return sum;
 }
 
-/// The most that it ever is above that of the start, over that. With the inverse of every step:
+/// Returns the largest relative gain of energy over the run. Checks the inverse of every step:
 /// nothing is applied, so nothing may be found.
 double largest_gain(Simulator& sim, double duration) {
   const double start = energy(sim);
@@ -46,7 +46,8 @@ double largest_gain(Simulator& sim, double duration) {
     EXPECT_TRUE(sim.step().succeeded());
     most = std::max(most, energy(sim));
     const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().q, sim.state().v);
-    // The speed of what turns, rounded, over the compliance: concepts.md, accuracy of the inverse.
+    // Rounding of the speed of rotating bodies over the compliance: concepts.md, accuracy of the
+    // inverse.
     EXPECT_LT(inverse.applied_force.cwiseAbs().maxCoeff(),
               2e-7 * std::max(inverse.force_scale, kGravity));
   }
@@ -56,7 +57,7 @@ double largest_gain(Simulator& sim, double duration) {
 struct Case {
   const char* name;
   Vector3 half;
-  double friction, lean;  ///< the angle of the ground [rad]
+  double friction, lean;  ///< slope of the ground [rad]
   bool flat;
 };
 
@@ -67,11 +68,11 @@ INSTANTIATE_TEST_SUITE_P(All, Bounces,
                          testing::Combine(testing::ValuesIn(kBoth),
                                           testing::Values(0.0005, 0.002, 0.01)));
 
-// Flat on four corners, from many heights: the same height again, to the bit of what the smoothing
-// length (1e-13 m) and the compliance (1e-6 of the velocity an impact) leave.
+// Flat on four corners, from many heights: the same height again, up to the effect of the smoothing
+// length (1e-13 m) and the compliance (1e-6 of the velocity an impact).
 constexpr double kNoGain = 1e-9;
-// A corner that has turned into the ground within 10 ms is lifted out by the overlap correction of
-// semi_implicit_euler: 0.1 % in 3 s, where none of it is lost to friction.
+// The overlap correction of semi_implicit_euler lifts a corner that turned into the ground within
+// 10 ms: 0.1 % of the energy in 3 s where friction dissipates none.
 constexpr double kLifted = 2e-3;
 
 TEST_P(Bounces, OfBoxesAndBallsGainNothing) {
@@ -117,7 +118,7 @@ TEST_P(Bounces, OfABallComeToTheSameHeight) {
     Simulator sim(std::move(scene));
     const double start = energy(sim);
     EXPECT_LT(largest_gain(sim, 3.0), kNoGain) << height;
-    // The compliance of each bounce, some ten to thirty of them.
+    // The compliance of each bounce; there are ten to thirty.
     EXPECT_NEAR(energy(sim), start, 1e-3 * start) << height;
   }
 }

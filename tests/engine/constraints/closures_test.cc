@@ -1,4 +1,4 @@
-// Closures: bodies that move as one, and their exact inverse. Linkages: linkages_test.cc.
+// Closures: bodies that move as one, with an exact inverse. Linkages: linkages_test.cc.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ using test::open_by;
 using test::recover;
 using test::simulate;
 
-/// Free bodies without geometry: `count` of the given inertia, apart along x by 0.3 m.
+/// `count` free bodies of the given inertia without geometry, `apart` [m] along x.
 struct FreeBodies {
   ModelBuilder builder;
   explicit FreeBodies(int count, const SpatialInertia& inertia, const Vector3& gravity,
@@ -82,11 +82,12 @@ TEST(Weld, HoldsABoxToTheWorldByItsWeight) {
   const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
   ASSERT_EQ(inverse.closures.size(), 1u);
   const Force& force = inverse.closures[0].force;
-  // On body B, the box, at the anchor: its weight, and the torque of its arm. The solver's 1e-10.
+  // Force on body B, the box, at the anchor: its weight, and the torque of its arm. The solver's
+  // 1e-10.
   EXPECT_LT((force.force - Vector3(0, 0, mass * 9.81)).norm(), 1e-6);
   EXPECT_LT((force.torque - Vector3(0, -arm * mass * 9.81, 0)).norm(), 1e-6);
-  // Sag: recovery beta e / h makes up for the compliance r f. Here the torque's part is the larger:
-  // alpha is the mean of inv(I), I = m (2a)^2 / 6.
+  // Sag: the recovery beta e / h balances the compliance r f. The rotational part is the larger
+  // one: alpha is the mean of inv(I), I = m (2a)^2 / 6.
   const double h = sim.options().time_step, inertia = mass * 0.04 / 6.0;
   const ContactOptions& options = sim.options().contact;
   const double sag = kClosureSoftness * options.compliance / inertia * arm * mass * 9.81 * h * h /
@@ -94,7 +95,7 @@ TEST(Weld, HoldsABoxToTheWorldByItsWeight) {
   EXPECT_NEAR(open_by(sim), sag, 1e-3 * sag);
 }
 
-/// Two boxes side by side along x as one free body, or as two, welded.
+/// Two boxes side by side along x: one free body, or two that are welded.
 Simulator two_boxes(bool welded, double h) {
   const Vector3 half(0.1, 0.05, 0.15);
   const double masses[2] = {1.0, 3.0};
@@ -135,10 +136,10 @@ Simulator two_boxes(bool welded, double h) {
 }
 
 TEST(Weld, TwoFreeBoxesMoveAsOneBody) {
-  // Both are of first order, with different errors: each of the two boxes flies on by itself, and
-  // the weld corrects it; the centre of mass of the single body, which is not its origin, moves as
-  // it should (free_groups.h). The difference must fall with h, and be of the size of the single
-  // body's own error, that of its turning, taken from a step 16 times smaller.
+  // Both are of first order, with different errors. Each of the two boxes moves freely and the weld
+  // corrects it; the centre of mass of the single body, which is not its origin, moves exactly
+  // (free_groups.h). The difference must fall with h and be of the size of the single body's error
+  // in rotation, which is measured against a step 16 times smaller.
   double open = 0.0, last_open = 0.0;
   const auto pose_after = [&](Simulator sim) {
     const int steps = static_cast<int>(std::lround(1.0 / sim.options().time_step));
@@ -164,7 +165,7 @@ TEST(Weld, TwoFreeBoxesMoveAsOneBody) {
   }
 }
 
-/// Two point masses on rods of length l, from the horizontal.
+/// Two point masses on rods of length l, released from the horizontal.
 Simulator by_rods(double m, double l, double h) {
   ModelBuilder builder(Vector3(0, 0, -9.81));
   ClosureSpec rod;
@@ -187,7 +188,7 @@ Simulator by_rods(double m, double l, double h) {
   return simulate(builder.build(), h);
 }
 
-/// The same as a pendulum of two joints.
+/// The same in joint coordinates, a pendulum of two revolute joints.
 Simulator by_joints(double m, double l, double h) {
   RobotSpec robot;
   robot.name = "pendulum";
@@ -210,7 +211,7 @@ Simulator by_joints(double m, double l, double h) {
 }
 
 TEST(Distance, TwoFreeSpheresOnRodsAreADoublePendulum) {
-  // Two point masses on rods of 0.5 m, from the horizontal, against the pendulum of two joints.
+  // Two point masses on rods of 0.5 m, released from the horizontal, against joint coordinates.
   const double m = 1.0, l = 0.5;
   const auto run = [](Simulator sim, double& open) {
     const int steps = static_cast<int>(std::lround(1.0 / sim.options().time_step));
@@ -235,7 +236,8 @@ TEST(Distance, TwoFreeSpheresOnRodsAreADoublePendulum) {
     const VectorX x = run(by_rods(m, l, h), open);
     const double error = (Eigen::Vector4d(x[0], x[2], x[7], x[9]) - exact).norm();
     const double own = (bobs_of(run(by_joints(m, l, h), open_joints)) - exact).norm();
-    // First order, and to second order the same as in joint coordinates; length of third order.
+    // First order, equal to joint coordinates to second order; the length has an error of third
+    // order.
     EXPECT_NEAR(error / own, 1.0, 5e3 * h * h) << h;  // measured: 3900 ... 4700 h^2
     if (last_error > 0.0) {
       EXPECT_NEAR(last_error / error, 2.0, 0.25);
@@ -248,7 +250,7 @@ TEST(Distance, TwoFreeSpheresOnRodsAreADoublePendulum) {
 }
 
 TEST(Closures, BetweenFreeBodiesKeepMomentum) {
-  // Spheres, so that spin is integrated exactly; the closures start up to 5 cm open and pull.
+  // Spheres, whose spin is integrated exactly; the closures start up to 5 cm open and pull.
   FreeBodies free(4, {1.5, Vector3::Zero(), 0.01 * Matrix3::Identity()}, Vector3::Zero());
   const ClosureType types[] = {ClosureType::kBall, ClosureType::kWeld, ClosureType::kDistance};
   for (int i = 0; i < 3; ++i) {
@@ -288,7 +290,7 @@ TEST(Closures, StepAndInverseDoNotAllocate) {
     sim.inverse(q, v, sim.state().v);
     return test::allocation_count() - before;
   };
-  for (int i = 0; i < 20; ++i) round();  // sizes of every way the solver takes
+  for (int i = 0; i < 20; ++i) round();  // sizes of all paths of the solver
   for (int i = 0; i < 100; ++i) EXPECT_EQ(round(), 0u);
 }
 

@@ -1,4 +1,4 @@
-// Which contacts a step has: those that may close within it, judged from (q, w).
+// Contacts of a step: those that may close within it, judged from (q, w).
 #include "counterpoint/engine/constraints/constraints.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,8 @@ TEST(RestingReach, IsWhatTheAccelerationClosesWithinMarginAndSmoothing) {
   EXPECT_EQ(resting_reach(options, 2e-3), 0.01);
 }
 
-/// Candidates, with rows, parked, or of far pairs (parked_contacts.h).
+/// Number of candidates: contacts with rows, parked ones, and those of far pairs
+/// (parked_contacts.h).
 size_t contacts_at(double height, double v_z, double acceleration) {
   Scene scene = test::box_on_plane({.height = height});
   scene.options.time_step = 2e-3;
@@ -42,7 +43,7 @@ size_t contacts_at(double height, double v_z, double acceleration) {
   return found.contacts.size();
 }
 
-// h^2 a = 2 mm at 2 ms, and h^2 g = 0.04 mm; a speed v adds 2 h |v|.
+// Contacts up to h^2 a = 2 mm at 2 ms are found (h^2 g is 0.04 mm); a speed v adds 2 h |v|.
 TEST(ConstraintFinder, HasTheContactsThatMayCloseWithinTheStep) {
   EXPECT_EQ(contacts_at(1.9e-3, 0.0, 500.0), 4);
   EXPECT_EQ(contacts_at(2.1e-3, 0.0, 500.0), 0);
@@ -52,8 +53,8 @@ TEST(ConstraintFinder, HasTheContactsThatMayCloseWithinTheStep) {
   EXPECT_EQ(contacts_at(10.1e-3, 0.0, 1e9), 0);
 }
 
-// A force that closes a gap for which the step had no contact: the overlap is what the force makes
-// in one step, the inverse is as exact as ever, and the next step has the contact.
+// A force closes a gap for which the step had no contact: the overlap is the distance that the
+// force makes in one step, the inverse is as exact as ever, and the next step has the contact.
 TEST(ConstraintFinder, AContactMissedIsMetOneStepLater) {
   constexpr double kGap = 2.5e-3, kForce = 1000.0, h = 2e-3;
   Scene scene = test::box_on_plane({.mass = 1.0, .height = kGap});
@@ -67,14 +68,14 @@ TEST(ConstraintFinder, AContactMissedIsMetOneStepLater) {
   const State after = sim.state();
   // q+ = q + h w+, w+ = -h (F / m + g): rounding of a metre.
   EXPECT_NEAR(after.q[2] - before.q[2], -h * h * (kForce + 9.81), 1e-15);
-  // Rounding of w+ over h, 1e-16 * 2 m/s / 2 ms kg, a few times.
+  // Rounding of w+ over h: a few times 1e-16 * 2 m/s * 1 kg / 2 ms.
   EXPECT_NEAR(sim.inverse(before.q, before.v, after.v).applied_force[2], -kForce, 1e-11);
   sim.input().applied_force[2] = 0.0;
   report = sim.step();
   ASSERT_TRUE(report.succeeded());
   EXPECT_EQ(report.contacts, 4);
   EXPECT_NEAR(report.max_penetration, h * h * (kForce + 9.81) - kGap, 1e-15);
-  // It leaves no faster than an overlap may drive it and keep.
+  // It leaves no faster than the speed that recovery of an overlap may leave.
   EXPECT_LE(sim.state().v[2], 2e-3);
   EXPECT_GE(sim.state().v[2], 0.0);
 }

@@ -1,4 +1,4 @@
-// Forces of the last step as the start of the next one: right, quick, and never decisive.
+// Forces of the last step warm-start the next one: correct, fast, and without effect on the result.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,14 +18,14 @@ Scene bundled(const std::string& name) {
 TEST(ContactMemory, HoldsTheForcesOfTheStep) {
   Simulator sim(test::box_on_plane({.mass = 3.0}));
   for (int k = 0; k < 50; ++k) ASSERT_TRUE(sim.step().succeeded());
-  ASSERT_EQ(sim.state().memory.size(), 4u);  // a corner each
+  ASSERT_EQ(sim.state().memory.size(), 4u);  // one per corner
   Vector3 sum = Vector3::Zero();
   for (const RememberedForce& r : sim.state().memory) {
     EXPECT_EQ(r.kind, RememberedForce::Kind::kContact);
     sum += r.force;
   }
-  // The equation of motion, to the solver's tolerance; of a contact's body B, which is the ground
-  // or the box.
+  // Equilibrium, to the solver's tolerance. Forces act on a contact's body B, the ground or the
+  // box.
   EXPECT_NEAR(std::abs(sum.z()), 3.0 * 9.81, 1e-9 * 30.0);
   EXPECT_NEAR(sum.head<2>().norm(), 0.0, 1e-9 * 30.0);
 }
@@ -36,10 +36,10 @@ TEST(ContactMemory, AFlightRemembersNothing) {
   EXPECT_TRUE(sim.state().memory.empty());
 }
 
-/// Newton steps of a run; with `cold`, every step is done once more without memory.
+/// Newton steps of a run with memory (warm), and of the same steps repeated without it (cold).
 struct Counted {
   long warm = 0, cold = 0;
-  double difference = 0.0;  ///< [m/s, rad/s] of the velocities of the two
+  double difference = 0.0;  ///< velocity difference [m/s, rad/s]
 };
 Counted count(const std::string& scene, int steps) {
   Simulator sim(bundled(scene)), other(bundled(scene));
@@ -58,8 +58,8 @@ Counted count(const std::string& scene, int steps) {
 
 TEST(ContactMemory, SavesNewtonStepsAndLeavesTheMotion) {
   const Counted out = count("quadruped_drop", 600);
-  // Four feet, each a point: friction forces are unique there, and so is the motion, to the
-  // solver's 1e-12 of momentum over the compliance of 1e-6.
+  // Four point feet: friction forces are unique, and so is the motion, up to the solver's 1e-12 of
+  // momentum over the compliance of 1e-6.
   EXPECT_LT(out.difference, 1e-6);
   RecordProperty("warm", static_cast<int>(out.warm));
   RecordProperty("cold", static_cast<int>(out.cold));

@@ -1,4 +1,4 @@
-// Faces and lines that spin are braked as an even pressure brakes them, and roll on their middles.
+// Spinning faces and lines are braked as by an even pressure, and roll on their middles.
 #include "counterpoint/engine/constraints/contact_patch.h"
 
 #include <gtest/gtest.h>
@@ -16,15 +16,14 @@ namespace {
 using Vector2 = Eigen::Vector2d;
 
 constexpr double kGravity = 9.81;
-/// The squares, rectangles and discs of an even pressure, to Simpson's rule.
+/// Squares, rectangles and discs of even pressure, by Simpson's rule.
 constexpr double kRule = 1e-4;
 
 TEST(ContactPatch, KnowsTheMeanDistanceOfItsPoints) {
   const std::vector<Vector2> square{{1, 1}, {-1, -1}, {1, -1}, {-1, 1}}, line{{2, 0}, {-2, 0}};
-  // (sqrt 2 + asinh 1) / 3, and of a rectangle of 2 : 1 by the same integral over its four
-  // triangles.
+  // (sqrt 2 + asinh 1) / 3; for a rectangle of 2 : 1 the same integral over its four triangles.
   EXPECT_NEAR(mean_distance(square, false), (std::sqrt(2.0) + std::asinh(1.0)) / 3.0, kRule);
-  const auto mean_to_edge = [](double far, double half) {  // of a triangle of this height and base
+  const auto mean_to_edge = [](double far, double half) {  // triangle: mean distance from apex
     const double t = half / far;
     return 2.0 / 3.0 * far * 0.5 * (std::hypot(1.0, t) + std::asinh(t) / t);
   };
@@ -48,10 +47,10 @@ struct Spinning {
   std::string shape, rpy;
   double height;
   double inertia;  ///< about the vertical, over the mass [m^2]
-  double arm;      ///< torque over mu N of an even pressure [m]
+  double arm;      ///< torque over mu N under an even pressure [m]
 };
 
-/// To within 1 % of the time that an even pressure takes, by agreement 2 %.
+/// Within 1 % of the time under an even pressure; the requirement is 2 %.
 TEST(ContactPatch, SpinsStopInTheTimeOfAnEvenPressure) {
   const double a = 0.1, mu = 0.3, omega = 20.0, square = (std::sqrt(2.0) + std::asinh(1.0)) / 3.0;
   const double lying = 0.5 * M_PI, l = 0.1, r = 0.02;

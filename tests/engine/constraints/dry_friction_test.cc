@@ -1,4 +1,4 @@
-// Dry joint friction: Coulomb's law in one coordinate, held, sliding, and inverted.
+// Dry joint friction: Coulomb's law in one coordinate, sticking, sliding, and inverted.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,8 +10,8 @@
 namespace counterpoint::dry_friction_test {
 namespace {
 
-/// Speed [m/s] at which friction gives a share of its bound F: from f = -2 F v / (s1 + s2), s =
-/// sqrt((v -+ r F)^2 + 4 r k), follows v^2 = share^2 ((r F)^2 + 4 r k / (1 - share^2)).
+/// Speed [m/s] at which friction reaches a share of its bound F: f = -2 F v / (s1 + s2) with s =
+/// sqrt((v -+ r F)^2 + 4 r k) gives v^2 = share^2 ((r F)^2 + 4 r k / (1 - share^2)).
 double creep(const Simulator& sim, double mass, double friction, double share) {
   const ContactOptions& contact = sim.options().contact;
   const double r = contact.compliance / mass, k = contact.smoothing * kStandardGravity * mass;
@@ -19,7 +19,7 @@ double creep(const Simulator& sim, double mass, double friction, double share) {
   return share * std::sqrt(give * give + 4.0 * r * k / (1.0 - share * share));
 }
 
-/// Friction at its bound enters the step as a constant: what is left is rounding, and the
+/// Friction at its bound enters the step as a constant. The remaining error is rounding and the
 /// smoothing, 2 r k / v^2 of the bound (1e-18 / v^2 at the defaults).
 constexpr double kRoundoff = 1e-11;
 
@@ -45,7 +45,7 @@ TEST(DryFriction, SlidingBlockDeceleratesByFrictionOverMassStopsAndStays) {
   EXPECT_NEAR(sim.state().q[0], x, kRoundoff);
   const double stopped = sim.state().q[0];
   for (int i = 0; i < 1000; ++i) ASSERT_TRUE(sim.step().succeeded());
-  // At rest nothing pulls: it stays where the last creep of 1e-9 m/s brings it.
+  // No load acts at rest: the block stays where its last creep of 1e-9 m/s brings it.
   EXPECT_NEAR(sim.state().q[0], stopped, 1e-14);
 }
 
@@ -81,12 +81,12 @@ TEST(DryFriction, HoldsThePendulumItCanHoldAndSlowsTheOneItCannot) {
     double q = q0, v = 0.0;
     for (int i = 0; i < 200; ++i) {
       ASSERT_TRUE(sim.step().succeeded());
-      // Unit inertia; friction stops what it can stop within the step.
+      // Unit inertia; friction stops the pendulum if it can within the step.
       const double free = v - h * 9.81 * std::sin(q);
       v = std::copysign(std::max(0.0, std::abs(free) - h * friction), free);
       q += h * v;
     }
-    // 200 steps of creep; where it slides, of rounding and the smoothing at the first slow steps.
+    // 200 steps of creep; where it slides, rounding and smoothing in the first slow steps.
     EXPECT_NEAR(sim.state().q[0], q, 200 * h * creep(sim, 1.0, friction, 1.0 / 1.1)) << friction;
     if (friction > torque) {
       EXPECT_EQ(q, q0);
@@ -105,8 +105,8 @@ TEST(DryFriction, TakesOnlyThisJoint) {
 }
 
 TEST(DryFriction, IsRecoveredByTheInverse) {
-  // A joint that slides has a friction without slope; one that sticks hardly moves, and w is
-  // rounded relative to itself: measured 2e-10 at most.
+  // The friction of a sliding joint has no slope; a sticking joint hardly moves, and w is rounded
+  // relative to itself: measured 2e-10 at most.
   constexpr double kRecovered = 1e-9;
   for (int seed = 0; seed < 20; ++seed) {
     test::Random random(seed);
@@ -116,7 +116,7 @@ TEST(DryFriction, IsRecoveredByTheInverse) {
     options.dry_friction = true;
     Scene scene = test::make_random_scene(seed, options, random);
     Simulator sim(std::move(scene));
-    sim.settings().tolerance = 1e-12;  // so that the inverse's own error is seen, not the solver's
+    sim.settings().tolerance = 1e-12;  // the solver's error must not hide the inverse's
     double error = 0.0, scale = 0.0;
     int rows = 0;
     for (int i = 0; i < 50; ++i) {

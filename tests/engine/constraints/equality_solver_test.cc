@@ -1,4 +1,4 @@
-// Equalities solved directly and by the contact solver are the same.
+// The direct solver for equalities agrees with the contact solver.
 #include "counterpoint/engine/constraints/equality_solver.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ contact::Law equality(int rows, int seed) {
   return law;
 }
 
-/// A block of `size` velocities; M is of full rank, its eigenvalues from 1 on.
+/// Adds a block of `size` velocities; M has full rank with eigenvalues of at least 1.
 void add_block(int size, int seed, contact::Problem& problem) {
   const int block = problem.add_block(size);
   MatrixX A(size, size);
@@ -34,7 +34,8 @@ void fill_jacobian(int constraint, int side, int seed, contact::Problem& problem
     J.row(i) = test::random_vector(static_cast<int>(J.cols()), 100 * seed + i, 1.0).transpose();
 }
 
-/// Three blocks; equalities between two, within one, and one row between the others.
+/// Three blocks; equalities between the first two, within the third, and one row between the third
+/// and the first.
 contact::Problem make_problem() {
   contact::Problem problem;
   add_block(5, 1, problem);
@@ -63,9 +64,9 @@ TEST(EqualitySolver, IsTheContactSolverForEqualities) {
   for (int pass = 0; pass < 2; ++pass) {
     SCOPED_TRACE(pass);
     solver.solve(problem, w);
-    // The tolerance of the contact solver, 1e-12, and rounding over the regularizer's 1e-6.
+    // The tolerance of the contact solver, 1e-12, and rounding over the regularizer, 1e-6.
     EXPECT_LT((w - by_contact_solver(problem)).norm(), 1e-9 * w.norm());
-    // Then for other velocities and biases, not factored again.
+    // The second pass has other velocities and biases but the same factorization.
     problem.free_velocity() *= -3.0;
     problem.law(1).bias[0] = 5.0;
   }

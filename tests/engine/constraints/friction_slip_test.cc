@@ -1,4 +1,4 @@
-// While a part of an island slides, what sticks in it creeps by the share h / slip_time of that.
+// While a part of an island slides, its sticking parts creep by the share h / slip_time of that.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,9 +11,9 @@ namespace counterpoint::friction_slip_test {
 namespace {
 
 constexpr double kStep = 0.002, kSlider = 1.0;  // [s], speed on the plank [m/s]
-constexpr double kShare = 0.5;                  // of the plank's friction that pushes it
+constexpr double kShare = 0.5;                  // push on a plank over its friction bound
 
-/// Two planks of 2 kg, 5 m apart, pushed; a slider of 1 kg without friction on the first one.
+/// Two planks of 2 kg, 5 m apart, pushed; a frictionless slider of 1 kg on the first one.
 Scene two_planks(double slip_time) {
   const test::TempFolder folder;
   Scene scene = load_scene(folder.write("planks.yaml", R"(
@@ -31,7 +31,7 @@ models:
 
 struct Creep {
   double plank = 0.0, alone = 0.0;  ///< mean speed [m/s]
-  double unexplained = 0.0;         ///< worst error of the inverse, over the weight
+  double unexplained = 0.0;         ///< largest error of the inverse, over the weight
 };
 
 Creep push(double slip_time) {
@@ -41,7 +41,7 @@ Creep push(double slip_time) {
   force[0] = kShare * 0.5 * 3.0 * kStandardGravity;
   force[6] = kShare * 0.5 * 2.0 * kStandardGravity;
   Creep out;
-  constexpr int kSteps = 100, kSettling = 5;  // 0.2 s, in which the slider stays on the plank
+  constexpr int kSteps = 100, kSettling = 5;  // 0.2 s; the slider stays on the plank
   for (int k = 0; k < kSteps; ++k) {
     const State before = sim.state();
     EXPECT_TRUE(sim.step().succeeded());
@@ -55,13 +55,13 @@ Creep push(double slip_time) {
   return out;
 }
 
-// Every corner slips alike, so that the sum of n y / v_slip over them is the force: y = sigma
-// v_slip, however the load is shared among the corners.
+// Every corner slips equally, so that the sum of n y / v_slip over them is the force: y = sigma
+// v_slip, however the load is distributed.
 TEST(FrictionSlip, IsTheShareOfTheConeWhateverTheLoads) {
   for (const double slip_time : {2.0, 0.5}) {
     const Creep creep = push(slip_time);
-    // The compliance adds eps g h sigma, some 1e-8 m/s; the slider moves against the plank at its
-    // speed less the plank's own.
+    // The compliance adds eps g h sigma, about 1e-8 m/s; the slider moves relative to the plank at
+    // its speed less the plank's own.
     const double expected = kShare * kSlider * kStep / slip_time;
     EXPECT_NEAR(creep.plank, expected, 2.0 * expected * kStep / slip_time + 1e-7) << slip_time;
     EXPECT_LT(std::abs(creep.alone), 1e-7);  // another island
@@ -74,7 +74,7 @@ TEST(FrictionSlip, IsNoneWhereSlipTimeIsInfinite) {
   EXPECT_LT(std::abs(creep.plank), 1e-7);
 }
 
-// The first step of a body alone, at rest on the ground: nothing moves, nothing slips.
+// The first step of a single body at rest on the ground: nothing moves, so nothing slips.
 TEST(FrictionSlip, FadesWithTheMotion) {
   Scene scene = two_planks(2.0);
   Simulator sim(std::move(scene));

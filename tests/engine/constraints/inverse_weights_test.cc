@@ -1,5 +1,4 @@
-// The constant inverse masses that scale regularizers, against bodies whose inverse inertia is
-// known.
+// Constant inverse masses that scale regularizers, against bodies of known inverse inertia.
 #include "counterpoint/engine/dynamics/inverse_weights.h"
 
 #include <gtest/gtest.h>
@@ -42,21 +41,21 @@ TEST(ContactWeight, OfAFreeSolidIsOneOverItsMassWhateverItsShape) {
                           {ShapeType::kCapsule, {0.001, 0.5, 0}, nullptr}};
   test::Random random(4);
   for (const Shape& shape : shapes) {
-    // Anywhere in its link's frame, and turned: only the body counts.
+    // At a random pose in its link's frame: only the body counts.
     ModelBuilder builder;
     builder.add_robot(
         make_object(shape, solid_inertia(shape, mass), test::random_pose(random, 2.0)),
         Base::kFloating, test::random_pose(random, 1.0));
     const InverseWeights weights = weights_of(builder.build());
     EXPECT_EQ(weights.contact[0], 0.0);
-    // A rod of 1 mm some 2 m from its link's origin: 1e-16 times the square of that ratio, 4e6.
+    // A rod of 1 mm about 2 m from its link's origin: 1e-16 times the square of that ratio, 4e6.
     EXPECT_NEAR(weights.contact[1], 1.0 / mass, 1e-9) << static_cast<int>(shape.type);
   }
 }
 
 TEST(ContactWeight, OfAWheelOnItsAxleIsAShareOfItsRim) {
-  // Its centre cannot move; the rim answers a push along it with r^2 / I = 2 / m. A twentieth of
-  // that: half of a tenth.
+  // Its centre cannot move; the rim responds to a push along it with r^2 / I = 2 / m. The weight is
+  // a twentieth of that: half of a tenth.
   const double mass = 2.0, radius = 0.3;
   const Shape shape{ShapeType::kCylinder, {radius, 0.05, 0}, nullptr};
   RobotSpec robot = make_object(shape, solid_inertia(shape, mass), Pose());
@@ -74,7 +73,7 @@ TEST(ContactWeight, OfAWheelOnItsAxleIsAShareOfItsRim) {
   EXPECT_NEAR(weights_of(builder.build()).contact[1], 0.05 * 2.0 / mass, kRoundoff);
 }
 
-/// Two free spheres of these masses, 1 m apart, their centres joined.
+/// Two free spheres of these masses, 1 m apart, with a closure from `anchor_a` to b's centre.
 Model two_spheres(double mass_a, double mass_b, ClosureType type, const Vector3& anchor_a) {
   ModelBuilder builder;
   const Shape shape{ShapeType::kSphere, {0.1, 0, 0}, nullptr};
@@ -108,7 +107,7 @@ TEST(ClosureWeight, IsTheMeanInverseInertiaBetweenTheAnchors) {
 }
 
 TEST(ClosureWeight, NothingToHoldIsAnError) {
-  // A ball where a hinge already is: parent and child cannot move apart there.
+  // A ball closure at a revolute joint: parent and child cannot move apart there.
   RobotSpec robot;
   robot.name = "arm";
   for (const char* name : {"base", "upper", "lower"}) {
@@ -144,7 +143,7 @@ TEST(ClosureWeight, NothingToHoldIsAnError) {
 }
 
 TEST(VelocityAcceleration, IsTheDerivativeOfVelocityAtConstantJointVelocities) {
-  // Every joint type; central differences of 1e-5 s: error 1e-10 of the third derivative.
+  // Every joint type; central differences of 1e-5 s: an error of 1e-10 of the third derivative.
   for (int seed = 0; seed < 20; ++seed) {
     const Model model = test::make_random_model(seed);
     const VectorX q = test::random_configuration(model, seed + 1),
@@ -165,7 +164,7 @@ TEST(VelocityAcceleration, IsTheDerivativeOfVelocityAtConstantJointVelocities) {
     compute_velocity_accelerations(model, data, A);
     for (int b = 1; b < model.num_bodies(); ++b) {
       const Motion change = velocity[1][b] - velocity[0][b];
-      // Of the moving origin: the convective term is not in the spatial acceleration.
+      // Acceleration of the moving origin: spatial acceleration lacks the convective term.
       const Vector3 linear = A[b].linear + data.V[b].angular.cross(data.V[b].linear);
       const double scale = 1.0 + linear.norm() + A[b].angular.norm();
       EXPECT_LT((change.linear / (2 * step) - linear).norm(), 1e-7 * scale) << seed << " " << b;

@@ -1,4 +1,4 @@
-// A limit holds whatever throws a joint against it, from however far within one step, and the
+// A limit holds a joint against any force, even if it comes from far away within one step, and the
 // inverse tells the limit's force from the applied one.
 #include <gtest/gtest.h>
 
@@ -11,16 +11,16 @@
 namespace counterpoint::joint_limits_test {
 namespace {
 
-/// A limit yields by h times compliance times the speed it stops; a quarter more for the bias of
-/// what smoothing leaves.
+/// A limit yields by h times compliance times the speed that it stops; a quarter more for the bias
+/// that smoothing leaves.
 constexpr double kYields = 1.25;
 /// The solver's relative residual (1e-10), as in inverse_test.cc.
 constexpr double kRecovered = 1e-8;
 
 struct Throw {
   Integrator integrator;
-  double dry_friction;  ///< [N m]: more than none, and there is a row before the limit's
-  double side;          ///< of the limit
+  double dry_friction;  ///< [N m]; above 0 its row comes before the limit's
+  double side;          ///< sign of the limit
 };
 
 class ThrownAtALimit : public ::testing::TestWithParam<Throw> {};
@@ -34,7 +34,7 @@ TEST_P(ThrownAtALimit, FromFarInOneStepItIsHeldAndInverted) {
       scene.options.integrator = integrator;
       scene.q[0] = 0.0;
       Simulator sim(std::move(scene));
-      // From rest in the middle, `way` of the way to the limit within the step: I = m l^2 = 1.
+      // From rest in the middle, over `way` of the distance to the limit in a step: I = m l^2 = 1.
       const double speed = side * way / h;
       sim.input().applied_force[0] = speed / h + (side > 0 ? dry_friction : -dry_friction);
       const State before = sim.state();
@@ -71,7 +71,7 @@ TEST(JointLimits, FarFromThemAStepHasNoRows) {
   EXPECT_EQ(report.newton_iterations, 0);
 }
 
-// Without q at the end the midpoint's inverse knows too little, and says so.
+// Without q after the step the midpoint inverse lacks information and throws.
 TEST(JointLimits, TheMidpointsInverseAsksForTheEnd) {
   Scene scene = test::pendulum({.lower = -1.0, .upper = 1.0});
   scene.options.integrator = Integrator::kImplicitMidpoint;

@@ -1,6 +1,7 @@
-// A contact's law is a function of its own motion and of the two bodies that it joins: what does
-// not touch them, however heavy and fast, is no part of it. Only the slip of friction
-// (friction_slip.h) goes by what moves on bodies that touch them, and on bodies that touch those.
+// A contact law depends on the contact's own motion and on the two bodies that it joins, not on
+// bodies that do not touch them, however heavy and fast. Only the slip of friction
+// (friction_slip.h) depends on the motion of bodies that touch them, and of bodies that touch
+// those.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,8 +18,8 @@
 namespace counterpoint::local_laws_test {
 namespace {
 
-/// Two boxes, `lower` and `upper`, that touch, with velocities of their own, of a pile whose third
-/// one, `above`, touches the upper one alone.
+/// A pile of three boxes: `lower` and `upper` touch and have their own velocities; `above` touches
+/// only `upper`.
 std::string three_boxes(double compliance, double slide) {
   std::ostringstream text;
   text << "time_step: 0.002\ncontact: {compliance: " << compliance << "}\nground: {friction: 0.5}\n"
@@ -31,7 +32,7 @@ std::string three_boxes(double compliance, double slide) {
   return text.str();
 }
 
-/// The laws of the contacts between the first two bodies.
+/// Returns the laws of the contacts between the first two bodies.
 std::vector<contact::Law> laws_between_first_two(const std::string& text) {
   const test::TempFolder folder;
   const Scene scene = load_scene(folder.write("scene.yaml", text));
@@ -62,7 +63,7 @@ bool is_same(const contact::Law& a, const contact::Law& b, bool slip) {
          same_bits(a.bias, b.bias);
 }
 
-/// All of a are among b: beside a fast body contacts are looked for farther off.
+/// Expects every law of a among b, which may have more: near a fast body the search goes farther.
 void expect_among(const std::vector<contact::Law>& a, const std::vector<contact::Law>& b,
                   bool slip) {
   for (const contact::Law& law : a)
@@ -77,7 +78,7 @@ TEST(LocalLaws, WhatDoesNotTouchTheTwoBodiesChangesNoLaw) {
       const std::string base = three_boxes(compliance, slide);
       const auto laws = laws_between_first_two(base);
       ASSERT_EQ(laws.size(), 4U);
-      // On the third box, which joins it to their island; on the ground beside; far off.
+      // On the third box, which joins it to their island; on the ground beside; far away.
       for (const auto& [place, apart] :
            {std::pair("0.03, 0.01, 0.69997", false), std::pair("1, 0, 0.09999", true),
             std::pair("0, 50, 70", true)}) {
@@ -94,8 +95,8 @@ TEST(LocalLaws, WhatDoesNotTouchTheTwoBodiesChangesNoLaw) {
   }
 }
 
-/// Two fingers that close on a part by springs, in the air; a wheel of the same robot that a motor
-/// spins on the ground at 5 to 20 m/s. Returns how fast the part slips through the fingers [m/s].
+/// A robot in the air holds a part between two sprung fingers while its motor spins a wheel on the
+/// ground at 5 to 20 m/s. Returns the speed at which the part slips through the fingers [m/s].
 double creep_in_the_grip(double rim_speed, double time_step) {
   const test::TempFolder folder;
   folder.write("robot.urdf", R"(<robot name="r">
@@ -136,7 +137,7 @@ double creep_in_the_grip(double rim_speed, double time_step) {
   return std::abs(height() - before);
 }
 
-// 0.3 kg at a third of the cone. The compliance gives some eps g h, 1e-8 m/s.
+// 0.3 kg is a third of the friction cone. The compliance gives about eps g h, 1e-8 m/s.
 TEST(LocalLaws, AGripHoldsWhileAWheelOfTheRobotSpins) {
   constexpr double kCreep = 1e-7;  // [m/s]
   for (const double rim_speed : {5.0, 20.0}) EXPECT_LT(creep_in_the_grip(rim_speed, 2e-3), kCreep);

@@ -1,4 +1,4 @@
-// Mimic joints: followers keep to their masters, and the inverse knows it.
+// Mimic joints: followers keep to their masters, and the inverse accounts for it.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ using test::kRecovered;
 using test::recover;
 using test::simulate;
 
-/// A gripper of two fingers, the second following the first, driven at random.
+/// A gripper of two fingers, the second following the first, under random forces.
 TEST(Mimic, IsRecoveredByTheInverse) {
   RobotSpec robot;
   robot.name = "gripper";
@@ -50,7 +50,7 @@ TEST(Mimic, IsRecoveredByTheInverse) {
   EXPECT_LT(apart, 1e-6);
 }
 
-/// The gripper of a robot from elsewhere, thrown about by random forces on all joints.
+/// The gripper of the Panda model (shared data) under random forces on all joints.
 TEST(Mimic, PandasFingersKeepTogether) {
   const std::filesystem::path file =
       std::filesystem::path(test::shared_data()) /
@@ -67,7 +67,7 @@ TEST(Mimic, PandasFingersKeepTogether) {
           apart, std::abs(q(mimic.joint) - mimic.multiplier * q(mimic.master) - mimic.offset));
     }
   };
-  // Fingers of 15 g on joints that take 20 N: 0.5 N is 30 m/s^2.
+  // Fingers of 15 g on joints rated for 20 N: 0.5 N gives 30 m/s^2.
   EXPECT_LT(recover(sim, 2000, 0.5, random, look), kRecovered);
   EXPECT_LT(apart, 1e-6);  // [m]
 }

@@ -1,5 +1,5 @@
-// Contacts that cannot act in a step have no rows; what is thrown against them gets them in the
-// very step, and the inverse tells their forces from the applied ones.
+// Contacts that cannot act in a step have no rows. A body thrown against them gets rows in the same
+// step, and the inverse tells their forces from the applied ones.
 #include "counterpoint/engine/constraints/parked_contacts.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ namespace {
 constexpr double kRecovered = 1e-8;
 constexpr double kStep = 0.01;
 
-/// A box above the ground: a candidate at any height below the margin of 10 mm.
+/// A box above the ground: its corners are candidates at any height below the margin of 10 mm.
 Scene box_at(double height, double smoothing = 1e-13) {
   Scene scene = test::box_on_plane({.height = height});
   scene.options.time_step = kStep;
@@ -41,7 +41,7 @@ TEST(ParkedContacts, HaveNoRowsWhereTheyStayOpen) {
   EXPECT_EQ(Simulator(box_at(0.5 * gap)).step().constraint_rows, 12);
 }
 
-// Smoothing that gives force at a distance: k / gap, 1e-3 m of the weight over 8e-3 m and more.
+// Smoothing that acts at a distance: k / gap, 1e-3 m of the weight over 8e-3 m and more.
 TEST(ParkedContacts, AreNoneWhereSmoothingActsAcrossTheGap) {
   EXPECT_EQ(Simulator(box_at(8e-3, 1e-3)).step().constraint_rows, 12);
 }
@@ -68,7 +68,7 @@ TEST(ParkedContacts, HoldWhatIsThrownAgainstThemInOneStepAndAreInverted) {
   }
 }
 
-// The lowest corner, of a box that is thrown down while it tilts: no corner ends below the ground.
+// A box thrown down while it tilts: no corner may end below the ground.
 TEST(ParkedContacts, NoCornerIsPassedOver) {
   for (int i = 0; i < 40; ++i) {
     Scene scene = box_at(9e-3);
@@ -80,13 +80,13 @@ TEST(ParkedContacts, NoCornerIsPassedOver) {
     sim.input().applied_force.setZero();
     const StepReport report = sim.step();
     ASSERT_TRUE(report.succeeded());
-    // Turning within a step, (h w)^2 / 2 of the half length, is all that it may be off by.
+    // The only error allowed is from rotation within a step, (h w)^2 / 2 of the half length.
     const double angle = kStep * sim.state().v.segment<3>(3).norm();
     EXPECT_LE(report.max_penetration, 0.1 * angle * angle + 1e-6) << i;
   }
 }
 
-/// Bodies of all kinds near each other at random velocities, so many of them the same in each.
+/// A crowded scene, and its constraints at velocities of choice.
 struct Crowd {
   explicit Crowd(Scene s)
       : scene(std::move(s)),
@@ -101,8 +101,7 @@ struct Crowd {
     compute_velocities(model(), v, data);
     finder.find(at(v), data, found, counts);
   }
-  /// The contacts of pairs that `pairs` holds, as parked ones with the gaps and friction of their
-  /// laws.
+  /// Returns the contacts of `pairs` as parked contacts with the gaps and friction of their laws.
   std::vector<ParkedContact> contacts_of(const std::vector<FarPair>& pairs) {
     ConstraintSet all = found;
     std::vector<ParkedContact> out;
@@ -129,7 +128,7 @@ struct Crowd {
   ConstraintSet found;
 };
 
-/// Velocities of up to `speed` [m/s, rad/s], most of them small.
+/// Random velocities of up to `speed` [m/s, rad/s], most of them small.
 VectorX random_velocity(std::mt19937_64& generator, Eigen::Index size, double speed) {
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   VectorX v(size);
@@ -144,8 +143,8 @@ class FarPairs : public testing::TestWithParam<const char*> {
   }
 };
 
-// What is_far says of a pair holds for each of its contacts, so that nothing is lost by not
-// looking.
+// If is_far holds for a pair, none of its contacts is near enough for rows, so that skipping the
+// pair loses nothing.
 TEST_P(FarPairs, HaveNoContactThatWouldHaveRows) {
   Crowd c = crowd();
   const SimulationOptions& options = c.scene.options;
@@ -162,7 +161,7 @@ TEST_P(FarPairs, HaveNoContactThatWouldHaveRows) {
   EXPECT_GT(seen, 100u);
 }
 
-// The same of stays_far, by the velocity after the step.
+// The same for stays_far, with the velocity after the step.
 TEST_P(FarPairs, ThatStayFarHaveNoContactThatIsRunInto) {
   Crowd c = crowd();
   const SimulationOptions& options = c.scene.options;
@@ -187,7 +186,7 @@ TEST_P(FarPairs, ThatStayFarHaveNoContactThatIsRunInto) {
   EXPECT_GT(left, 10u);
 }
 
-// A parked contact knows at most the gap that its law sees, so that it gets rows no later.
+// A parked contact has at most the gap and at least the slip of its law, and gets rows no later.
 TEST_P(FarPairs, ParkedContactsKnowNoMoreThanTheirGap) {
   Crowd c = crowd();
   std::mt19937_64 generator(3);
@@ -228,7 +227,7 @@ TEST(ParkedContacts, StepsThatAreSolvedAgainDoNotAllocate) {
     const std::size_t after = test::allocation_count();
     ASSERT_TRUE(report.succeeded());
     EXPECT_EQ(report.constraint_rows, 12);
-    if (i > 1) {  // once both states have seen the sizes
+    if (i > 1) {  // once both states have been seen
       EXPECT_EQ(after, before);
     }
   }

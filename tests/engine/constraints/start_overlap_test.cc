@@ -1,4 +1,4 @@
-// Bodies that touch or overlap at the start: what is left out, what touches, what is said.
+// Bodies that touch or overlap at the start: pairs left out, pairs that collide, and notes on both.
 #include <gtest/gtest.h>
 
 #include "counterpoint/collision/collider.h"
@@ -9,8 +9,8 @@
 namespace counterpoint::start_overlap_test {
 namespace {
 
-/// Soft contacts sink by eps g h^2 = 4e-8 m under one cube and twice as far under two; overlaps
-/// heal within the run.
+/// Soft contacts sink by eps g h^2 = 4e-8 m under one cube and twice that under two; overlaps heal
+/// within the run.
 constexpr double kSink = 1e-6;  // [m]
 
 class StartOverlap : public testing::Test {
@@ -18,7 +18,7 @@ class StartOverlap : public testing::Test {
   Scene load(const std::string& name, const std::string& text) {
     return load_scene(folder_.write(name, text));
   }
-  /// Height of a link after 1 s [m].
+  /// Returns the height of a link after 1 s [m].
   static double height(const Scene& scene, const std::string& link) {
     Simulator simulator(scene);
     while (simulator.state().time < 1.0)
@@ -114,8 +114,8 @@ TEST_F(StartOverlap, StackedCubesOfOneSdfModelStandOnEachOtherWhereItSaysSelfCol
   expect_note(apart.model, {"'m/low' and 'm/high', never touch", "self_collide"});
 }
 
-// A gripper closes on a part with 0.1 mm of preload: the part hangs, though it overlaps the fingers
-// at the start.
+// A gripper closes on a part with 0.1 mm of preload: the part hangs, although it overlaps the
+// fingers at the start.
 TEST_F(StartOverlap, APartGraspedWithPreloadIsHeld) {
   const Scene scene = load("grip.xml", R"(<mujoco><worldbody>
     <body name="left" pos="-0.03 0 1">
@@ -126,11 +126,12 @@ TEST_F(StartOverlap, APartGraspedWithPreloadIsHeld) {
       <geom type="box" size="0.01 0.02 0.02" mass="0.1"/></body>
     <body name="part" pos="0 0 1"><freejoint/><geom type="box" size="0.0201 0.01 0.01" mass="0.1"/></body>
     </worldbody></mujoco>)");
-  // 20 N on either side hold 1 N of weight: it creeps by nanometres.
+  // 20 N on either side hold a weight of 1 N: the part creeps by nanometres.
   EXPECT_NEAR(height(scene, "part"), 1.0, kSink);
 }
 
-/// Two hinged links, the third one's shape within the first one's. `contact`: of the file.
+/// Three links in a chain of revolute joints; the third one's shape lies within the first one's.
+/// `contact` is the file's contact section.
 std::string folded_arm(const std::string& contact) {
   return R"(<mujoco><option gravity="0 0 0"/><worldbody>
     <body name="a"><joint axis="0 1 0"/><geom name="a" size="0.1" mass="1"/>
@@ -160,17 +161,17 @@ exclude: [[a, b]])");
     const collision::Collider collider(scene->model);
     EXPECT_TRUE(collider.overlapping_pairs().empty());
     EXPECT_TRUE(collider.may_touch(0, 2));
-    EXPECT_TRUE(collider.may_touch(0, 1));  // though a joint joins them
+    EXPECT_TRUE(collider.may_touch(0, 1));  // although a joint connects them
     EXPECT_FALSE(collider.may_touch(1, 2));
     EXPECT_EQ(collider.num_enabled_pairs(), 2);
-    // 0.1 m apart, radii 0.1 and 0.05 m.
+    // The centres are 0.1 m apart, the radii 0.1 and 0.05 m.
     expect_note(scene->model, {"start", "'a/a' and 'c/c' by 0.05 m"});
   }
 }
 
 TEST_F(StartOverlap, ARobotStandsInTheFloorOfItsOwnFile) {
-  // The base is part of the robot: what hangs on it may overlap it, and is left out. The floor is
-  // not.
+  // The base is part of the robot: a link attached to it may overlap it, and the pair is left out.
+  // The floor is not part of the robot.
   const std::string inertial =
       "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' "
       "iyz='0'/></inertial>";
@@ -200,12 +201,12 @@ TEST_F(StartOverlap, ARobotStandsInTheFloorOfItsOwnFile) {
 }
 
 TEST_F(StartOverlap, DeepStartsAreNotedOnceWithTheLikelyCause) {
-  // Whole lengths given where half lengths are read.
+  // Full lengths given where half lengths are expected.
   const std::string cube =
       "ground: {}\nmodels: [{name: cube, box: [0.1, 0.1, 0.1], mass: 1, position: [0, 0, 0.05]";
   expect_note(load("s.yaml", cube + "}]").model,
               {"start", "'cube/body/shape' and 'ground' by 0.05 m", "half lengths"});
-  // Five pairs of neighbours, and the lowest with the ground.
+  // Five pairs of neighbours, and the lowest cube with the ground.
   expect_note(load("s.yaml", cube + ", count: 6, spacing: [0, 0, 0.1]}]").model,
               {"'cube0/body/shape' and 'cube1/body/shape' by 0.1 m", "and 2 more"});
   const auto number = [&](const std::string& text) {

@@ -1,4 +1,4 @@
-// Bodies on ground made of triangles move as on the plane, and do not fall through hills.
+// Bodies on terrain made of triangles move as on the plane and do not fall through hills.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,8 @@
 namespace counterpoint::test::terrain_test {
 namespace {
 
-// x from -1 to 13 m, y from -2 to 2 m in cells of 0.23 m, corners moved about; z = height(x, y).
+// Terrain: x from -1 to 13 m, y from -2 to 2 m in cells of 0.23 m with randomly moved corners; z =
+// height(x, y).
 template <typename Height>
 Shape ground(const Height& height) {
   constexpr double kPitch = 0.23;
@@ -69,8 +70,8 @@ Scene scene_on(const Shape& ground, const Shape& body) {
 struct Rolling {
   const char* name;
   Shape shape;
-  double height;       // of the centre [m]
-  bool lying;          // its axis along y
+  double height;       // height of the centre [m]
+  bool lying;          // axis along y
   double speed, spin;  // [m/s], about y [rad/s]
 };
 
@@ -92,7 +93,7 @@ TEST_P(Flat, TenMetresAsOnAPlane) {
     const double half = std::sqrt(0.5);
     if (r.lying) scene.q.segment<4>(3) << half, half, 0.0, 0.0;
     scene.v[0] = r.speed;
-    // Body axes: turned by 90 degrees about x, the world's y is the body's -z.
+    // Angular velocity is in body axes: after 90 degrees about x, the world's y is the body's -z.
     if (r.lying) {
       scene.v[5] = -r.spin;
     } else {
@@ -107,15 +108,15 @@ TEST_P(Flat, TenMetresAsOnAPlane) {
   for (int i = 0; i < 2500; ++i) {
     ASSERT_TRUE(on_plane.step().succeeded());
     ASSERT_TRUE(on_ground.step().succeeded()) << "step " << i;
-    // Asked for is 1 mm. The same points in another order: round-off, and what the solver's
-    // tolerance of 1e-10 a step adds over 2500 steps.
+    // The requirement is 1 mm. The same points in another order differ by round-off and by the
+    // solver's tolerance of 1e-10 a step over 2500 steps.
     EXPECT_LT(deviation((on_ground.state().q - on_plane.state().q).head<3>().norm()), 1e-6);
   }
   EXPECT_GT(on_ground.state().q[0], r.spin > 0.0 ? 9.9 : 6.5);
   EXPECT_LT(std::abs(on_ground.state().q[1]), 1e-6);
 }
 
-// A height field, whose cells are all alike: no kick at any seam.
+// A height field of equal cells gives no jolt at any seam.
 TEST(Terrain, ACapsuleRollsTenMetresOnAHeightField) {
   HeightGrid grid{41, 121, std::vector<double>(41 * 121, 0.7)};
   Shape field;
@@ -135,8 +136,8 @@ TEST(Terrain, ACapsuleRollsTenMetresOnAHeightField) {
   EXPECT_NEAR(sim.state().q[2], 0.8, 1e-6);
 }
 
-// A body thrown at hills in any attitude; true if its centre never gets below them by more than
-// `depth` [m].
+// Throws a body at hills in a random orientation. True if its centre never gets more than `depth`
+// [m] below them.
 bool stays_above(const Shape& hills, const Shape& body, double speed, Random& random,
                  double depth = 0.0) {
   Scene scene = scene_on(hills, body);
@@ -148,7 +149,7 @@ bool stays_above(const Shape& hills, const Shape& body, double speed, Random& ra
   Simulator sim(std::move(scene));
   for (int i = 0; i < 400; ++i) {
     const StepReport report = sim.step();
-    // The plate that turns by more than a radian a step: the integrator's business.
+    // A plate that turns by more than a radian a step diverges by the integrator, not by contact.
     if (report.status == contact::Status::kDiverged) return true;
     EXPECT_TRUE(report.succeeded()) << "step " << i;
     const Vector3 p = sim.state().q.head<3>();
@@ -173,10 +174,10 @@ TEST(Terrain, NothingFallsThroughHills) {
   }
 }
 
-// A plate of 0.2 x 0.1 x 0.004 m that slaps down turns by 0.3 rad within a step, its corners
-// centimetres into the ground, and a ridge that it comes down on goes into it. Where its centre is
-// half its thickness below a ridge, that comes out at the top: then it has fallen through.
-// Measured: 3 of 5400 throws, none of these 300. Two would be ten times that share.
+// A plate of 0.2 x 0.1 x 0.004 m that slaps down turns by 0.3 rad within a step: its corners go
+// centimetres into the ground, and a ridge below goes into the plate. Where its centre is more than
+// half its thickness below a ridge, the ridge comes out at the top and the plate has fallen
+// through. Measured: 3 of 5400 throws, none of these 300. Two would be ten times that rate.
 TEST(Terrain, ThinPlatesHardlyEverFallThroughHills) {
   constexpr double kHalf = 0.002;
   const Shape hills = ground(kHills);
@@ -220,7 +221,7 @@ TEST(Terrain, TheInverseRecoversTheForceOnHills) {
     scale = std::max(scale, inverse.force_scale);
   }
   EXPECT_GT(contacts, 1000);
-  EXPECT_LT(error, 1e-8 * scale);  // as for any other contact (inverse_test)
+  EXPECT_LT(error, 1e-8 * scale);  // the bound for all contacts (inverse_test)
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Nothing passes a thin wall within a step, however fast it comes or turns.
+// Nothing passes a thin wall within a step, at any speed or spin.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@
 namespace counterpoint::test::tunnelling_test {
 namespace {
 
-// A wall of 1 mm; h = 2 ms, so that 300 m/s are 600 walls a step.
+// A wall of 1 mm; at h = 2 ms and 300 m/s a body moves by 600 walls a step.
 constexpr double kHalfWall = 0.0005;
 const Shape kWall = box_shape({5.0, 5.0, kHalfWall});
 
@@ -50,7 +50,7 @@ Pose pose_of(const VectorX& q, int first = 0) {
 struct Thrown {
   const char* name;
   Shape shape;
-  double reach;  // of the farthest point from the centre [m]
+  double reach;  // distance of the farthest point from the centre [m]
 };
 
 std::vector<Thrown> thrown() {
@@ -63,7 +63,7 @@ std::vector<Thrown> thrown() {
           {"cylinder", cylinder_shape(0.0025, 0.25), 0.25}};
 }
 
-// Speeds of the centre and of the farthest point about it [m/s].
+// Speed of the centre, and of the farthest point about it [m/s].
 class Speeds : public ::testing::TestWithParam<std::pair<double, double>> {};
 
 INSTANTIATE_TEST_SUITE_P(Tunnelling, Speeds,
@@ -72,9 +72,9 @@ INSTANTIATE_TEST_SUITE_P(Tunnelling, Speeds,
                                            std::pair(300.0, 300.0), std::pair(3.0, 300.0),
                                            std::pair(0.0, 300.0)));
 
-// Throws a body at what lies below z = kHalfWall; its centre must not get there, and no step may
+// Throws a body at a shape below z = kHalfWall; its centre must stay above z = 0, and no step may
 // fail. Returns whether it touched.
-// Parameters: what it depends on, one by one.
+// Parameters: the body, the shape below it, speeds, random source
 bool expect_stopped(const Thrown& t, const Shape& below, const Pose& X_below, double friction,
                     double speed, double tip, Random& random, const std::string& what) {
   ModelBuilder builder;
@@ -83,7 +83,7 @@ bool expect_stopped(const Thrown& t, const Shape& below, const Pose& X_below, do
   Scene scene = start(builder.build());
   const Quaternion turn = random.quaternion();
   const double low = lowest_point(t.shape, {turn.toRotationMatrix(), Vector3::Zero()});
-  // Somewhere within the first two steps' way.
+  // Starts at a random height within the distance of two steps.
   scene.q[2] = kHalfWall - low + 1e-3 + random.uniform(0.0, 1.0) * std::max(0.02, 0.004 * speed);
   scene.q.segment<4>(3) << turn.w(), turn.x(), turn.y(), turn.z();
   Vector3 way = random.unit_vector();
@@ -120,7 +120,7 @@ TEST_P(Speeds, CentresStayOnTheirSideOfAWall) {
   }
 }
 
-// Without friction nothing slows the spin, and ends come over again and again.
+// Without friction nothing slows the spin, and the ends hit again and again.
 TEST_P(Speeds, CentresStayAboveAPlaneWithoutFriction) {
   const auto [speed, tip] = GetParam();
   const Pose X_plane{Matrix3::Identity(), Vector3(0.0, 0.0, kHalfWall)};
@@ -134,8 +134,8 @@ TEST_P(Speeds, CentresStayAboveAPlaneWithoutFriction) {
 }
 
 TEST(Tunnelling, BallAndFreePlateExchangeMomentum) {
-  // A ball into a free plate at rest, inelastic, without friction and through the centre: both go
-  // on with the common velocity; nothing else is in the discrete equations.
+  // A ball hits a free plate at rest, inelastically, without friction, through the centre: both
+  // move on with the common velocity; the discrete equations contain nothing else.
   constexpr double kBall = 0.01, kPlate = 0.3;
   for (const double speed : {1.0, 30.0, 300.0}) {
     ModelBuilder builder(Vector3::Zero());
@@ -149,8 +149,8 @@ TEST(Tunnelling, BallAndFreePlateExchangeMomentum) {
     const int steps = static_cast<int>(0.2 / speed / 0.002) + 5;
     for (int i = 0; i < steps; ++i) ASSERT_TRUE(sim.step().succeeded());
     const double common = -speed * kBall / (kBall + kPlate);
-    // The regularizer lets the normal row yield by eps of the impact speed, and of it several times
-    // over at mu^2 r with the least mu.
+    // The regularizer lets the normal row yield by eps of the impact speed, and several times that
+    // at mu^2 r with the least mu.
     EXPECT_NEAR(sim.state().v[2], common, 1e-5 * speed);
     EXPECT_NEAR(sim.state().v[8], common, 1e-5 * speed);
     EXPECT_GT(sim.state().q[9], sim.state().q[2] + 0.005);
@@ -158,9 +158,9 @@ TEST(Tunnelling, BallAndFreePlateExchangeMomentum) {
 }
 
 TEST(Tunnelling, FastBallsSkidIntoRolling) {
-  // A ball that comes down obliquely onto a surface rough enough leaves it rolling: the horizontal
-  // speed is 5/7 of what it was, whatever the gap at the start of the step was. Friction that acted
-  // halfway across the gap would have an arm many radii long.
+  // A ball that hits a rough surface obliquely leaves it rolling: the horizontal speed is 5/7 of
+  // its initial value, for any gap at the start of the step. Friction that acted halfway across the
+  // gap would have an arm of many radii.
   constexpr double kRadius = 0.005;
   for (const double speed : {1.0, 20.0, 100.0}) {
     ModelBuilder builder(Vector3::Zero());
@@ -175,8 +175,8 @@ TEST(Tunnelling, FastBallsSkidIntoRolling) {
     const double scene_slip_time = scene.options.contact.slip_time;
     Simulator sim(std::move(scene));
     ASSERT_TRUE(sim.step().succeeded());
-    // Compliance, as above; and in this one step friction lets slip a share of h / slip_time of the
-    // speed at which the surfaces slid before.
+    // Compliance, as above; and friction may slip in this step by a share of h / slip_time of the
+    // sliding speed before it.
     const double allowed = (1e-4 + h / scene_slip_time) * speed;
     EXPECT_NEAR(sim.state().v[0], 5.0 / 7.0 * speed, allowed);
     EXPECT_NEAR(sim.state().v[4] * kRadius, 5.0 / 7.0 * speed, allowed);
@@ -184,8 +184,8 @@ TEST(Tunnelling, FastBallsSkidIntoRolling) {
 }
 
 TEST(Tunnelling, FastBallsAreStoppedAtTheWallAndNotBefore) {
-  // At any angle, and wherever in the step they meet it: the first step ends on the wall, the next
-  // ones on it. What friction takes is what Coulomb lets it, or leaves the ball rolling.
+  // At any angle and at any time of impact within the step: the first step ends on the wall, and
+  // the next ones stay on it. Friction is Coulomb's, or leaves the ball rolling.
   constexpr double kRadius = 0.05, kFriction = 0.5;
   for (const double speed : {10.0, 100.0, 1000.0}) {
     for (const double degrees : {5.0, 20.0, 35.0, 60.0, 85.0}) {
@@ -202,14 +202,15 @@ TEST(Tunnelling, FastBallsAreStoppedAtTheWallAndNotBefore) {
         scene.v[0] = along;
         scene.v[2] = -down;
         Simulator sim(std::move(scene));
-        // The normal row gives by mu^2 eps of the impact, (1 + mu^2)^1/2 and a few times over.
+        // The normal row yields by mu^2 eps of the impact, times sqrt(1 + mu^2) and a small factor.
         const double give = 1e-5 * speed;
         for (int i = 0; i < 5; ++i) {
           ASSERT_TRUE(sim.step().succeeded());
           ASSERT_NEAR(sim.state().q[2], kRadius, h * give) << "step " << i;
         }
         EXPECT_NEAR(sim.state().v[2], 0.0, give);
-        // In each of these steps friction lets slip a share of h / slip_time of the sliding speed.
+        // In each of these steps friction may slip by a share of h / slip_time of the sliding
+        // speed.
         const double slow = std::max(along - kFriction * down, 5.0 / 7.0 * along);
         EXPECT_NEAR(sim.state().v[0], slow, give + 5.0 * h / slip_time * along);
       }
@@ -217,9 +218,8 @@ TEST(Tunnelling, FastBallsAreStoppedAtTheWallAndNotBefore) {
   }
 }
 
-/// What the convex law, which takes all other shapes across gaps beyond the margin, makes of them:
-/// they stop short of the wall by h mu |v_T| at most, and may leave it again
-/// (docs/explanation/concepts.md, "Fast bodies").
+/// All shapes but balls cross gaps beyond the margin by the convex law: they stop short of the wall
+/// by h mu |v_T| at most, and may leave it again (docs/explanation/concepts.md, "Fast bodies").
 TEST(Tunnelling, OtherFastBodiesStopShortOfTheWall) {
   constexpr double kFriction = 0.5, kHalf = 0.05;
   double farthest = 0.0;
@@ -237,7 +237,7 @@ TEST(Tunnelling, OtherFastBodiesStopShortOfTheWall) {
       scene.v[2] = -speed * std::sin(angle);
       Simulator sim(std::move(scene));
       ASSERT_TRUE(sim.step().succeeded());
-      const double gap = sim.state().q[2] - kHalf * std::sqrt(3.0);  // however it is turned
+      const double gap = sim.state().q[2] - kHalf * std::sqrt(3.0);  // for any orientation
       EXPECT_LE(gap, h * kFriction * speed * std::cos(angle));
       farthest = std::max(farthest, gap);
     }
@@ -246,7 +246,7 @@ TEST(Tunnelling, OtherFastBodiesStopShortOfTheWall) {
 }
 
 TEST(Tunnelling, WhatIsStruckDoesNotPassEither) {
-  // Balls at rest before a wall; the last is struck at 300 m/s, and all of it happens in one step.
+  // Balls at rest before a wall; the last one comes at 300 m/s, and all impacts are in one step.
   ModelBuilder builder(Vector3::Zero());
   builder.add_environment("wall", kWall, Pose{}, with_friction(0.0));
   for (int i = 0; i < 4; ++i) {
@@ -264,7 +264,7 @@ TEST(Tunnelling, WhatIsStruckDoesNotPassEither) {
 }
 
 TEST(Tunnelling, TheInverseSeesTheSameContacts) {
-  // Margins depend on (q, w) only: force applied in the fastest step comes back.
+  // Margins depend on (q, w) only: the inverse recovers the force applied in the fastest step.
   Random random(5);
   for (const Thrown& t : thrown()) {
     ModelBuilder builder;
@@ -285,9 +285,8 @@ TEST(Tunnelling, TheInverseSeesTheSameContacts) {
       contacts += report.contacts;
       const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
       // The solver's round-off floor, 1e-9 at most here, relative to an impact of 5e4 N: rods spin
-      // at 4e4 rad/s after it, and their contact's velocity is a difference of such speeds.
-      // Afterwards the rounding of 100 m/s, 1e-14, seen through the regularizer of 1e-6 / kg: 5e-6
-      // N over 2 ms.
+      // at 4e4 rad/s after it, and their contact velocity is a difference of such speeds. Later the
+      // rounding of 100 m/s, 1e-14, over the regularizer of 1e-6 / kg: 5e-6 N over 2 ms.
       EXPECT_LT((inverse.applied_force - sim.input().applied_force).norm(),
                 3e-8 * inverse.force_scale + 1e-5)
           << t.name;

@@ -1,4 +1,4 @@
-// Derivatives of the inverse step of two shapes that touch: every pair, every law, against
+// Derivatives of the inverse step of two touching shapes, for every pair and every law, against
 // differences.
 #include <gtest/gtest.h>
 
@@ -18,7 +18,8 @@ struct Law {
   FrictionModel model;
   Material material;
 };
-/// Where a bounce's friction points goes with the motion (contact_law.cc): by differences.
+/// With restitution the direction of the friction impulse depends on the motion (contact_law.cc);
+/// its derivatives are differences.
 bool may_differ(const Material& m) { return m.restitution > 0.0; }
 const Law kLaws[] = {
     {"frictionless", FrictionModel::kCoulomb, surface(0.0, 0.0, 0.0, 0.0)},
@@ -49,8 +50,8 @@ TEST_P(ShapePair, OfEveryLaw) {
       Inverse out;
       step_inverse(scene.model, scene.options, at.q, at.v, at.v_next, ws, out);
       contacts += static_cast<int>(out.contacts.size());
-      // Some thousandth of the speed over which laws bend, sqrt(4 r k), times the time step. In
-      // terrain's own frame rounding is more, and may leave no step that is right.
+      // About a thousandth of the speed sqrt(4 r k) over which laws bend, times the time step.
+      // Positions in the terrain's frame round more, and there may be no accurate difference step.
       const double step = a == kTerrain ? 1e-7 : 2e-8;
       if (a == kTerrain && !test::is_smooth(scene, at, step)) {
         ++doubtful;
@@ -61,10 +62,10 @@ TEST_P(ShapePair, OfEveryLaw) {
     }
   }
   EXPECT_GT(contacts, 9);
-  EXPECT_LT(doubtful, 10);  // of 54
+  EXPECT_LT(doubtful, 10);  // out of 54
 }
 
-/// With the laws as they are by default, where no kink lies within the difference.
+/// Default laws, wherever no kink lies within the difference.
 TEST_P(ShapePair, OfHardContacts) {
   const auto [a, b] = GetParam();
   int checked = 0;
@@ -83,7 +84,7 @@ TEST_P(ShapePair, OfHardContacts) {
                    may_differ(law.material), kStep);
     }
   }
-  EXPECT_GT(checked, 15);  // of 27
+  EXPECT_GT(checked, 15);  // out of 27
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -99,7 +100,7 @@ INSTANTIATE_TEST_SUITE_P(
         std::pair(kTerrain, kBox), std::pair(kTerrain, kCapsule), std::pair(kTerrain, kCylinder),
         std::pair(kTerrain, kConvexMesh)));
 
-/// Contacts of bodies that move so fast that these are taken where the motion leads.
+/// Contacts of bodies so fast that contacts are found at the predicted poses.
 class FastPair : public ShapePair {};
 
 TEST_P(FastPair, AtThePosesThatTheMotionLeadsTo) {
@@ -129,7 +130,7 @@ TEST_P(FastPair, AtThePosesThatTheMotionLeadsTo) {
           known = known || (here.points[i].normal - contact.contact.normal).norm() < 1e-6;
         ahead += !known;
       }
-      // Whether contacts are taken there, and which, jumps.
+      // The choice of contacts at predicted poses jumps.
       if (!test::is_smooth(scene, at, 2e-8)) {
         ++kinks;
         continue;
@@ -138,9 +139,8 @@ TEST_P(FastPair, AtThePosesThatTheMotionLeadsTo) {
     }
   }
   EXPECT_GT(ahead, 9);
-  // Of 60. The two shapes move as one free group, and differences of their momentum at this step
-  // are near the rounding of it; where a bounce points jumps with which contacts there are: up
-  // to 13.
+  // At most 13 of 60. The two shapes form one free group, whose momentum differences at this step
+  // are near rounding; the direction of a bounce jumps with the set of contacts.
   EXPECT_LT(kinks, 14);
 }
 

@@ -16,8 +16,8 @@ using test::Moment;
 using test::random_moment;
 using test::soften;
 
-/// Steps of configurations [rad, m]: biases of closures are differences of two poses over the time
-/// step, so that rounding counts more than elsewhere.
+/// Difference step of configurations [rad, m]. Biases of closures are differences of two poses over
+/// the time step, so rounding counts more than elsewhere.
 constexpr double kDifferenceStep = 1e-5;
 
 test::RandomModelOptions random_options(int seed) {
@@ -25,7 +25,7 @@ test::RandomModelOptions random_options(int seed) {
   o.links = 2 + seed % 7;
   o.robots = 1 + seed % 3;
   o.base = seed % 2 == 0 ? Base::kFixed : Base::kFloating;
-  o.fixed_share = 0.0;  // a closure holds two bodies, not one
+  o.fixed_share = 0.0;  // a closure must hold two bodies, not one
   o.damping = o.armature = seed % 2 == 0;
   o.limits = seed % 5 == 1;
   o.dry_friction = seed % 7 == 2;
@@ -36,7 +36,8 @@ test::RandomModelOptions random_options(int seed) {
   return o;
 }
 
-/// Near the default pose, where closures are closed, by so much [m, rad].
+/// A random model displaced by up to `away` [m, rad] from its default pose, where closures are
+/// closed.
 Scene random_scene(int seed, const test::RandomModelOptions& o, double away, test::Random& random) {
   Model model = test::make_random_model(seed, o);
   const int nv = model.nv();
@@ -81,9 +82,9 @@ TEST(EqualityDerivatives, OfRandomTreesWithClosures) {
   }
 }
 
-/// With the laws as they are by default, where no kink lies within the difference. One robot, at
-/// the origin: 20 m off, places are rounded to 4e-15 m, over a time step, times 5e6 N s/m, and over
-/// 1e-4 m/s, the longest step of velocities, 1e-7 of du/dv+.
+/// Default laws, wherever no kink lies within the difference. One robot, at the origin: at 20 m,
+/// positions are rounded to 4e-15 m; over a time step, times 5e6 N s/m, and over 1e-4 m/s, the
+/// longest step of velocities, this is 1e-7 of du/dv+.
 TEST(EqualityDerivatives, OfHardClosures) {
   int checked = 0;
   for (int seed = 0; seed < 40; ++seed) {
@@ -103,7 +104,7 @@ TEST(EqualityDerivatives, OfHardClosures) {
   EXPECT_GT(checked, 30);
 }
 
-/// Whether bodies turn with a coordinate.
+/// True if this coordinate rotates bodies.
 bool turns(const Model& model, int coordinate) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
@@ -113,9 +114,8 @@ bool turns(const Model& model, int coordinate) {
   return false;
 }
 
-/// Where the engine makes no prediction, since there is nothing to predict, du/dv is what it tends
-/// to as bodies begin to turn. Of motions by which none turns there never is one: they are left
-/// out.
+/// At rest the engine predicts nothing, and du/dv is its limit as bodies begin to turn. Coordinates
+/// that rotate no body never lead to a prediction; they are left out.
 TEST(EqualityDerivatives, AtRest) {
   for (int seed = 0; seed < 12; ++seed) {
     test::RandomModelOptions o = random_options(seed);

@@ -1,4 +1,5 @@
-// Derivatives of the forward step: against differences of it, and as the inverse's inverse.
+// Derivatives of the forward step: against its differences, and as the inverse of those of the
+// inverse step.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -19,7 +20,7 @@ using test::surface;
 using test::two_shapes;
 using enum ShapeType;
 
-/// u(q, v, v+) and v+(q, v, u) are inverses of one another, and so are their derivatives.
+/// u(q, v, v+) and v+(q, v, u) are inverse functions, and their derivatives inverse matrices.
 void expect_inverses(const Scene& scene, const test::Moment& at, const std::string& what) {
   const Model& model = scene.model;
   Workspace ws(model);
@@ -52,17 +53,17 @@ TEST(ForwardDerivatives, TimesThoseOfTheInverseAreTheIdentity) {
   for (const auto& [name, steps] : cases) {
     Scene scene = load_scene(std::filesystem::path(test::source_dir()) / "data/scenes" /
                              (std::string(name) + ".yaml"));
-    // Of hard contacts, 1e6 times stiffer than the bodies are heavy, rounding leaves 5e-9.
+    // Hard contacts are 1e6 times stiffer than the bodies' inertia: rounding would leave 5e-9.
     soften(scene);
     expect_inverses(scene, test::moment_of(scene, steps), name);
   }
 }
 
-/// Differences of the forward step itself, extrapolated: error about the fourth power of the step,
-/// and the solver's tolerance over it.
+/// Extrapolated differences of the forward step: the error is of order four in the difference step,
+/// plus the solver's tolerance over it.
 constexpr double kForwardStep = 1e-5, kForwardDifference = 1e-6;
-/// Of contacts as hard as by default the solver leaves the rounding of velocities over the
-/// compliance, 1.1e-16 / 1e-6, over the difference step.
+/// With default contacts the solver leaves the rounding of velocities over the compliance, 1.1e-16
+/// / 1e-6, over the difference step.
 constexpr double kHardDifference = 2e-5;
 
 class ForwardStep {
@@ -102,7 +103,8 @@ class ForwardStep {
     }
   }
 
-  /// The largest velocity [m/s, rad/s] that poses change by and the step does not end with.
+  /// Returns the largest difference between the change of pose over h and the final velocity [m/s,
+  /// rad/s].
   double displacement() const {
     VectorX to(scene_.model.nv());
     configuration_difference(scene_.model, start_.q, next_.q, to);
@@ -116,7 +118,7 @@ class ForwardStep {
         step_forward(scene_.model, scene_.options, settings_, from, input, ws_, next).succeeded());
     return next;
   }
-  /// Where the step leads, from where it leads undisturbed: velocities, displacements.
+  /// Change of the result relative to the unperturbed step: velocities, then displacements.
   VectorX away(const State& next) const {
     const int nv = scene_.model.nv();
     VectorX out(2 * nv), to(nv);
@@ -180,14 +182,13 @@ TEST_P(InvertedIntegrator, WithContactAreThoseOfTheForwardStep) {
   Input input;
   input.applied_force = VectorX::Zero(scene.model.nv());
   ForwardStep step(scene, input);
-  // 2 mm of overlap: a share of it is recovered by displacement. The midpoint rule has none.
+  // Overlap of 2 mm: displacement recovers a part of it. The midpoint rule displaces nothing.
   const bool displaces = GetParam() == Integrator::kSemiImplicitEuler;
   EXPECT_EQ(step.displacement() > 0.1, displaces);
   step.compare();
 }
 
-/// A shape that falls onto another so that it bounces within the step, softened or as hard as by
-/// default.
+/// A shape about to bounce off another within the step, with softened or default laws.
 Scene bouncing(ShapeType a, ShapeType b, bool hard, int seed) {
   test::Random random(70 + seed);
   Scene scene = two_shapes(a, b, surface(0.0, 0.6, 0.0, 0.0), random, false);
@@ -195,7 +196,7 @@ Scene bouncing(ShapeType a, ShapeType b, bool hard, int seed) {
   scene.options.time_step = 2e-3;
   Workspace ws(scene.model);
   Inverse out;
-  // Towards what is nearest, at 2 m/s: 0.3 mm in 0.15 ms.
+  // Moves at 2 m/s towards the nearest point: 0.3 mm in 0.15 ms.
   step_inverse(scene.model, scene.options, scene.q, scene.v, scene.v, ws, out);
   scene.v.setZero();
   const collision::Candidate& contact = out.contacts.front().contact;
@@ -204,8 +205,8 @@ Scene bouncing(ShapeType a, ShapeType b, bool hard, int seed) {
   return scene;
 }
 
-/// An impact falls into the step: poses know when (bounce.h). Without friction
-/// and spins, whose impulses have no closed form (derivatives.md).
+/// An impact within the step, whose time the poses account for (bounce.h). Without friction and
+/// spin, whose impulses have no closed form (derivatives.md).
 TEST(ForwardDerivatives, AcrossABounceAreThoseOfTheForwardStep) {
   const std::pair<ShapeType, ShapeType> pairs[] = {{kPlane, kSphere}, {kSphere, kSphere}};
   for (const auto& [a, b] : pairs) {
@@ -224,7 +225,7 @@ TEST(ForwardDerivatives, AcrossABounceAreThoseOfTheForwardStep) {
   }
 }
 
-/// What is displaced is held by rods and brakes in air; one body bounces as another lies 1 mm deep.
+/// Rods and drag act on the displaced bodies; one body bounces while another lies 1 mm deep.
 TEST(ForwardDerivatives, AcrossABounceOfLinkedBodiesAreThoseOfTheForwardStep) {
   const test::TempFolder folder;
   const auto file = folder.write("tied.yaml", R"(
@@ -248,7 +249,7 @@ closures:
   step.compare();
 }
 
-/// Rows of every kind that are no contacts: limits, dry friction, closures, mimic joints.
+/// Constraint rows of every kind except contacts: limits, dry friction, closures, mimic joints.
 TEST_P(InvertedIntegrator, WithJointRowsAndTiesAreThoseOfTheForwardStep) {
   for (int seed = 0; seed < 9; ++seed) {
     test::RandomModelOptions o;

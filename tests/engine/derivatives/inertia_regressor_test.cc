@@ -11,7 +11,7 @@
 namespace counterpoint::inertia_regressor_test {
 namespace {
 
-/// Of the largest force: a few hundred roundings.
+/// Relative to the largest force: a few hundred rounding errors.
 constexpr double kTolerance = 1e-12;
 
 class RegressorOfRandomTree : public ::testing::TestWithParam<int> {};
@@ -40,7 +40,7 @@ TEST_P(RegressorOfRandomTree, TimesParametersIsTheForce) {
   const std::size_t before = test::allocation_count();
   regressor.compute(model, v, a, model.gravity(), data, Y);
   EXPECT_EQ(test::allocation_count(), before);
-  // Column by column: what one body's parameters add.
+  // Contribution of each body's parameters, column by column.
   VectorX sum = VectorX::Zero(nv);
   for (int body = 1; body < model.num_bodies(); ++body) {
     VectorX part = VectorX::Zero(nv);
@@ -52,7 +52,7 @@ TEST_P(RegressorOfRandomTree, TimesParametersIsTheForce) {
   }
   EXPECT_LE((sum - tau).lpNorm<Eigen::Infinity>(), kTolerance * scale);
 
-  // Without forces quadratic in velocity.
+  // Without velocity-dependent forces.
   data.has_coriolis = false;
   for (Motion& c : data.c) c = Motion();
   rnea(model, a, model.gravity(), data, tau);
@@ -69,7 +69,7 @@ TEST(InertialParameters, AndInertiaAreOneAnothersReverse) {
     const SpatialInertia again = spatial_inertia(inertial_parameters(inertia));
     EXPECT_DOUBLE_EQ(again.mass, inertia.mass);
     EXPECT_LE((again.center - inertia.center).norm(), 1e-15 * (1.0 + inertia.center.norm()));
-    // What the centre is away from the origin cancels.
+    // The terms of the offset of the centre of mass cancel.
     const double moved = inertia.mass * inertia.center.squaredNorm() + inertia.rotational.norm();
     EXPECT_LE((again.rotational - inertia.rotational).norm(), 1e-14 * moved);
   }

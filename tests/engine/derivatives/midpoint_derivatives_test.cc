@@ -1,5 +1,5 @@
-// Derivatives of the inverse of implicit midpoint steps with constraints, against differences of
-// what they are made of; those of the forward step: forward_derivatives_test.cc.
+// Derivatives of the inverse of implicit midpoint steps with constraints, against its differences.
+// Derivatives of the forward step: forward_derivatives_test.cc.
 #include <gtest/gtest.h>
 
 #include "support/two_shapes.h"
@@ -75,8 +75,8 @@ TEST(MidpointDerivatives, OfShapesThatTouch) {
   EXPECT_GT(contacts, 24);
 }
 
-/// What a prediction looks ahead of has no closed form: said, and right as a forward step's inverse
-/// (forward_derivatives_test.cc).
+/// With closures the derivatives have no closed form. The result reports differences, and
+/// forward_derivatives_test.cc checks them as the inverse of those of the forward step.
 TEST(MidpointDerivatives, OfTiesAreSaidToBeDifferences) {
   test::RandomModelOptions o;
   o.links = 5;

@@ -1,5 +1,5 @@
-// Derivatives of steps by figures of the model and of the laws: against differences of whole steps
-// of changed models, and what they must be whatever the scene.
+// Derivatives of steps with respect to parameters of the model and of the contact laws: against
+// differences of whole steps of changed models, and by properties that hold in every scene.
 #include <gtest/gtest.h>
 
 #include "counterpoint/engine/derivatives.h"
@@ -17,9 +17,9 @@ using test::Moment;
 using test::moment_of;
 using test::soften;
 
-/// Of the forces of a step: some hundred operations one after the other.
+/// Relative to the forces of a step: some hundred consecutive operations.
 constexpr double kRounding = 1e-14;
-// Of heights: gaps are differences of places a metre away, rounded to 1e-16 m, over h^2 r.
+// For heights: gaps are differences of positions of about a metre, rounded to 1e-16 m, over h^2 r.
 constexpr double kGapRounding = 1e-13;
 
 std::vector<int> range(int begin, int end) {
@@ -28,13 +28,13 @@ std::vector<int> range(int begin, int end) {
   return out;
 }
 
-/// Every kind of figure, of all elements together and of single ones.
+/// Returns every kind of parameter, for all elements together and for single ones.
 std::vector<StepParameter> all_kinds(const Model& model) {
   std::vector<StepParameter> all = inertial_step_parameters(model);
   all.push_back(mass_parameter(model, 1));
   all.push_back(inertia_scale_parameter(model, model.num_bodies() - 1));
   const int geometries = static_cast<int>(model.geometries().size());
-  // At zero a pair's friction is the root of a product, and restitution sets in with a jump.
+  // At zero a pair's friction, a geometric mean, has no slope, and restitution sets in with a jump.
   const Material m = geometries > 0 ? model.geometries()[0].material : Material();
   const std::pair<K, double> materials[] = {{K::kFriction, m.friction},
                                             {K::kRestitution, m.restitution},
@@ -43,19 +43,19 @@ std::vector<StepParameter> all_kinds(const Model& model) {
   for (const auto& [kind, value] : materials) {
     if (geometries == 0 || !(value > 0.0)) continue;
     all.push_back({kind, range(0, geometries), {}});
-    // Of friction a pair has the mean of two, of the others the larger: of two that are alike a
-    // kink.
+    // Friction of a pair is the geometric mean; the other coefficients are the larger of two, a
+    // kink where both are equal.
     if (kind == K::kFriction) all.push_back({kind, {0}, {}});
   }
   for (int g = 0; g < geometries; ++g) all.push_back({K::kHeight, {g}, {}});
-  // A floating base that something brakes is not free (free_groups.h).
+  // A floating base with joint damping or friction is not free (free_groups.h).
   std::vector<int> joints;
   for (int i = 1; i < model.num_bodies(); ++i)
     if (model.body(i).joint_type != JointType::kFloating)
       for (int k = 0; k < joint_nv(model.body(i).joint_type); ++k)
         joints.push_back(model.body(i).v_index + k);
   for (const K kind : {K::kDamping, K::kDryFriction, K::kArmature}) {
-    // The first dry friction of a linkage takes its prediction away.
+    // The first dry friction of a linkage removes its velocity prediction.
     if (kind == K::kDryFriction && model.num_joints() > model.num_trees() &&
         !(model.dry_friction().maxCoeff() > 0.0))
       continue;
@@ -69,7 +69,7 @@ std::vector<StepParameter> all_kinds(const Model& model) {
   return all;
 }
 
-/// Returns how many columns had closed forms.
+/// Returns the number of columns with closed forms.
 int expect_exact_parameters(const Scene& scene, const Moment& at, const std::string& what) {
   const Model& model = scene.model;
   const std::vector<StepParameter> parameters = all_kinds(model);
@@ -89,7 +89,7 @@ int expect_exact_parameters(const Scene& scene, const Moment& at, const std::str
     ++closed;
     const VectorX a = exact.du.col(static_cast<Eigen::Index>(k)),
                   b = reference.du.col(static_cast<Eigen::Index>(k));
-    // A column may vanish altogether: the reference is then the rounding of u over its step.
+    // A column may vanish; its reference is then the rounding of u over the difference step.
     const DifferenceScheme scheme = difference_scheme(parameters[k], model, scene.options);
     const double unit = parameters[k].kind == K::kHeight ? kGapRounding : kRounding;
     const double rounding = unit * out.force_scale * std::abs(scheme.weight[1]);
@@ -116,7 +116,7 @@ TEST(ParameterDerivatives, OfRandomTreesWithEveryJointForce) {
     test::Random random(600 + seed);
     Scene scene = test::make_random_scene(seed, o, random);
     soften(scene);
-    // Slow ones, and such as the energy of is kept of (energy_projection.h).
+    // Slow trees, and trees fast enough for energy projection (energy_projection.h).
     scene.v *= seed % 8 < 6 ? 0.3 : 3.0;
     scene.options.time_step = seed % 3 == 1 ? 0.01 : 0.002;
     const VectorX change = test::random_vector(scene.model.nv(), random.bits(), 0.1);
@@ -166,8 +166,8 @@ TEST(ParameterDerivatives, OfRobotsThatStand) {
 }
 
 TEST(ParameterDerivatives, ForcesScaleWithAllMasses) {
-  // Regularizers and smoothing scale along: u is linear in all inertial parameters together.
-  constexpr double kRelative = 1e-9;  // the weights' differences
+  // Regularizers and smoothing scale too: u is linear in all inertial parameters together.
+  constexpr double kRelative = 1e-9;  // differences of inverse weights
   Scene scene = bundled("box_stack.yaml");
   const Model& model = scene.model;
   const Moment at = moment_of(scene, 60);
@@ -181,7 +181,7 @@ TEST(ParameterDerivatives, ForcesScaleWithAllMasses) {
   Inverse out;
   InverseParameterDerivatives d;
   VectorX next = at.v_next;
-  next.array() += 0.01;  // else u is zero
+  next.array() += 0.01;  // otherwise u is zero
   derivator.inverse(model, scene.options, at.q, at.v, next, Input(), ws, out, d);
   EXPECT_FALSE(d.by_differences[0]);
   EXPECT_GT(largest(out.contact_force), 1.0);
@@ -189,11 +189,11 @@ TEST(ParameterDerivatives, ForcesScaleWithAllMasses) {
 }
 
 TEST(ParameterDerivatives, ForwardOnesAreThoseOfTheStep) {
-  // Differences of the solver's result, which is right to its tolerance.
-  constexpr double kRelative = 1e-6, kFloor = 1e-6;  // a ball moves the same whatever its mass
+  // Differences of the solver's result, which is accurate to its tolerance.
+  constexpr double kRelative = 1e-6, kFloor = 1e-6;  // a ball's motion does not depend on its mass
   test::BallOnPlane ball;
   ball.material.friction = 0.5;
-  ball.height = 2e-4;  // which is closed within the step
+  ball.height = 2e-4;  // closes within the step
   Scene scene = test::ball_on_plane(ball);
   soften(scene);
   scene.v << 0.5, -0.3, -0.4, 1.0, 2.0, -0.5;

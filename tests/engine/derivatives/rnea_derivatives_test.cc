@@ -1,4 +1,4 @@
-// Derivatives of inverse and forward dynamics against differences, on random trees of every joint
+// Derivatives of inverse and forward dynamics against differences, on random trees with every joint
 // type.
 #include "counterpoint/engine/derivatives/dynamics/rnea_derivatives.h"
 
@@ -15,14 +15,14 @@
 namespace counterpoint::rnea_derivatives_test {
 namespace {
 
-/// Central differences extrapolated (Richardson): error about step^4 and 1e-16 / step.
+/// Central differences with Richardson extrapolation: errors of order step^4 and 1e-16 / step.
 constexpr double kStep = 2e-3;
-/// Of the largest entry.
+/// Relative to the largest entry.
 constexpr double kTolerance = 1e-8;
 
 double largest(const MatrixX& m) { return m.size() ? m.cwiseAbs().maxCoeff() : 0.0; }
 
-/// df(x + s e_k)/ds at 0, column by column; `f(k, s)` returns a vector.
+/// Returns the matrix whose column k is df(x + s e_k)/ds at s = 0; `f(k, s)` returns a vector.
 template <class F>
 MatrixX extrapolated(int n, double step, F f) {
   MatrixX d(n, n);
@@ -121,7 +121,7 @@ TEST_P(RneaDerivativesOfRandomTree, OnesOfAbaAreThoseOfAba) {
   AbaDerivator derivator(model);
   AbaDerivatives d;
   ASSERT_TRUE(derivator.compute(model, v, at, diagonal, model.gravity(), data, d));
-  // Short joints make inverse inertias, and with them fourth derivatives, large.
+  // Joints close to each other make inverse inertias, and with them fourth derivatives, large.
   EXPECT_LE(largest(d.dq - by_q), 10.0 * kTolerance * (1.0 + largest(by_q)));
   EXPECT_LE(largest(d.dv - by_v), 10.0 * kTolerance * (1.0 + largest(by_v)));
   EXPECT_LE(largest(d.dtau - by_tau), kTolerance * (1.0 + largest(by_tau)));

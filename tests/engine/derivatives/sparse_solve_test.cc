@@ -1,4 +1,4 @@
-// Linear systems of trees, and of anything else.
+// Linear systems with the sparsity of trees, and dense ones.
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 
 #include <gtest/gtest.h>
@@ -11,10 +11,11 @@
 namespace counterpoint::sparse_solve_test {
 namespace {
 
-/// Of random well-conditioned systems; the residual is rounding times their condition.
+/// Bound of the residual of random well-conditioned systems: rounding times their condition number.
 constexpr double kTolerance = 1e-10;
 
-/// Entries of unknowns that carry one another in a random tree, symmetric and definite or neither.
+/// A random matrix whose entries couple ancestors and descendants of a tree: symmetric positive
+/// definite, or unsymmetric.
 MatrixX tree_matrix(int n, bool symmetric, test::Random& random) {
   std::vector<int> parent(static_cast<std::size_t>(n), -1);
   for (int i = 1; i < n; ++i)
@@ -62,7 +63,7 @@ TEST(SparseSolver, ExchangesRowsWherePivotsVanish) {
   test::Random random(2);
   SparseSolver solver;
   for (int n = 2; n < 30; ++n) {
-    // Rows in reverse order: no pivot is where it was, then none at all on the diagonal.
+    // Rows in reverse order move every pivot; then a dense matrix has a zero diagonal.
     const MatrixX A = tree_matrix(n, false, random).colwise().reverse();
     expect_solved(A, random_matrix(n, 3, random), solver);
     MatrixX dense = random_matrix(n, n, random) + 3.0 * MatrixX::Identity(n, n).rowwise().reverse();

@@ -1,5 +1,5 @@
-// Derivatives of the inverse step: against differences of the whole step, and what they must be
-// whatever the scene.
+// Derivatives of the inverse step: against differences of the whole step, and by properties that
+// hold in every scene.
 #include "support/step_derivatives.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ struct Drawn {
   Moment at;
 };
 
-/// A random tree with every joint force, and what led it on.
+/// A random tree with every joint force, and a random step from it.
 Drawn draw(int seed, bool hard) {
   test::RandomModelOptions o;
   o.links = 1 + seed % 9;
@@ -44,7 +44,7 @@ Drawn draw(int seed, bool hard) {
   test::Random random(500 + seed);
   Scene scene = test::make_random_scene(seed, o, random);
   if (!hard) soften(scene);
-  // Slow ones, and such as the energy of is kept of (energy_projection.h).
+  // Slow trees, and trees fast enough for energy projection (energy_projection.h).
   scene.v *= seed % 8 < 4 ? 0.5 : 3.0;
   scene.options.time_step = seed % 3 == 1 ? 0.02 : 0.002;
   Moment at = random_moment(scene, random, 0.1);
@@ -62,7 +62,7 @@ TEST(InverseDerivatives, OfRandomTreesWithEveryJointForce) {
   }
 }
 
-/// With the laws as they are by default, where no kink lies within the difference.
+/// Default laws, wherever no kink lies within the difference.
 TEST(InverseDerivatives, OfRandomTreesWithHardJointForces) {
   int checked = 0;
   for (int seed = 0; seed < 60; ++seed) {
@@ -75,8 +75,8 @@ TEST(InverseDerivatives, OfRandomTreesWithHardJointForces) {
   EXPECT_GT(checked, 45);
 }
 
-/// Linkages that keep their energy, at turns so small that it has a part by the work of
-/// velocity-dependent forces (energy_projection.h), and where that part fades.
+/// Trees with both a velocity prediction and energy projection (energy_projection.h). They turn by
+/// 0.026 to 0.08 rad a step, where the pose at which energy is kept changes (kFarTurn).
 TEST(InverseDerivatives, OfProjectedTreesWithAPrediction) {
   int kept = 0;
   for (int seed = 0; seed < 24; ++seed) {
@@ -93,7 +93,7 @@ TEST(InverseDerivatives, OfProjectedTreesWithAPrediction) {
     step_inverse(scene.model, scene.options, slow.q, slow.v, slow.v_next, ws, out);
     double fastest = 0.0;
     for (const Motion& V : ws.impl().data.V) fastest = std::max(fastest, V.angular.norm());
-    if (!(fastest > 0.1)) continue;  // slides only
+    if (!(fastest > 0.1)) continue;  // prismatic joints only
     scene.v *= random.uniform(13.0, 40.0) / fastest;
     const Moment at = random_moment(scene, random, 0.1);
     step_inverse(scene.model, scene.options, at.q, at.v, at.v_next, ws, out);
@@ -105,7 +105,7 @@ TEST(InverseDerivatives, OfProjectedTreesWithAPrediction) {
   EXPECT_GT(kept, 15);
 }
 
-/// Scenes of data/scenes, softened, after so many steps. Boxes flush on each other stand apart;
+/// Scenes of data/scenes, softened, after `steps` steps. Boxes flush on each other are left out;
 /// closures: equality_derivatives_test.cc.
 TEST(InverseDerivatives, OfBundledScenes) {
   struct Case {
@@ -125,14 +125,14 @@ TEST(InverseDerivatives, OfBundledScenes) {
                              (std::string(c.name) + ".yaml"));
     soften(scene);
     if (c.time_step > 0.0) scene.options.time_step = c.time_step;
-    // Four feet alike slide equally fast: the fastest of them would be none.
+    // Four equal feet would slide equally fast, and the fastest contact would not be unique.
     if (std::string(c.name) == "quadruped_drop") scene.v[3] = 0.2;
     expect_exact(scene, test::moment_of(scene, c.steps),
                  std::string(c.name) + " " + std::to_string(c.time_step), false, 1e-6);
   }
 }
 
-/// All three matrices of the implicit midpoint rule, which exact are those of a smooth function.
+/// All three matrices of the implicit midpoint rule without constraints, a smooth function.
 TEST(InverseDerivatives, OfTheMidpointRule) {
   for (int seed = 0; seed < 20; ++seed) {
     test::RandomModelOptions o;
@@ -173,7 +173,7 @@ TEST(InverseDerivatives, ByTheVelocityAtTheEndAreSymmetricOfConvexLaws) {
   }
 }
 
-/// All masses, and with them the contacts' laws, times s: so are forces and their derivatives.
+/// Scaling all masses, and with them the contact laws, by s scales forces and derivatives by s.
 TEST(InverseDerivatives, ScaleWithMass) {
   constexpr double kScale = 7.0;
   InverseDerivatives d[2];
@@ -188,7 +188,7 @@ TEST(InverseDerivatives, ScaleWithMass) {
                              d[heavy]);
     ASSERT_FALSE(out.contacts.empty());
   }
-  // Rounding; of weights found by sums over a body's corners.
+  // Rounding, also of the weights, which are sums over a body's corners.
   EXPECT_LE(largest(d[1].dq - kScale * d[0].dq), 1e-11 * largest(d[1].dq));
   EXPECT_LE(largest(d[1].dv - kScale * d[0].dv), 1e-11 * largest(d[1].dv));
   EXPECT_LE(largest(d[1].dv_next - kScale * d[0].dv_next), 1e-11 * largest(d[1].dv_next));

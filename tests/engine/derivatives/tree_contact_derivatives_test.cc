@@ -1,5 +1,5 @@
-// Derivatives of the inverse step of random trees with shapes on their links, over a ground: every
-// joint type with every effect at once, switches included.
+// Derivatives of the inverse step of random trees with shapes on their links over a ground: every
+// joint type with every effect at once, some effects switched off.
 #include <gtest/gtest.h>
 
 #include "support/two_shapes.h"
@@ -26,7 +26,7 @@ RobotSpec make_robot(int seed, const test::RandomModelOptions& o, test::Random& 
   return robot;
 }
 
-/// Some links in the ground, some of them in one another.
+/// Some links overlap the ground, some overlap each other.
 Scene make_scene(int seed, const test::RandomModelOptions& o, test::Random& random) {
   const RobotSpec robot = make_robot(seed, o, random);
   ModelBuilder floating;
@@ -76,7 +76,7 @@ TEST(TreeContactDerivatives, OfEveryJointTypeWithEveryEffect) {
       at.known.wrenches.push_back({scene.model.num_bodies() - 1,
                                    {random.vector(2.0), random.vector(5.0)},
                                    random.vector(0.3)});
-    // As in contact_derivatives_test.cc.
+    // Difference step of contact_derivatives_test.cc.
     constexpr double kStep = 2e-8;
     if (!test::is_smooth(scene, at, kStep)) continue;
     Workspace ws(scene.model);
@@ -84,7 +84,8 @@ TEST(TreeContactDerivatives, OfEveryJointTypeWithEveryEffect) {
     step_inverse(scene.model, scene.options, at.q, at.v, at.v_next, at.known, ws, out);
     contacts += static_cast<int>(out.contacts.size());
     ++checked;
-    expect_exact(scene, at, "seed " + std::to_string(seed), seed % 3 == 0, kStep);  // 0: bounces
+    expect_exact(scene, at, "seed " + std::to_string(seed), seed % 3 == 0,
+                 kStep);  // bounces
   }
   EXPECT_GT(contacts, 60);
   EXPECT_GT(checked, 30);

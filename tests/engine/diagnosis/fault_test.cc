@@ -1,5 +1,4 @@
-// What a step says when it cannot be done: every kind of fault made to happen, and the right thing
-// named.
+// Faults of steps: tests provoke every kind and check that the right element is named.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +18,7 @@ using contact::Status;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// A free box above an arm of two joints, of which the elbow has a servo and a limit of effort.
+/// An arm of two revolute joints; arm_and_box() adds a servo at its elbow and a free box.
 constexpr const char* kArm = R"(<robot name="arm">
   <link name="base"/>
   <link name="upper"><inertial><mass value="1"/><origin xyz="0 0 -0.3"/>
@@ -49,7 +48,7 @@ Scene read(const std::string& yaml) {
   return load_scene(folder.write("scene.yaml", yaml));
 }
 
-/// The step fails with this status and leaves the state alone.
+/// Expects that the step fails with this status and leaves the state unchanged; returns the fault.
 Fault expect_failure(Simulator& sim, Status status) {
   const State before = sim.state();
   const StepReport report = sim.step();
@@ -94,7 +93,7 @@ TEST(Fault, NotANumberIsNamedInEveryCoordinate) {
         EXPECT_EQ(report.fault.kind, FaultKind::kVelocity) << names.v[k];
         EXPECT_EQ(element(sim, report.fault), names.v[k]);
         sim.set_state(start);
-        // The shoulder's limit of effort would clamp an infinite force and hide it.
+        // The shoulder's effort limit would clamp an infinite force and hide it.
         sim.input().applied_force[k] = bad;
         const Fault fault = expect_failure(sim, Status::kNotFinite);
         EXPECT_EQ(fault.kind, FaultKind::kAppliedForce) << names.force[k];
@@ -169,7 +168,7 @@ TEST(Fault, QuaternionsMustBeOfUnitLength) {
     sim.set_state(state);
     const Fault fault = expect_failure(sim, Status::kInvalidState);
     EXPECT_EQ(fault.kind, FaultKind::kQuaternion);
-    EXPECT_NEAR(fault.value, length, 1e-15);  // a square root
+    EXPECT_NEAR(fault.value, length, 1e-15);  // rounding of a square root
     EXPECT_EQ(element(sim, fault), "box");
     state.q.tail<4>() = Eigen::Vector4d(0.5, -0.5, 0.5, -0.5) * (1.0 + 3e-7);
     sim.set_state(state);
@@ -201,8 +200,8 @@ TEST(Fault, WrongSizesAreRefused) {
   }
 }
 
-/// A massless boom that turns about z; on it slides a point mass. With the mass on the axis nothing
-/// resists the turning.
+/// A massless boom turns about z, and a point mass slides on it. With the mass on the axis nothing
+/// resists the rotation.
 TEST(Fault, AJointThatMovesNoInertiaIsNamed) {
   RobotSpec robot;
   robot.name = "boom";
@@ -239,7 +238,7 @@ TEST(Fault, AJointThatMovesNoInertiaIsNamed) {
   EXPECT_EQ(fault.value, 0.0);
 }
 
-/// A box is thrown at the ground, askew; a ball elsewhere drops on it from 5 mm.
+/// A tilted box is thrown at the ground; elsewhere a ball drops on it from 5 mm.
 TEST(Fault, TheContactThatWasNotSolvedIsNamed) {
   Scene scene = read(
       "ground: {friction: 0.5}\n"
@@ -257,13 +256,13 @@ TEST(Fault, TheContactThatWasNotSolvedIsNamed) {
   EXPECT_EQ(report.fault.kind, FaultKind::kUnsolved);
   EXPECT_EQ(report.fault.constraint, ConstraintKind::kContact);
   EXPECT_EQ(element(sim, report.fault), "thrown/body/shape - ground");
-  EXPECT_GT(report.fault.value, 1e-6);  // [m/s]: nowhere near solved
+  EXPECT_GT(report.fault.value, 1e-6);  // [m/s]: far from solved
   const FaultText text = describe(sim.model(), report.fault);
   EXPECT_NE(text.reason.find("contact 'thrown/body/shape - ground'"), std::string::npos)
       << text.reason;
 }
 
-/// No iteration at all: whatever constraint there is remains unsolved, and is named.
+/// Without iterations every constraint stays unsolved and must be named.
 TEST(Fault, EveryKindOfConstraintIsNamed) {
   const test::TempFolder folder;
   folder.write("arm.urdf", kArm);
@@ -322,7 +321,7 @@ TEST(Fault, TheInverseNamesWhatItWasGiven) {
   q.tail<4>() *= 1.1;
   EXPECT_EQ(sim.inverse(q, state.v, state.v).fault.kind, FaultKind::kQuaternion);
   VectorX fast = state.v;
-  fast[0] = 1e308;  // over 2 ms: no acceleration in doubles
+  fast[0] = 1e308;  // over 2 ms: the acceleration overflows
   EXPECT_EQ(sim.inverse(state.q, state.v, fast).fault.kind, FaultKind::kRecoveredForce);
   EXPECT_FALSE(sim.inverse(state.q, state.v, state.v).fault.any());
 }

@@ -1,4 +1,4 @@
-// Steps end where something moves faster than the bound, and say what made it so fast.
+// A step fails where something moves faster than the bound, and the fault names the cause.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -26,7 +26,7 @@ TEST(Fault, ARunawayIsStoppedWhereItPassesTheBound) {
   int steps = 0;
   StepReport report = sim.step();
   for (; report.succeeded() && steps < 1000; ++steps) report = sim.step();
-  // 1e9 N on 2 kg for 2 ms: 1e6 m/s, more than the bound, at once.
+  // 1e9 N on 2 kg for 2 ms: 1e6 m/s, above the bound in the first step.
   EXPECT_EQ(steps, 0);
   EXPECT_EQ(report.status, Status::kDiverged);
   // 7e5 N: 700 m/s a step, 1e5 m/s in step 143.
@@ -72,7 +72,7 @@ TEST(Fault, ServosSpringsWrenchesAndGravityDriveToo) {
   EXPECT_EQ(cause_of(given), SpeedCause::kGiven);
 }
 
-/// The bound is on the speed of mass, not of angles: 1e4 rad/s is 1 km/s at 0.1 m.
+/// The bound is on the speed of mass, not on angular velocity: 1e4 rad/s is 1 km/s at 0.1 m.
 TEST(Fault, FastSpinsAreFine) {
   Simulator sim(test::free_ball({}));
   State state = sim.state();
@@ -90,7 +90,7 @@ TEST(Fault, TheSceneFileSetsTheBound) {
     EXPECT_THROW(read(ball + "max_speed: " + bad + "\n"), InputError) << bad;
 }
 
-/// Falls at 9.80665 m/s^2: 7 m/s after 0.714 s, in step 357 of 2 ms.
+/// Free fall at 9.80665 m/s^2: 7 m/s after 0.714 s, in step 357 of 2 ms.
 TEST(Fault, ABoundOfTheSceneIsKept) {
   Simulator sim(read("models:\n  - {name: ball, sphere: 0.1, mass: 1}\nmax_speed: 7\n"));
   int steps = 0;

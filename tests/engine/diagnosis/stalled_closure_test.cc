@@ -1,4 +1,4 @@
-// Constraints that nothing can meet are noticed; those that only take their time are not.
+// Constraints that cannot be met are reported; those that only take their time are not.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,8 @@ namespace {
 
 using contact::Status;
 
-/// Two links of 0.5 m on hinges about y, which hang along -z at zero; `mimic` goes into the elbow.
+/// Two links of 0.5 m on revolute joints about y, which hang along -z at zero; `mimic` is added to
+/// the elbow.
 std::string arm(const std::string& mimic) {
   const std::string inertial =
       "<inertial><origin xyz='0 0 -0.25'/><mass value='1'/>"
@@ -37,7 +38,7 @@ Scene read(const std::string& yaml, const std::string& mimic = "") {
   return load_scene(folder.write("scene.yaml", yaml));
 }
 
-/// The arm's tip tied to a point of the world, and more of the scene.
+/// The arm's tip tied to a point of the world; `more` is appended to the scene.
 Scene tied(const std::string& point, const std::string& more = "") {
   return read(
       "models:\n  - {urdf: arm.urdf, base: fixed}\nclosures:\n"
@@ -45,7 +46,7 @@ Scene tied(const std::string& point, const std::string& more = "") {
       point + ", anchor_b: [0, 0, -0.5]}\n" + more);
 }
 
-/// Steps until `seconds` or something to tell.
+/// Steps until the time `seconds` or until a step fails or reports a fault.
 StepReport run_for(Simulator& sim, double seconds) {
   StepReport report;
   while (report.succeeded() && !report.fault.any() && sim.state().time < seconds)
@@ -58,7 +59,7 @@ bool nothing_to_tell(const StepReport& report) { return report.succeeded() && !r
 TEST(StalledClosureDetector, ATieBeyondReachIsNamed) {
   Simulator sim(tied("[2, 0, 0]"));
   sim.settings().soften_after = 0;
-  // Down to 1 m off at 1 m/s, a second of patience, and what two rods take to swing there.
+  // Down to a gap of 1 m at 1 m/s, a second of patience, and the time two rods take to swing there.
   const StepReport report = run_for(sim, 5.0);
   ASSERT_EQ(report.status, Status::kNoProgress);
   EXPECT_EQ(report.fault.kind, FaultKind::kStaysOpen);
@@ -69,13 +70,14 @@ TEST(StalledClosureDetector, ATieBeyondReachIsNamed) {
   const FaultText text = describe(sim.model(), report.fault);
   EXPECT_EQ(text.element, "tie");
   EXPECT_NE(text.reason.find("closure 'tie' stays open"), std::string::npos) << text.reason;
-  // And again, from the good state that it was left at.
+  // The step fails again, from the good state that was kept.
   const State left = sim.state();
   EXPECT_FALSE(sim.step().succeeded());
   EXPECT_EQ(sim.state().time, left.time);
 }
 
-// Unless it is strict a run goes on, and says so once in closing_time.
+// Unless it is strict (soften_after = 0) a run goes on, and reports the closure once in
+// closing_time.
 TEST(StalledClosureDetector, ARunGoesOn) {
   Simulator sim(tied("[2, 0, 0]"));
   ASSERT_EQ(run_for(sim, 5.0).fault.kind, FaultKind::kStaysOpen);
@@ -83,8 +85,8 @@ TEST(StalledClosureDetector, ARunGoesOn) {
   const StepReport report = run_for(sim, 5.0);
   EXPECT_TRUE(report.succeeded());
   EXPECT_EQ(report.fault.kind, FaultKind::kStaysOpen);
-  // The looks, twenty of which there are in closing_time, until it is watched again: up to seven as
-  // it swings.
+  // There are twenty checks in closing_time; as the arm swings, up to seven pass before the closure
+  // is watched again.
   EXPECT_NEAR(sim.state().time - first, sim.options().closing_time, 0.35);
 }
 
@@ -98,7 +100,7 @@ TEST(StalledClosureDetector, ASceneMayLetItBe) {
     EXPECT_THROW(tied("[2, 0, 0]", std::string("closing_time: ") + bad + "\n"), InputError) << bad;
 }
 
-// What comes closer as it is asked to may take many times closing_time.
+// A closure that closes at the requested speed may take many times closing_time.
 TEST(StalledClosureDetector, WhatClosesIsLeftToIt) {
   Scene scene = read(
       "models:\n"
@@ -113,7 +115,8 @@ TEST(StalledClosureDetector, WhatClosesIsLeftToIt) {
   EXPECT_LT(test::open_by(sim), 1e-6);
 }
 
-// Both links in one line with the way to go: nothing moves at first, until gravity breaks the line.
+// Both links are in line with the direction to the target: nothing moves until gravity breaks the
+// line.
 TEST(StalledClosureDetector, ADeadCentreAtTheStartIsLeftBehind) {
   Simulator sim(tied("[0, 0, -0.6]", "gravity: [0.5, 0, -9.81]\n"));
   EXPECT_GT(test::open_by(sim), 0.39);
@@ -121,8 +124,8 @@ TEST(StalledClosureDetector, ADeadCentreAtTheStartIsLeftBehind) {
   EXPECT_LT(test::open_by(sim), 1e-3);
 }
 
-// A follower that is to stand 3 rad off its master, between limits of 2 rad, where the master may
-// not come to meet it.
+// A follower that should stand 3 rad from its master, between limits of 2 rad; its master's limits
+// keep it from helping.
 Scene mimic_beyond_its_limits(const std::string& more) {
   return read("models:\n  - {urdf: arm.urdf, base: fixed}\n" + more,
               "<mimic joint='shoulder' multiplier='0.1' offset='3'/>");

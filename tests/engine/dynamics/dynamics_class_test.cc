@@ -1,5 +1,4 @@
-// Dynamics, as users have it: its functions are each other's oracles on random trees with every
-// joint type.
+// Class Dynamics: its functions verify each other on random trees with every joint type.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,18 +10,18 @@
 namespace counterpoint::dynamics_class_test {
 namespace {
 
-/// Two algorithms, about 1e2 operations deep on well-conditioned random trees: round-off only.
+/// Two algorithms, about 100 operations deep, on well-conditioned random trees: round-off only.
 constexpr double kRoundoff = 1e-12;
-/// Through M and its inverse, whose condition is up to some 1e3.
+/// Products of M and its inverse, with condition numbers up to about 1e3.
 constexpr double kInverseRoundoff = 1e-9;
-/// Central differences with step 1e-5 on smooth functions: error about step^2, and round-off over
-/// the step.
+/// Central differences with step 1e-5 on smooth functions: truncation error of order step^2, and
+/// round-off over the step.
 constexpr double kStep = 1e-5;
 constexpr double kDifference = 1e-7;
 
 test::RandomModelOptions options(int seed) {
   test::RandomModelOptions o = test::varied_options(seed);
-  o.fixed_share = 0.2;  // merged links have frames too
+  o.fixed_share = 0.2;  // links merged by fixed joints have frames too
   o.armature = seed % 4 >= 2;
   return o;
 }
@@ -49,13 +48,13 @@ class DynamicsOfRandomTrees : public ::testing::TestWithParam<int> {
     EXPECT_TRUE(dynamics.forward_dynamics(tau, model.armature(), out));
     return out;
   }
-  /// The state that is `time` on along v, with another velocity.
+  /// Sets the state reached after `time` [s] along a velocity, with another velocity.
   void move(const VectorX& along, double time, const VectorX& velocity) {
     VectorX moved(model.nq());
     integrate_configuration(model, q, along, time, moved);
     dynamics.set_state(moved, velocity);
   }
-  /// d f / d (displacement along a unit) at q.
+  /// Central difference of f along a direction of q, while v changes by change_of_v.
   template <class Function>
   VectorX difference(const VectorX& along, const VectorX& change_of_v, Function f) {
     move(along, kStep, v + kStep * change_of_v);

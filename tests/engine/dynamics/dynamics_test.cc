@@ -1,4 +1,4 @@
-// RNEA, CRBA, ABA as oracles of one another, and of first principles, on random trees with every
+// RNEA, CRBA and ABA against each other and against first principles, on random trees with every
 // joint type.
 #include "counterpoint/engine/dynamics.h"
 
@@ -16,9 +16,9 @@ namespace {
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Two algorithms, about 1e2 operations deep on well-conditioned random trees: round-off only.
+/// Two algorithms, about 100 operations deep, on well-conditioned random trees: round-off only.
 constexpr double kRoundoff = 1e-12;
-/// Central differences with step 1e-5 on smooth functions of unit scale: error about step^2.
+/// Central differences with step 1e-5 on smooth functions of unit scale: error of order step^2.
 constexpr double kDifferenceStep = 1e-5;
 constexpr double kDifference = 2e-8;
 
@@ -44,7 +44,7 @@ class RandomTree : public ::testing::TestWithParam<int> {
     compute_inertias(model, data);
   }
 
-  /// Of bodies and rotors.
+  /// Inverse dynamics of bodies and rotors.
   void inverse_dynamics(const VectorX& acceleration, VectorX& force) {
     rnea(model, acceleration, model.gravity(), data, force);
     force += model.armature().cwiseProduct(acceleration);
@@ -136,7 +136,7 @@ TEST_P(RandomTree, BodyVelocitiesAreDerivativesOfPoses) {
 }
 
 TEST_P(RandomTree, PowerOfAppliedForcesIsTheRateOfEnergy) {
-  // dE/dt = tau . v along the motion, which ties bias forces, gravity and kinematics together.
+  // dE/dt = tau . v along the motion, which involves bias forces, gravity and kinematics together.
   tau = test::random_vector(model.nv(), random.bits());
   data.has_external = false;
   ASSERT_TRUE(aba(model, tau, model.armature(), model.gravity(), moving_bodies(model), data, a));
@@ -167,7 +167,7 @@ TEST_P(RandomTree, ConfigurationDifferenceUndoesIntegration) {
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomTree, ::testing::Range(0, 40));
 
 TEST(FreeTree, MomentumChangesByGravityAlone) {
-  // Internal forces move a floating robot, but not its momentum: rate of momentum by differences.
+  // Internal forces move a floating robot but not its momentum, whose rate is found by differences.
   for (int seed = 0; seed < 10; ++seed) {
     test::Random random(seed);
     const Model model = test::make_random_model(seed);

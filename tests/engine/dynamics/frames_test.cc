@@ -1,5 +1,5 @@
-// Pose and velocity of a link by name: as the model's own tree has them, and as differences of
-// poses along the motion have them.
+// Pose and velocity of a frame by name, against the model's tree and against differences of poses
+// along the motion.
 #include <gtest/gtest.h>
 
 #include "counterpoint/engine/dynamics.h"
@@ -11,9 +11,9 @@
 namespace counterpoint::frames_test {
 namespace {
 
-/// Two ways to the same pose, some ten products of rotations each: round-off only.
+/// Two ways to compute a pose, some ten products of rotations each: round-off only.
 constexpr double kRoundoff = 1e-12;
-/// Central differences with step 1e-5 on smooth functions of unit scale: error about step^2.
+/// Central differences with step 1e-5 on smooth functions of unit scale: error of order step^2.
 constexpr double kDifferenceStep = 1e-5;
 constexpr double kDifference = 2e-8;
 
@@ -22,7 +22,7 @@ class FramesOfRandomTrees : public ::testing::TestWithParam<int> {};
 TEST_P(FramesOfRandomTrees, PosesAreThoseOfTheTreeAndVelocitiesTheirDerivatives) {
   test::Random random(GetParam());
   test::RandomModelOptions options;
-  options.fixed_share = 0.3;  // merged links have frames too
+  options.fixed_share = 0.3;  // links merged by fixed joints have frames too
   const Model model = test::make_random_model(GetParam(), options);
   State state;
   state.q = test::random_configuration(model, random.bits());
@@ -61,7 +61,7 @@ TEST(FrameMotion, OfAPendulumAsByHand) {
   for (int i = 0; i < 100; ++i) sim.step();
   const std::string& link = sim.model().frames().back().name;
   const FrameMotion motion = sim.frame(link);
-  // Turned by q about one axis since the start, at the rate v.
+  // The link turns about one axis at the rate v.
   EXPECT_NEAR(motion.angular_velocity.norm(), std::abs(sim.state().v[0]), kRoundoff);
 }
 
@@ -88,8 +88,8 @@ TEST(Simulator, LastForcesTellOfLimitsFrictionAndSlip) {
   double limit = 0.0;
   for (const JointForce& joint : held.last_forces().joints)
     if (joint.effect == Effect::kLimits && joint.v_index == 0) limit += joint.force;
-  EXPECT_NEAR(limit, -30.0, 1e-5);  // eps of them still moves it
-  // Sliding against 5 N of dry friction.
+  EXPECT_NEAR(limit, -30.0, 1e-5);  // the limit yields by eps of the force
+  // A block sliding against 5 N of dry friction.
   Simulator dragged(test::slider({.mass = 2.0, .dry_friction = 5.0}));
   dragged.input().applied_force[0] = 30.0;
   for (int i = 0; i < 10; ++i) ASSERT_TRUE(dragged.step().succeeded());
@@ -97,7 +97,7 @@ TEST(Simulator, LastForcesTellOfLimitsFrictionAndSlip) {
   ASSERT_EQ(forces.joints.size(), 1u);
   EXPECT_EQ(forces.joints[0].effect, Effect::kDryFriction);
   EXPECT_NEAR(forces.joints[0].force, -5.0, 1e-6);
-  // A box that slides: every corner slips as the box does, against its friction.
+  // A sliding box: every corner slips as the box does, against its friction.
   Simulator box(test::box_on_plane({}));
   State state = box.state();
   state.v[0] = 2.0;
@@ -106,7 +106,7 @@ TEST(Simulator, LastForcesTellOfLimitsFrictionAndSlip) {
   ASSERT_EQ(box.last_forces().contacts.size(), 4u);
   const double speed = box.state().v[0];
   for (const ContactForce& contact : box.last_forces().contacts) {
-    const double sign = contact.contact.normal.z() > 0.0 ? 1.0 : -1.0;  // of B over A
+    const double sign = contact.contact.normal.z() > 0.0 ? 1.0 : -1.0;  // slip: B relative to A
     EXPECT_NEAR(sign * contact.slip.x(), speed, 1e-6);
     EXPECT_LT(contact.slip.dot(contact.force), 0.0);
   }

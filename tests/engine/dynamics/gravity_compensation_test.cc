@@ -1,5 +1,5 @@
-// Carried weight: a share s of all weights is gravity (1 - s) g, whatever the mechanism; share 1 is
-// rest.
+// Gravity compensation: compensating a share s of all weights equals gravity (1 - s) g for every
+// mechanism; share 1 leaves it at rest.
 #include "counterpoint/engine/dynamics/gravity_compensation.h"
 
 #include <gtest/gtest.h>
@@ -18,13 +18,12 @@ namespace counterpoint::gravity_compensation_test {
 namespace {
 
 constexpr double kG = 9.81;
-/// Rounding of steps that are the same otherwise, of velocities up to 10 rad/s, grown by the
-/// motion.
+/// Rounding of otherwise equal steps at velocities up to 10 rad/s, amplified by the motion.
 constexpr double kRoundoff = 1e-9;
 constexpr Integrator kIntegrators[] = {Integrator::kSemiImplicitEuler,
                                        Integrator::kImplicitMidpoint, Integrator::kRungeKutta4};
 
-/// A random tree under gravity g (down, and a little across), of whose links all carry a share.
+/// A random tree under oblique gravity of size g; every link compensates `share` of its weight.
 Model tree(int seed, Base base, int links, double g, double share) {
   RobotSpec robot =
       test::make_random_robot(seed, {.links = links, .base = base, .damping = seed % 2 == 0});
@@ -80,7 +79,7 @@ TEST_P(GravityCompensated, AShareOfAllIsSoMuchLessGravity) {
 }
 
 TEST_P(GravityCompensated, TheInverseDoesNotTakeItForAnAppliedForce) {
-  if (GetParam() == Integrator::kRungeKutta4) return;  // it has no inverse
+  if (GetParam() == Integrator::kRungeKutta4) return;  // no inverse
   for (int seed = 0; seed < 6; ++seed) {
     test::RandomModelOptions o;
     o.links = 5;
@@ -99,7 +98,7 @@ TEST_P(GravityCompensated, TheInverseDoesNotTakeItForAnAppliedForce) {
 
 INSTANTIATE_TEST_SUITE_P(EachIntegrator, GravityCompensated, ::testing::ValuesIn(kIntegrators));
 
-/// Semi-implicit Euler by hand: what is left of the weight of a point mass pulls at the pendulum.
+/// Semi-implicit Euler by hand: the remaining weight of a point mass acts on the pendulum.
 TEST(GravityCompensation, PendulumOfHalfItsWeightIsTheSchemeByHand) {
   const double l = 0.7, h = 0.01;
   Scene scene = test::pendulum({.mass = 1.3, .length = l, .gravity_compensation = 0.5});
@@ -122,11 +121,11 @@ TEST(GravityCompensation, GoesWithTheEffectOfGravity) {
     const double h = scene.options.time_step;
     Simulator sim(std::move(scene));
     ASSERT_TRUE(sim.step().succeeded());
-    EXPECT_NEAR(sim.state().v[2], on ? 2.0 * kG * h : 0.0, 1e-15);  // rounding; it rises
+    EXPECT_NEAR(sim.state().v[2], on ? 2.0 * kG * h : 0.0, 1e-15);  // rounding; at share 3 it rises
   }
 }
 
-/// A ball that bounces: the arc between bounces is of the gravity that is left.
+/// A bouncing ball: the arc between bounces is that of the remaining gravity.
 TEST(GravityCompensation, BouncesKnowHowFastABodyFalls) {
   test::BallOnPlane ball;
   ball.height = 0.2;
@@ -149,8 +148,7 @@ TEST(GravityCompensation, BouncesKnowHowFastABodyFalls) {
       at[light].push_back(sim.state().q[2]);
     }
   }
-  // Both fall 0.2 m and rise again; contacts that are far push a little, sooner where gravity is
-  // more.
+  // Both fall 0.2 m and rise again; distant contacts push a little, sooner under more gravity.
   for (size_t i = 0; i < at[0].size(); ++i) ASSERT_NEAR(at[0][i], at[1][i], 1e-6) << i;
 }
 

@@ -1,4 +1,4 @@
-// Sines and cosines of joint angles against the long double ones of the C library.
+// Sines and cosines of joint angles against the long double functions of the C library.
 #include "counterpoint/engine/dynamics/sin_cos.h"
 
 #include <gtest/gtest.h>
@@ -13,14 +13,15 @@
 namespace counterpoint::sin_cos_test {
 namespace {
 
-/// In units of the last place of the exact value.
+/// Error in units in the last place of the exact value.
 double error(double value, long double exact) {
   const double size = std::abs(static_cast<double>(exact));
   const double unit = std::nextafter(size, std::numeric_limits<double>::infinity()) - size;
   return static_cast<double>(std::abs(static_cast<long double>(value) - exact)) / unit;
 }
 
-/// Half a unit for the last rounding, another half for those before it, one tenth for the tails.
+/// Half a unit for the last rounding, half for earlier ones, a tenth for the tail of the reduced
+/// angle.
 constexpr double kUnits = 1.1;
 
 TEST(SinCos, IsRightToTheLastPlaceAtEverySizeOfTheAngle) {
@@ -29,7 +30,8 @@ TEST(SinCos, IsRightToTheLastPlaceAtEverySizeOfTheAngle) {
     double worst = 0.0;
     for (int i = 0; i < 20000; ++i) {
       double x = random.uniform(-size, size);
-      // Every third one where one of the two is nearly zero, and the reduction has to be exact.
+      // Every third angle is near a multiple of pi / 2: one result is nearly zero, and the argument
+      // reduction must be exact.
       if (i % 3 == 0) x = std::nearbyint(x / (0.5 * std::numbers::pi)) * (0.5 * std::numbers::pi);
       double s = 0.0, c = 0.0;
       sin_cos(x, s, c);

@@ -1,4 +1,4 @@
-// Drag against its recurrence: free flight, spin, terminal velocity.
+// Drag against its discrete scheme: free flight, spin, terminal velocity.
 #include "counterpoint/engine/forces/drag.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ TEST(Drag, FallsAtTerminalVelocity) {
     scene.options.time_step = 0.01;
     Simulator sim(std::move(scene));
     for (int i = 0; i < 3000; ++i) ASSERT_TRUE(sim.step().succeeded());
-    // m g = (c1 + c2 v) v, of the scheme as of the continuous motion.
+    // m g = (c1 + c2 v) v holds for the scheme as for the continuous motion.
     const double v =
         (-linear + std::sqrt(linear * linear + 4.0 * quadratic * mass * g)) / (2.0 * quadratic);
     EXPECT_NEAR(sim.state().v[2], -v, kRoundoff);
@@ -69,14 +69,14 @@ TEST(Drag, PendulumIsTheSchemeByHandAtAnyCoefficient) {
       ASSERT_NEAR(sim.state().v[0], w, kRoundoff) << scale << " step " << i;
       ASSERT_NEAR(sim.state().q[0], q, kRoundoff) << scale << " step " << i;
       const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
-      // Rounding of the forces that cancel: the weight's, and drag before it had an effect.
+      // Rounding of the forces that cancel: the weight, and drag at the velocity before the step.
       ASSERT_LT(std::abs(inverse.applied_force[0]), 1e-11 * (m * 9.81 * l + strength)) << scale;
     }
   }
 }
 
 TEST(Drag, NeverAddsEnergyWithoutGravityAndSpin) {
-  // Slides only: no forces quadratic in velocity, whose explicit treatment could add some.
+  // Prismatic joints only: the explicit treatment of velocity-dependent forces could add energy.
   test::RandomModelOptions options;
   options.drag = true;
   for (int seed = 0; seed < 10; ++seed) {

@@ -1,4 +1,4 @@
-// Trees that turn fast: no run to infinity, and the same exact inverse.
+// Trees that turn fast: their energy stays bounded and the inverse stays exact.
 #include "counterpoint/engine/forces/energy_projection.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ struct Conserved {
   Vector3 momentum;
 };
 
-/// Momentum of a tree, where the kinematics are those of `data`.
+/// Linear momentum of a tree [N s] at the kinematics in `data`.
 Vector3 momentum_of(const Tree& tree, const Kinematics& data) {
   Vector3 sum = Vector3::Zero();
   for (int i = tree.body_begin; i < tree.body_end; ++i)
@@ -30,8 +30,8 @@ Vector3 momentum_of(const Tree& tree, const Kinematics& data) {
   return sum;
 }
 
-/// What the last step left: momentum, and energy, of linkages that float that of the motion about
-/// their centre of mass where its forces acted, at q (-) h w.
+/// Momentum, and the kinetic energy that the projection keeps: that of a floating linkage about its
+/// centre of mass is taken at q (-) h w, the pose where the last step's forces acted.
 Conserved conserved(const Simulator& sim) {
   const Model& model = sim.model();
   const State& state = sim.state();
@@ -60,8 +60,8 @@ Conserved conserved(const Simulator& sim) {
   return {energy, total_momentum(model, now).force};
 }
 
-/// Six links on revolute and ball joints without gravity; nothing else drives or brakes them. False
-/// if this seed has other joints.
+/// True if all joints below the base are revolute or spherical. The trees have six links, no
+/// gravity and no other forces.
 bool turns_only(const Model& model) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const JointType type = model.body(i).joint_type;
@@ -77,7 +77,7 @@ Model random_tree(int seed, Base base) {
   return builder.build();
 }
 
-/// Calls visit(simulator) for ten such trees, set off at up to `speed` [rad/s] a coordinate.
+/// Calls visit(simulator) for ten such trees with velocities of up to `speed` [rad/s] a coordinate.
 template <class Visit>
 void for_each_tree(Base base, double speed, Visit visit) {
   int count = 0;
@@ -105,14 +105,14 @@ TEST_P(FastTree, KeepsEnergyHoweverFast) {
   for (const double speed : {100.0, 1000.0}) {  // up to two radians a step
     for_each_tree(GetParam(), speed, [&](Simulator& sim) {
       const Conserved before = conserved(sim);
-      // The tolerance of the scale, 1e-7, twice over in the energy, a step.
+      // The tolerance of the velocity scaling, 1e-7, twice over in the energy, per step.
       constexpr double kEnergy = 2e-7;
       for (int i = 1; i <= 500; ++i) {
         ASSERT_TRUE(sim.step().succeeded()) << speed << " " << i;
         ASSERT_NEAR(conserved(sim).energy / before.energy, 1.0, kEnergy * i + 1e-10)
             << speed << " " << i;
       }
-      // Rounding of 500 steps.
+      // Rounding over 500 steps.
       if (GetParam() == Base::kFloating) {
         const Vector3 change = conserved(sim).momentum - before.momentum;
         EXPECT_LT(change.norm(), 1e-11 * before.momentum.norm());
@@ -121,7 +121,7 @@ TEST_P(FastTree, KeepsEnergyHoweverFast) {
   }
 }
 
-// Energy grows by h u'w+ less |w+ - w_free|^2_M / 2, and internal torques give a tree no momentum.
+// Energy grows by h u'w+ less |w+ - w_free|^2_M / 2; internal torques do not change the momentum.
 TEST(EnergyProjection, ForcesGiveNoMoreThanTheirWork) {
   for (const double speed : {100.0, 1000.0}) {
     for_each_tree(Base::kFloating, speed, [&](Simulator& sim) {
@@ -129,16 +129,16 @@ TEST(EnergyProjection, ForcesGiveNoMoreThanTheirWork) {
       const int joints = sim.model().nv() - 6;
       double work = 0.0, most = before.energy;
       for (int i = 1; i <= 500; ++i) {
-        // Torques that turn joints as fast as they turn within some tens of steps.
+        // Torques that could bring joints to their present speed within some tens of steps.
         sim.input().applied_force.tail(joints) = test::random_vector(joints, i, 20.0);
         ASSERT_TRUE(sim.step().succeeded()) << speed << " " << i;
         work += sim.options().time_step * sim.input().applied_force.dot(sim.state().v);
         const double energy = conserved(sim).energy;
         most = std::max(most, energy);
-        // As above.
+        // The tolerance of the velocity scaling, as above.
         ASSERT_LE(energy - before.energy, work + 2e-7 * most * i) << speed << " " << i;
       }
-      // At 1000 rad/s steps lose more than such torques give.
+      // At 1000 rad/s the steps lose more energy than these torques add.
       if (speed < 1000.0) {
         EXPECT_GT(most, before.energy);
       }
@@ -149,14 +149,14 @@ TEST(EnergyProjection, ForcesGiveNoMoreThanTheirWork) {
 }
 
 TEST_P(FastTree, TheInverseFindsNothingApplied) {
-  // From where nothing is corrected to where all is.
+  // From speeds without any correction to speeds with the full one.
   for (const double speed : {1.0, 5.0, 10.0, 20.0, 1000.0}) {
     for_each_tree(GetParam(), speed, [&](Simulator& sim) {
       for (int i = 0; i < 50; ++i) {
         const VectorX q = sim.state().q, v = sim.state().v;
         ASSERT_TRUE(sim.step().succeeded());
         const Inverse& inverse = sim.inverse(q, v, sim.state().v);
-        // Rounding of w+ - w over h, and of recursions through six links of up to a metre.
+        // Rounding of (w+ - w) / h, and of recursions through six links of up to a metre.
         double mass = 0.0;
         for (int b = 1; b < sim.model().num_bodies(); ++b) mass += sim.model().body(b).inertia.mass;
         const double rounding = 1e-13 * mass * v.cwiseAbs().maxCoeff() / sim.options().time_step;
@@ -172,8 +172,8 @@ TEST_P(FastTree, NothingIsDoneToSlowTrees) {
     Data data = test::kinematics_of(sim);
     EnergyProjection energy_projection(model);
     const VectorX none = VectorX::Zero(model.nv());
-    // 3 rad/s a coordinate and six links: h omega^2 may exceed kSlow, at a hundredth of the step it
-    // is far below.
+    // At 3 rad/s a coordinate and six links h omega^2 may exceed kSlow; at a hundredth of the time
+    // step it is far below.
     SimulationOptions options;
     options.time_step = 2e-5;
     const StepContext at{model, options, EffectSet::all(), sim.state().q, sim.state().v};

@@ -1,4 +1,4 @@
-// Bodies on their own: Euler's top, exact at any step, and what it is for.
+// Single free bodies: EulerTop, exact at any step, and the free flight that uses it.
 #include "counterpoint/engine/forces/free_flight.h"
 
 #include <gtest/gtest.h>
@@ -32,8 +32,8 @@ TEST(EulerTop, SolvesEulersEquations) {
     const Matrix3 inertia = test::random_inertia(random).rotational;
     const Vector3 w = random.vector(1.0);
     const double h = 2.0 * random.uniform(0.0, 1.0);
-    // Runge-Kutta of 4000 steps: (|w| h / 4000)^4 of the way, below 1e-9 for |w| h < 20; the
-    // rounding of either grows by at most e^10 where a body turns about its middle axis.
+    // Runge-Kutta with 4000 steps: a relative error of (|w| h / 4000)^4, below 1e-9 for |w| h < 20.
+    // Rounding of either grows by at most e^10 where a body turns about its middle axis.
     EXPECT_LT((EulerTop(inertia).advance(w, h) - runge_kutta(inertia, w, h, 4000)).norm(),
               1e-9 * (1.0 + w.norm()))
         << trial;
@@ -46,8 +46,8 @@ TEST(EulerTop, KeepsEnergyAndMomentumHoweverLargeTheStep) {
     const Matrix3 inertia = test::random_inertia(random).rotational;
     const Vector3 w = std::pow(10.0, trial % 7) * random.vector(1.0);
     const Vector3 turned = EulerTop(inertia).advance(w, 0.002);
-    // Some thirty operations on numbers of one size, and a moment's condition of 10; 1e3 times
-    // more near the middle axis, where D is a difference of the order of that.
+    // About thirty operations on numbers of one size, times a condition of 10 by the moments; 1e3
+    // times more near the middle axis, where D is a small difference.
     constexpr double kRounding = 1e-12;
     EXPECT_NEAR(turned.dot(inertia * turned) / w.dot(inertia * w), 1.0, kRounding) << trial;
     EXPECT_NEAR((inertia * turned).norm() / (inertia * w).norm(), 1.0, kRounding) << trial;
@@ -60,7 +60,7 @@ TEST(EulerTop, TwoHalvesAreAWhole) {
     const EulerTop top(test::random_inertia(random).rotational);
     const Vector3 w = 10.0 * random.vector(1.0);
     const Vector3 halves = top.advance(top.advance(w, 0.05), 0.05);
-    // Rounding, which a turn of up to two radians about the middle axis may raise by e^2.
+    // Rounding, which a turn of up to two radians about the middle axis may amplify by e^2.
     EXPECT_LT((halves - top.advance(w, 0.1)).norm(), 1e-11 * w.norm()) << trial;
   }
 }
@@ -69,18 +69,18 @@ TEST(EulerTop, SymmetricBodiesAndSteadyTurns) {
   const Vector3 w(1, -2, 3);
   const EulerTop sphere(0.3 * Matrix3::Identity());
   EXPECT_EQ(sphere.advance(w, 0.1), w) << "to the bit";
-  // About its principal axes every body turns steadily, middle axis included.
+  // Every body turns steadily about each of its principal axes, the middle one included.
   const EulerTop box(Vector3(1, 2, 2.5).asDiagonal());
   for (int axis = 0; axis < 3; ++axis)
     EXPECT_EQ(box.advance(Vector3(4.0 * Vector3::Unit(axis)), 0.1), 4.0 * Vector3::Unit(axis));
-  // Disk: the angular velocity goes round the axis at (C/A - 1) w3.
+  // Disk: the angular velocity precesses about the axis at (C/A - 1) w3.
   const double A = 1.0, C = 1.9, h = 0.2;
   const Vector3 turned = EulerTop(Vector3(A, A, C).asDiagonal()).advance(w, h);
   const double angle = (C / A - 1.0) * w[2] * h;
   const Vector3 expected(w[0] * std::cos(angle) - w[1] * std::sin(angle),
                          w[0] * std::sin(angle) + w[1] * std::cos(angle), w[2]);
   EXPECT_LT((turned - expected).norm(), 1e-14);
-  // Nearly a sphere, nearly a disk: nothing divides by the difference.
+  // Nearly a sphere, nearly a disk: no division by the difference of the moments.
   for (const double off : {1e-4, 1e-8, 1e-12, 1e-15}) {
     const Vector3 near = EulerTop(Vector3(A, A * (1 + off), C).asDiagonal()).advance(w, h);
     EXPECT_LT((near - expected).norm(), 1e-13 + 10.0 * off) << off;
@@ -103,7 +103,7 @@ TEST(JacobiFunctions, KnownValues) {
   EXPECT_NEAR(jacobi_functions(0.2, 0.19).sn, 0.19762, 5e-6);
 }
 
-/// One free body of random inertia whose frame is not at its centre of mass, without gravity.
+/// One free body of random inertia, its frame origin off its centre of mass, without gravity.
 Simulator free_body(int seed, double spin) {
   test::Random random(seed);
   RobotSpec robot;
@@ -143,8 +143,8 @@ TEST(FreeFlight, KeepsMomentumAndEnergyAtAnySpin) {
       const Conserved before = conserved(sim);
       for (int i = 0; i < 1000; ++i) ASSERT_TRUE(sim.step().succeeded());
       const Conserved after = conserved(sim);
-      // Rounding of 1000 steps, each some 1e-15 of the spin times the condition of M (100: arms to
-      // the centre of mass are longer than the radii of gyration).
+      // Rounding of 1000 steps: about 1e-15 of the spin each, times the condition of M (100: arms
+      // to the centre of mass are longer than the radii of gyration).
       constexpr double kRounding = 1e-10;
       const double mass = sim.model().body(1).inertia.mass;
       EXPECT_LT((after.linear - before.linear).norm(), kRounding * mass * (1.0 + spin)) << seed;
@@ -161,7 +161,7 @@ TEST(FreeFlight, TheInverseFindsNothingApplied) {
       const VectorX q = sim.state().q, v = sim.state().v;
       ASSERT_TRUE(sim.step().succeeded());
       const Inverse& inverse = sim.inverse(q, v, sim.state().v);
-      // Rounding of the velocities, times the mass (arms are below a metre), over h.
+      // Rounding of the velocities times the mass (arms are below a metre), over h.
       const double rounding = 1e-14 * sim.model().body(1).inertia.mass * v.cwiseAbs().maxCoeff() /
                               sim.options().time_step;
       EXPECT_LT(inverse.applied_force.cwiseAbs().maxCoeff(), rounding) << seed;

@@ -1,4 +1,4 @@
-// Linear momentum of floating trees changes by outer forces alone, whatever acts within.
+// Only external forces change the linear momentum of floating trees, whatever acts within them.
 #include "counterpoint/engine/forces/free_groups.h"
 
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ Center center_of(const Simulator& sim) {
   return center;
 }
 
-/// A chain or a tree of six links, with what may act within it; some integrators refuse some of it.
+/// A tree of six links with forces that act within it; some integrators refuse some of these.
 Model inner_forces(int seed, Integrator integrator, int robots) {
   const bool euler = integrator == Integrator::kSemiImplicitEuler;
   const bool rows = integrator != Integrator::kRungeKutta4;
@@ -69,7 +69,7 @@ Model inner_forces(int seed, Integrator integrator, int robots) {
   return test::make_random_model(static_cast<std::uint64_t>(seed), options);
 }
 
-/// Impulses between bodies [N s] and the momentum that came of them.
+/// Internal impulses [N s] must not change the momentum; gravity alone does.
 TEST_P(Momentum, OfLinkagesIsThatOfOuterForcesToRounding) {
   for (int seed = 1; seed <= 12; ++seed) {
     SCOPED_TRACE(seed);
@@ -94,7 +94,7 @@ TEST_P(Momentum, OfLinkagesIsThatOfOuterForcesToRounding) {
       ASSERT_LE((now.momentum - before.momentum - weight).norm(), 1e-12 * (impulse + weight.norm()))
           << i;
       if (!GetParam().mean) continue;
-      // The centre of mass moves by the momentum; rounding of coordinates of some metres.
+      // The centre of mass follows the momentum, up to rounding of coordinates of some metres.
       const Vector3 end = now.momentum / before.mass;
       const bool euler = GetParam().integrator == Integrator::kSemiImplicitEuler;
       fallen += h * (euler ? end : Vector3(0.5 * (start + end)));
@@ -134,7 +134,7 @@ TEST_P(Momentum, OfTreesThatClosuresJoinIsKept) {
   }
 }
 
-// A body whose frame is not at its centre of mass, turned by torques.
+// A body whose frame origin is off its centre of mass, under random forces and torques.
 TEST_P(Momentum, OfABodyOffItsCenterIsThatOfItsWrenches) {
   RobotSpec robot = test::base_only("body", "link");
   robot.links[0].inertia = {2.0, Vector3(0.3, -0.2, 0.1), Vector3(0.1, 0.2, 0.25).asDiagonal()};
@@ -154,8 +154,8 @@ TEST_P(Momentum, OfABodyOffItsCenterIsThatOfItsWrenches) {
   }
 }
 
-/// A base of 10 kg with an arm of two rods, its joints driven by sines, after two seconds: the
-/// angular momentum about its centre of mass [N m s].
+/// Angular momentum about the centre of mass [N m s], after two seconds, of a base of 10 kg with an
+/// arm of two rods whose joint torques are sines of time.
 double angular_momentum(const Way& way, double h) {
   RobotSpec robot = test::base_only("robot", "base");
   robot.links[0].inertia = {10.0, Vector3::Zero(), Vector3(0.5, 0.6, 0.7).asDiagonal()};
@@ -178,7 +178,7 @@ double angular_momentum(const Way& way, double h) {
 }
 
 TEST_P(Momentum, AngularIsKeptToTheOrderOfTheIntegrator) {
-  // The rods turn within tenths of a second; RK4 would reach rounding at shorter steps.
+  // The rods turn within tenths of a second; at shorter steps RK4 would reach rounding.
   const bool euler = GetParam().integrator == Integrator::kSemiImplicitEuler;
   const double h = euler ? 0.002 : 0.01;
   const double order = euler                                                    ? 1.0
@@ -187,7 +187,7 @@ TEST_P(Momentum, AngularIsKeptToTheOrderOfTheIntegrator) {
   const double coarse = angular_momentum(GetParam(), h);
   const double fine = angular_momentum(GetParam(), 0.5 * h);
   EXPECT_NEAR(std::log2(coarse / fine), order, 0.25);
-  // Torques of about 1 N m for two seconds: 2 % of their impulse.
+  // 2 % of the impulse of torques of about 1 N m over two seconds.
   EXPECT_LT(coarse, 0.05);
 }
 
@@ -230,7 +230,7 @@ TEST_P(Momentum, DerivativesAreThoseOfTheStep) {
   }
 }
 
-// What touches the ground may not be moved by a correction: a foot that sticks would creep.
+// A correction must not move a tree that touches the ground: a sticking foot would creep.
 TEST(FreeGroups, HoldNothingThatTouchesTheWorld) {
   RobotSpec robot = test::base_only("robot", "base");
   robot.links[0].inertia = {1.0, Vector3::Zero(), 0.1 * Matrix3::Identity()};

@@ -1,4 +1,4 @@
-// What contacts give under loads: heavy bodies on light ones, creep of smoothing on slopes.
+// Contact compliance under load: heavy bodies on light ones, and creep on slopes by smoothing.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace counterpoint::loads_test {
 namespace {
 
-/// Cubes of 0.2 m on one another on a plane, of these masses [kg] from below.
+/// Cubes of 0.2 m stacked on a plane; masses [kg] from the bottom up.
 Simulator tower(const std::vector<double>& masses, double time_step,
                 ContactPreset preset = ContactPreset::kDefault) {
   ModelBuilder builder(Vector3(0, 0, -9.81));
@@ -33,7 +33,7 @@ struct Load {
   ContactPreset preset;
 };
 
-// mu^2 eps ratio h^2 g / (4 beta) a contact: 12 um at 1e6 and 2 ms.
+// Penetration depth at each contact: mu^2 eps ratio h^2 g / (4 beta) [m], 12 um at 1e6 and 2 ms.
 TEST(HeavyOnLight, SinksByTheMassRatio) {
   for (const auto& [ratio, h, preset] :
        {Load{1e3, 2e-3, ContactPreset::kDefault}, Load{1e6, 2e-3, ContactPreset::kDefault},
@@ -46,7 +46,7 @@ TEST(HeavyOnLight, SinksByTheMassRatio) {
       const VectorX q = sim.state().q, v = sim.state().v;
       ASSERT_TRUE(sim.step().succeeded());
       const Inverse& inverse = sim.inverse(q, v, sim.state().v);
-      // The solver's residual is one of momentum over all masses.
+      // The solver's residual is relative to the momentum of all masses.
       const double bound = ratio > 1e6 ? 1e-6 : 1e-8;
       ASSERT_LT(inverse.applied_force.cwiseAbs().maxCoeff(), bound * inverse.force_scale);
     }
@@ -58,8 +58,8 @@ TEST(HeavyOnLight, SinksByTheMassRatio) {
 TEST(HeavyOnLight, ATowerOfFourAHundredTimesEach) {
   Simulator sim = tower({1.0, 1e2, 1e4, 1e6}, 2e-3);
   for (int i = 0; i < 1000; ++i) ASSERT_TRUE(sim.step().succeeded());
-  // What 1e6 kg make of a contact of the cube of 1 kg, on both of its sides, and 1 % for the
-  // others.
+  // Penetration depth of the 1 kg cube's contacts, below and above it, under 1e6 kg; the other
+  // contacts add 1 %.
   const double sinks = 0.25 * 1e-6 * 1e6 * 4e-6 * 9.81 / (4 * 0.2);
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(sim.state().q[7 * k + 2], 0.1 + 0.2 * k, 2.1 * sinks) << k;
@@ -73,8 +73,8 @@ TEST(HeavyOnLight, OrdinaryRatiosKeepTheirCompliance) {
   EXPECT_NEAR(0.1 - sim.state().q[2], sinks, 0.02 * sinks);
 }
 
-/// Creep [m/s] of a box on a slope by smoothing, docs/explanation/concepts.md: what all of its
-/// corners slip at, of which each carries q s n / (1 + s n) of its load n, s = v mu h / delta.
+/// Creep [m/s] of a box on a slope by smoothing (docs/explanation/concepts.md). All corners slip at
+/// v, and a corner with load n carries the share s n / (1 + s n) of mu n, with s = v mu h / delta.
 double creep(double mu, double tangent, double smoothing, double h, double height_over_half) {
   const double g = 9.81 / kStandardGravity, cosine = 1.0 / std::sqrt(1.0 + tangent * tangent);
   const double tilt = height_over_half * tangent;
@@ -104,10 +104,10 @@ TEST(Creep, OfSmoothingFollowsFromTheLaw) {
       const double before = sim.state().q[0];
       for (int i = 0; i < 500; ++i) ASSERT_TRUE(sim.step().succeeded());
       const double expected = creep(mu, tangent, smoothing, 2e-3, 1.0);
-      // 1 %: what the compliance adds at 1e-9 m.
+      // 1 %: the compliance adds to the creep at 1e-9 m.
       EXPECT_NEAR((sim.state().q[0] - before) / 1.0, expected, 0.01 * expected)
           << mu << ' ' << tangent << ' ' << smoothing;
-      // The formula of the documents, of four corners that share the load.
+      // Formula of the documents, with the load shared equally by four corners.
       const double q = tangent / mu,
                    simple = 4.0 * smoothing / (2e-3 * mu * cosine) * q / (1.0 - q);
       EXPECT_NEAR(simple, expected, 0.2 * expected);
@@ -116,8 +116,8 @@ TEST(Creep, OfSmoothingFollowsFromTheLaw) {
 }
 
 TEST(PlainPendulum, IsSymplecticEulerToRounding) {
-  // One joint has no velocity-dependent force: w+ = w - h g sin(q) / l, q+ = q + h w+, as of any
-  // other engine with that scheme (MuJoCo 3.12: equal to 1e-12 after 10 s).
+  // One joint has no velocity-dependent force: w+ = w - h g sin(q) / l, q+ = q + h w+, as in any
+  // other engine with this scheme (MuJoCo 3.12: equal to 1e-12 after 10 s).
   for (const double speed : {0.0, 1.0}) {
     Simulator sim(test::pendulum({}));
     const double h = sim.options().time_step;

@@ -1,4 +1,4 @@
-// Velocity-dependent forces in the middle of the step: a bilinear form, and no drift of energy.
+// Velocity-dependent forces at mid-step: a bilinear form, and no drift of energy.
 #include "counterpoint/engine/forces/mid_velocity.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace {
 
 using test::simulate;
 
-/// -n(q, w) [N, N m].
+/// Velocity-dependent forces as rnea returns them, -n(q, w) [N, N m].
 VectorX plain_force(const Model& model, const VectorX& q, const VectorX& w) {
   Data data(model);
   compute_poses(model, q, data);
@@ -24,7 +24,7 @@ VectorX plain_force(const Model& model, const VectorX& q, const VectorX& w) {
   return tau;
 }
 
-/// -B(w, other), by the mean forces.
+/// The bilinear form -B(w, other) of these forces [N, N m], by the mean forces of MidVelocity.
 VectorX bilinear_force(const Model& model, const VectorX& q, const VectorX& w,
                        const VectorX& other) {
   Data data(model);
@@ -57,7 +57,7 @@ TEST(MidVelocity, IsTheBilinearFormOfTheForcesAtOneVelocity) {
   }
 }
 
-/// Three rods on ball joints, let go level and turned about the vertical.
+/// Three rods on ball joints, released level and turning about the vertical.
 Model make_ball_chain() {
   RobotSpec robot = test::base_only("chain", "link0");
   for (int i = 0; i < 3; ++i) {
@@ -71,7 +71,7 @@ Model make_ball_chain() {
   return builder.build();
 }
 
-/// Mean total energy of the last fifth of 20 s, less that of the first [J].
+/// Mean total energy over the last fifth of 20 s less that over the first [J].
 double gain(Model model, double time_step, Integrator integrator, const VectorX& v) {
   Simulator sim = simulate(std::move(model), time_step);
   sim.options().integrator = integrator;
@@ -88,12 +88,12 @@ double gain(Model model, double time_step, Integrator integrator, const VectorX&
   return (last - first) / fifth;
 }
 
-// With velocity-dependent forces at the start of the step these gained 2 to 7 % of m g 1 m.
+// With velocity-dependent forces at the start of the step these trees gained 2 to 7 % of m g 1 m.
 TEST(MidVelocity, TreesKeepTheirEnergyForLong) {
   const Model model = make_ball_chain();
   VectorX v = VectorX::Zero(model.nv());
   v[2] = 2.0;
-  // Of m g 1 m = 8.8 J a per cent: the means of chaotic motion differ by h times its power.
+  // 1 % of m g 1 m = 8.8 J: means of chaotic motions differ by h times their power.
   EXPECT_LT(std::abs(gain(make_ball_chain(), 0.001, Integrator::kSemiImplicitEuler, v)), 0.09);
 }
 
@@ -106,7 +106,7 @@ TEST(MidVelocity, LinkagesKeepTheirEnergyForLong) {
   }
 }
 
-/// Five rods in a plane, hung by both ends: chaotic, taut with a jerk now and then.
+/// Five rods in a plane, hung by both ends: a chaotic motion, taut with a jerk now and then.
 Model make_hung_chain() {
   RobotSpec robot = test::base_only("chain", "link0");
   for (int i = 0; i < 5; ++i)
@@ -130,7 +130,7 @@ Model make_hung_chain() {
 TEST(MidVelocity, AHungChainKeepsItsEnergyAndItsEnd) {
   Simulator sim = simulate(make_hung_chain(), 0.001);
   const test::Swing run = test::swing(sim, 20.0);
-  // Up to 60 rad/s. By the curvature at w alone such a chain opened by 50 um.
+  // Up to 60 rad/s. With the curvature at w alone such a chain opened by 50 um.
   EXPECT_LT(run.open, 5e-6);
   // 5e-3 of m g 1 m = 20 J.
   EXPECT_LT(

@@ -44,7 +44,7 @@ TEST(VelocityLimits, HoldTheSpeedOfAPushedBlockBothWays) {
     sim.input().applied_force[0] = sign * force;
     const double h = sim.options().time_step;
     double v = 0.0;
-    // The row gives way by r f = (eps / m) h F.
+    // The row yields by r f = (eps / m) h F.
     const double give = sim.options().contact.compliance / mass * h * force;
     for (int i = 0; i < 200; ++i) {
       const State before = sim.state();
@@ -58,7 +58,7 @@ TEST(VelocityLimits, HoldTheSpeedOfAPushedBlockBothWays) {
 }
 
 TEST(VelocityLimits, FromBelowHalfTheLimitTheNextStepBrakes) {
-  // 20 m/s in one step; it is at the limit one step later.
+  // The force gives 20 m/s in one step; one step later the speed is at the limit.
   const double limit = 0.5;
   Scene scene = test::slider({.mass = 1.0, .velocity_limit = limit});
   scene.options.effects.set(Effect::kVelocityLimits, true);
@@ -67,7 +67,7 @@ TEST(VelocityLimits, FromBelowHalfTheLimitTheNextStepBrakes) {
   ASSERT_TRUE(sim.step().succeeded());
   EXPECT_NEAR(sim.state().v[0], 20.0, 1e-9);
   ASSERT_TRUE(sim.step().succeeded());
-  EXPECT_NEAR(sim.state().v[0], limit, 1e-4);  // r f: 1e-6 of the 40 m/s taken
+  EXPECT_NEAR(sim.state().v[0], limit, 1e-4);  // r f: 1e-6 of the 40 m/s removed
 }
 
 TEST(VelocityLimits, AreOffUnlessAskedFor) {

@@ -1,4 +1,4 @@
-// Servos: implicit, with and without an effort limit, against the scheme worked out by hand.
+// Implicit servos with and without an effort limit, against the discrete scheme by hand.
 #include "counterpoint/engine/forces/servos.h"
 
 #include <gtest/gtest.h>
@@ -17,14 +17,14 @@ namespace {
 
 constexpr double kRoundoff = 1e-12;
 
-/// One coordinate with a servo, by hand: the velocity after the step, and the motor's force.
+/// One coordinate with a servo, by hand: velocity after the step, and motor force [N].
 struct ByHand {
   double mass, h, kp, kd, limit;
   double q, w = 0.0, force = 0.0;
 
   void step(double target, double target_velocity, double applied) {
     const double pull = kp * (target - q) + kd * target_velocity + applied;
-    // m (w+ - w) = h (pull - (kd + h kp) w+), unless that is more than the motor has.
+    // m (w+ - w) = h (pull - (kd + h kp) w+), with the force clamped to the motor's limit.
     double next = (mass * w + h * pull) / (mass + h * kd + h * h * kp);
     force = std::clamp(pull - (kd + h * kp) * next, -limit, limit);
     if (std::abs(force) == limit) next = w + h * force / mass;
@@ -46,7 +46,7 @@ TEST(Servos, FollowMovingTargetsAsByHandWithAndWithoutLimit) {
       ByHand hand{mass, h, kp, kd, limit, 0.0};
       int at_limit = 0;
       for (int i = 0; i < 400; ++i) {
-        double target = 0.2, target_velocity = 0.0;  // the model's
+        double target = 0.2, target_velocity = 0.0;  // the model's own target
         const double applied = i < 200 ? 0.0 : 3.0 * std::sin(0.05 * i);
         if (i >= 100) {
           target = 0.5 * std::sin(2.0 * h * i);
@@ -60,7 +60,7 @@ TEST(Servos, FollowMovingTargetsAsByHandWithAndWithoutLimit) {
         hand.step(target, target_velocity, applied);
         ASSERT_NEAR(sim.state().v[0], hand.w, kRoundoff) << limit << " step " << i;
         ASSERT_NEAR(sim.state().q[0], hand.q, kRoundoff) << limit << " step " << i;
-        // The motor's total comes back, at the limit and within it.
+        // The inverse returns the motor's total force, at the limit and within it.
         const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
         const double total = inverse.applied_force[0] + inverse.servo_force[0];
         ASSERT_NEAR(total, hand.force, 1e-9) << limit << " step " << i;  // rounding of w / h
@@ -114,7 +114,7 @@ TEST(Servos, EnergyOfServoAndLoadNeverRisesTowardsAFixedTarget) {
       scene.options.time_step = 0.01;
       scene.v[0] = 0.3;
       Simulator sim(std::move(scene));
-      // 1/2 m w^2 + the potential whose slope is the clamped pull.
+      // m w^2 / 2 plus the potential whose slope is the clamped servo force.
       const auto energy = [&] {
         const double e = std::abs(sim.state().q[0] - 0.1);
         const double knee = limit / kp;
@@ -133,14 +133,14 @@ TEST(Servos, EnergyOfServoAndLoadNeverRisesTowardsAFixedTarget) {
   }
 }
 
-/// The bundled arm on stiff servos.
+/// The bundled arm with stiff servos.
 Scene stiff_arm(double h) {
   Scene scene = load_scene(test::source_dir() + "/data/scenes/arm7_servo.yaml");
   scene.options.time_step = h;
   return scene;
 }
 
-/// The same scene with other gains, as its file would say them.
+/// The same arm with other servo gains.
 Scene arm_with_gains(double stiffness, double damping, double h) {
   ModelBuilder builder;
   RobotSpec arm = load_urdf(test::source_dir() + "/data/robots/arm7.urdf");
@@ -157,8 +157,8 @@ Scene arm_with_gains(double stiffness, double damping, double h) {
 }
 
 TEST(Servos, HoldAnArmAtStiffnessOneMillionAndTenMilliseconds) {
-  // kd / kp = 0.1 s: overdamped for all inertias of the arm, so every joint creeps towards where
-  // its load hangs it out, force / kp, from one side.
+  // kd / kp = 0.1 s is overdamped for all inertias of the arm: every joint creeps from one side
+  // towards the deflection force / kp under its load.
   Simulator sim(arm_with_gains(1e6, 1e5, 0.01));
   const VectorX start = sim.state().q;
   double last = 0.0;
@@ -171,11 +171,11 @@ TEST(Servos, HoldAnArmAtStiffnessOneMillionAndTenMilliseconds) {
     ASSERT_LT(sim.state().v.norm(), 1e-2);
   }
   const VectorX end = sag.back();
-  // Below the largest gravity torque of the arm, some 60 N m, over kp.
+  // Less than the arm's largest gravity torque, about 60 N m, over kp.
   EXPECT_LT(end.cwiseAbs().maxCoeff(), 6e-5);
   EXPECT_GT(end.cwiseAbs().maxCoeff(), 1e-6);
   for (const VectorX& s : sag) {
-    // No overshoot: nowhere farther than at the end, but for the last bits.
+    // No overshoot: never beyond the final deflection, except in the last bits.
     ASSERT_LE((s.cwiseAbs() - end.cwiseAbs()).maxCoeff(), 1e-9);
   }
 }
@@ -190,7 +190,7 @@ TEST(Servos, PushedAwayTheStiffArmComesBackWithoutOscillation) {
     ASSERT_TRUE(sim.step().succeeded()) << i;
     const VectorX error = sim.state().q - target;
     ASSERT_LT(error.norm(), last * (1.0 + 1e-9) + 1e-6) << i;
-    // Overshoot stays below what the load hangs out.
+    // The overshoot stays below the deflection under load.
     ASSERT_GT(error.minCoeff(), -1e-4) << i;
     last = error.norm();
   }

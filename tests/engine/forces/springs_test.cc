@@ -21,7 +21,7 @@ TEST(Springs, OscillatorHasThePeriodAndDecayOfImplicitEuler) {
     scene.options.time_step = h;
     scene.q[0] = start;
     Simulator sim(std::move(scene));
-    // z = (q - q_ref) + i w / omega goes as exp(-i omega t); a step divides it by 1 + i h omega.
+    // z = (q - q_ref) + i w / omega evolves as exp(-i omega t); a step divides it by 1 + i h omega.
     const double omega = std::sqrt(stiffness / mass);
     const std::complex<double> factor = 1.0 / std::complex<double>(1.0, h * omega);
     std::complex<double> z(start - reference, 0.0);
@@ -46,7 +46,7 @@ TEST(Springs, TakeEnergyInEveryStepWhateverTheirStiffness) {
     double last = energy();
     for (int i = 0; i < 100; ++i) {
       ASSERT_TRUE(sim.step().succeeded());
-      // E+ = E / (1 + h^2 omega^2), to rounding of the stretch against itself.
+      // E+ = E / (1 + h^2 omega^2), up to rounding.
       ASSERT_NEAR(energy(), last / (1.0 + 1e-4 * stiffness / 2.0), kRoundoff * last)
           << stiffness << " step " << i;
       last = energy();

@@ -1,4 +1,4 @@
-// Light links under tension: no load that hangs on them makes energy, whatever it weighs.
+// Light links under tension: no suspended load adds energy, whatever its mass.
 #include "counterpoint/engine/forces/taut_links.h"
 
 #include <fmt/format.h>
@@ -20,9 +20,9 @@ constexpr double kG = 9.81, kLink = 0.1, kLinkMass = 0.1, kTop = 6.0;
 constexpr int kLinks = 40;
 using Point = std::array<double, 2>;  // x, z
 
-/// Links of kLinkMass along these points, the first and, if `held`, the last held by the world; a
-/// box of `load` [kg] hangs by `below` [m] under the point between link `at` and the next. Stands
-/// on top of it where `below` is negative.
+/// A chain of links of kLinkMass along these points; the world holds its first end and, if `held`,
+/// its last. A box of `load` [kg] hangs `below` [m] under the point between link `at` and the next;
+/// it stands above that point where `below` is negative.
 Scene rope(const std::vector<Point>& points, double load, size_t at, double below, bool held) {
   std::string models = fmt::format("gravity: [0, 0, {}]\nmodels:\n", -kG), closures = "closures:\n";
   const auto ball = [&](const std::string& a, const std::string& b, double z_a, double z_b) {
@@ -56,9 +56,8 @@ Scene rope(const std::vector<Point>& points, double load, size_t at, double belo
   return load_scene(folder.write("rope.yaml", models + closures + "effects: {contacts: off}\n"));
 }
 
-/// The points of a chain between two walls with a load in its middle, at rest: links so many steps
-/// from the load pull with its half weight and that of the links below, and all with the same H
-/// across.
+/// Points of a chain at rest between two walls, with a load in its middle. Each link carries half
+/// the load's weight and that of the links below it; the horizontal force H is the same for all.
 std::vector<Point> hanging(double load, double span) {
   constexpr int kHalf = kLinks / 2;
   const auto slope = [&](double H, int i) { return kG * (0.5 * load + (i + 0.5) * kLinkMass) / H; };
@@ -79,7 +78,7 @@ std::vector<Point> hanging(double load, double span) {
   return points;
 }
 
-/// The points of a straight chain, `angle` off the plumb line.
+/// Points of a straight chain at `angle` from the vertical.
 std::vector<Point> straight(double angle) {
   std::vector<Point> points;
   for (int i = 0; i <= kLinks; ++i)
@@ -87,7 +86,7 @@ std::vector<Point> straight(double angle) {
   return points;
 }
 
-/// The points of a chain that hangs in two bights, its middle as high as half of what it could.
+/// Points of a chain that hangs in two bights, its middle about half as deep as they are.
 std::vector<Point> slack(double span) {
   std::vector<Point> points{{-0.5 * span, kTop}};
   const double c = span / kLinks, s = std::sqrt(kLink * kLink - c * c);
@@ -98,7 +97,7 @@ std::vector<Point> slack(double span) {
   return points;
 }
 
-/// The same links as a tree of hinges, let go at `angle` [rad].
+/// The same links as a tree of revolute joints, released at `angle` [rad].
 Scene tree(double load, double angle) {
   RobotSpec robot;
   robot.name = "chain";
@@ -147,7 +146,7 @@ Simulator start(Scene scene, const Setting& setting) {
   return Simulator(std::move(scene));
 }
 
-/// Most and least energy beyond that of the start [J], over so many seconds.
+/// Largest gain and loss of energy since the start [J], and largest closure error [m].
 struct Range {
   double most = 0.0, least = 0.0, open = 0.0;
 };
@@ -166,8 +165,8 @@ Range run(Simulator& sim, double seconds) {
   return range;
 }
 
-/// What velocities at the ends of steps, half a step of falling, differ by from those of rest: a
-/// share of the energy m (g h)^2 of that.
+/// Velocities at the ends of steps differ from those at rest by half a step of falling; m (g h)^2
+/// [J] bounds the energy of that difference.
 double half_step_of_falling(const Setting& s) { return s.load * kG * kG * s.h * s.h; }
 
 TEST(TautLinks, HoldALoadWhereItHangs) {
@@ -183,8 +182,8 @@ TEST(TautLinks, HoldALoadWhereItHangs) {
   }
 }
 
-/// The energy of first order that a step of Euler's takes for a while, and what a swing of 4 s may
-/// lose.
+/// Share of the energy that a first-order (Euler) step may add for a while; a swing of 4 s may lose
+/// twice that.
 constexpr double kSwing = 0.01;
 
 TEST(TautLinks, SwingingLoadsGainNothingAndLoseLittle) {
@@ -211,8 +210,8 @@ TEST(TautLinks, ALoadDroppedIntoSlackRopesGainsNothing) {
   }
 }
 
-/// Planks of 0.5 kg and 0.2 m between two pairs of ropes' ends, and a box that falls on their
-/// middle.
+/// A bridge of planks of 0.5 kg and 0.2 m, joined along both edges and to the world at both ends,
+/// and a box that falls on its middle.
 Scene bridge(double load) {
   constexpr int kPlanks = 20;
   constexpr double kLong = 0.2, kDrop = 0.02;
@@ -259,13 +258,13 @@ TEST(TautLinks, ABridgeCarriesALoadThroughItsContacts) {
     const Range range = run(sim, 1.0);
     EXPECT_LT(range.most, half_step_of_falling(s)) << s.load << ' ' << s.h;
     EXPECT_LT(range.open, 2e-3) << s.load << ' ' << s.h;
-    // It stands on the planks, which give way by no more than their sag.
+    // It stands on the planks, which yield by no more than their sag.
     EXPECT_GT(sim.state().q[7 * 20 + 2], 2.9) << s.load << ' ' << s.h;
   }
 }
 
-/// Of the forces at the closures. A velocity is rounded to 1e-16 of |J| |w|, over r h a force, and
-/// r is 1e-4 kHeaviestHeld over the load.
+/// Relative to the forces at the closures. A velocity is rounded to 1e-16 |J| |w|, a force to that
+/// over r h, with r = 1e-4 kHeaviestHeld over the load.
 constexpr double kRecovered = 1e-9;
 
 TEST(TautLinks, TheInverseRecoversWhatWasAppliedToThem) {
@@ -292,7 +291,7 @@ TEST(TautLinks, TheInverseRecoversWhatWasAppliedToThem) {
   }
 }
 
-/// Nothing here has a kink, and closures as stiff as these make more of rounding than of this.
+/// No law here has a kink, and with closures this stiff rounding is the larger error.
 constexpr double kDifferenceStep = 1e-6;
 
 TEST(TautLinks, TheInverseHasExactDerivatives) {
@@ -303,7 +302,7 @@ TEST(TautLinks, TheInverseHasExactDerivatives) {
       Scene scene = closures ? rope(points, s.load, 2, 0.4, false) : tree(s.load, 0.5);
       Simulator sim = start(std::move(scene), s);
       bool lost = false;
-      for (int k = 0; k < 60; ++k) {  // where something is lost, and where not
+      for (int k = 0; k < 60; ++k) {  // steps with and without loss of energy
         const State before = sim.state();
         ASSERT_TRUE(sim.step().succeeded());
         if (k % 20 != 19) continue;
@@ -343,7 +342,7 @@ TEST(TautLinks, AreRecordedWithStatesAndTrajectories) {
   const Trajectory read = read_trajectory(file, sim.model());
   EXPECT_EQ(read.taut_links, links);
   EXPECT_GE(links.front().size(), static_cast<size_t>(kLinks));
-  // A run goes on from a state file to the same bits.
+  // A run resumed from a state file gives the same bits.
   write_state(saved, sim.model(), sim.options(), sim.state());
   Simulator resumed(sim.scene());
   resumed.set_state(read_state(saved, sim.model(), sim.options(), SceneCheck::kSame));
@@ -354,8 +353,8 @@ TEST(TautLinks, AreRecordedWithStatesAndTrajectories) {
   }
 }
 
-/// Links of 1 m that carry over a hundred times what they weigh are looked at, but at 0.2 ms
-/// nothing turns them too fast.
+/// Links that carry over a hundred times their weight are examined, but at 0.2 ms none turns too
+/// fast.
 TEST(TautLinks, WhatStepsFollowAnywayMovesAsWithoutThemToTheBit) {
   Scene scene = rope(straight(0.5), 12.0, kLinks - 1, 0.4, false);
   scene.options.time_step = 2e-4;

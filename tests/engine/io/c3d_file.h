@@ -1,4 +1,4 @@
-// C3D files byte by byte, of all three processors, as the format's description says (c3d.org).
+// Builds C3D files byte by byte, for all three processors, by the format's description (c3d.org).
 #pragma once
 
 #include <bit>
@@ -12,12 +12,12 @@ namespace counterpoint::test {
 
 struct C3dFile {
   int processor = 84;  ///< 84 Intel, 85 DEC, 86 MIPS
-  bool reals = true;   ///< points and samples; else words
-  double scale = 0.5;  ///< of points that are words
+  bool reals = true;   ///< points and samples are reals, else words
+  double scale = 0.5;  ///< scale of points stored as words
   int first = 1, last = 1;
   int points = 0, channels = 0, samples = 1;  ///< samples of each channel in a frame
   double rate = 100.0;
-  std::string parameters;  ///< records, appended by the functions below
+  std::string parameters;  ///< parameter records, appended by the functions below
   std::string frames;      ///< appended by value()
 
   void word(std::string& out, int x) const {
@@ -27,17 +27,17 @@ struct C3dFile {
   }
   void real(std::string& out, double x) const {
     auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(x));
-    if (processor == 85 && x != 0.0) bits += 2u << 23;  // VAX: 128 more, fractions from 1/2
+    if (processor == 85 && x != 0.0) bits += 2u << 23;  // VAX: bias 128, fractions from 1/2
     const int high = static_cast<int>(bits >> 16), low = static_cast<int>(bits & 0xffff);
     word(out, processor == 84 ? low : high);
     word(out, processor == 84 ? high : low);
   }
-  /// A coordinate, the fourth value of a point or a sample.
+  /// Appends a coordinate, the fourth value of a point, or a sample.
   C3dFile& value(double x) {
     reals ? real(frames, x) : word(frames, static_cast<int>(x));
     return *this;
   }
-  /// In the file's unit; as words, multiples of scale.
+  /// Appends a point in the file's unit; words hold multiples of scale.
   C3dFile& point(double x, double y, double z, double residual = 0.0) {
     for (const double c : {x, y, z}) value(reals ? c : c / scale);
     return value(residual);

@@ -1,5 +1,5 @@
-// C3D files, written byte by byte, as tables: every processor's numbers, points that were not seen,
-// analog channels, more frames and names than the format first had room for, damaged files.
+// C3D files, built byte by byte, read as tables: numbers of every processor, points that were not
+// seen, analog channels, more frames and names than the format first had room for, damaged files.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +14,7 @@
 namespace counterpoint::c3d_test {
 namespace {
 
-constexpr int kPoint = 1, kAnalog = 2, kTrial = 3;  // groups
+constexpr int kPoint = 1, kAnalog = 2, kTrial = 3;  // group numbers
 constexpr double kNotSeen = -1.0;                   // residual
 
 class C3d : public testing::Test {
@@ -40,7 +40,7 @@ void expect_in(const std::string& message, const std::string& part) {
   EXPECT_NE(message.find("refused.c3d: "), std::string::npos) << message;
 }
 
-/// One point "M" [mm] in `frames` frames, at (frame, 1, 2) mm.
+/// One point "M" in `frames` frames, at (frame, 1, 2) mm.
 test::C3dFile one_point(int frames = 1) {
   test::C3dFile file;
   file.points = 1;
@@ -52,8 +52,8 @@ test::C3dFile one_point(int frames = 1) {
   return file;
 }
 
-/// Two points, two channels of two samples, two frames: the second point is once not seen and once
-/// at zero. All numbers are exact in every format.
+/// Two points, two channels of two samples, two frames. The second point is not seen in one frame
+/// and at zero in the other. All numbers are exact in every format.
 test::C3dFile two_frames(int processor, bool reals) {
   test::C3dFile file;
   file.processor = processor;
@@ -68,7 +68,7 @@ test::C3dFile two_frames(int processor, bool reals) {
   file.reals_of(kPoint, "SCALE", {reals ? -0.5 : 0.5});
   file.text(kPoint, "UNITS", "mm  ");
   file.texts(kPoint, "LABELS", {"left knee", "M2"}, 12);
-  file.words(kAnalog, "USED", {2});  // before its group
+  file.words(kAnalog, "USED", {2});  // precedes its group
   file.group(kAnalog, "Analog");
   file.texts(kAnalog, "LABELS", {"Fz", "emg"}, 4);
   file.reals_of(kAnalog, "GEN_SCALE", {2.0});
@@ -144,9 +144,9 @@ TEST_F(C3d, HasMoreFramesThanAHeaderCounts) {
   EXPECT_EQ(table(file).num_rows(), count) << "to the end of the file";
   test::C3dFile trial = file;
   trial.group(kTrial, "TRIAL");
-  trial.words(kTrial, "ACTUAL_START_FIELD", {2, 1});  // words, the lower first
+  trial.words(kTrial, "ACTUAL_START_FIELD", {2, 1});  // two words, the lower first
   trial.words(kTrial, "ACTUAL_END_FIELD", {(65'538 + count - 1) % 65'536, 2});
-  trial.last = count - 65'536;  // as some programs write it
+  trial.last = count - 65'536;  // modulo 65536, as some programs write it
   const Table t = table(trial);
   EXPECT_EQ(t.num_rows(), count);
   EXPECT_EQ(t.cell(0, 0), 65'538.0);
@@ -304,7 +304,7 @@ TEST_F(C3d, CutOrDamagedAnywhereIsReadOrRefused) {
     for (std::size_t size = 0; size < whole.size(); ++size)
       EXPECT_NE(refusal(whole.substr(0, size)), "") << size << " bytes of " << whole.size();
     for (std::size_t i = 0; i < whole.size(); ++i) {
-      if (i > 30 && i < 512) continue;  // nothing is read there
+      if (i > 30 && i < 512) continue;  // bytes that are not read
       for (const int bits : {0x01, 0x80, 0xff}) {
         std::string damaged = whole;
         damaged[i] = static_cast<char>(damaged[i] ^ bits);

@@ -1,5 +1,5 @@
-// Tables in every format: the same cells, bit for bit; files of runs that died; files that are
-// none.
+// Tables in every format: the same cells bit for bit, files of interrupted runs, and files that are
+// no tables.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -37,7 +37,7 @@ std::string message_of(Action action) {
   return {};
 }
 
-/// A cell that is hard to write in decimals; every seventh is empty.
+/// A cell with a long decimal expansion; every seventh is empty.
 double number(int row, int column) {
   if ((row + column) % 7 == 6) return std::numeric_limits<double>::quiet_NaN();
   return std::ldexp(1.0 / (3.0 + row + 1000.0 * column), (row * 37 + column * 11) % 2000 - 1000) *
@@ -47,7 +47,7 @@ std::uint64_t hash(int row) {
   return 18446744073709551557u - 1234567u * static_cast<unsigned>(row);
 }
 
-/// More than one block of rows.
+/// More rows than one block.
 constexpr int kRows = 3000, kNumbers = 9;
 
 class Tables : public testing::TestWithParam<const char*> {
@@ -117,7 +117,7 @@ TEST_P(Tables, AreCopiedToCsvAndBackWithoutLoss) {
   EXPECT_TRUE(content(back) == content(file())) << "the same content, other bytes";
 }
 
-// At any time of day: no format may write down when.
+// No format may store the time of writing.
 TEST_P(Tables, HaveTheSameBytesASecondLater) {
   write_all();
   const std::string before = content(file());
@@ -130,7 +130,7 @@ TEST_P(Tables, KeepAllRowsWhenAWriterIsLeftByAnException) {
   try {
     TableWriter writer(file(), columns());
     write_rows(writer, 10);
-    writer.number(1.0);  // of a row that is not ended
+    writer.number(1.0);  // part of an unfinished row
     throw std::runtime_error("the run failed");
   } catch (const std::runtime_error&) {
   }
@@ -143,7 +143,7 @@ TEST_P(Tables, KeepAllRowsWhenAWriterIsLeftByAnException) {
 TEST_P(Tables, OfAWriterThatDiedAreReadAsFarAsTheyGo) {
   TableWriter writer(file(), columns());
   write_rows(writer, kRows);
-  // What lies on the disk while it is being written is what a process that dies leaves.
+  // A process that dies leaves the file as it is on the disk during writing.
   const fs::path left = folder_.path() / (std::string("left") + GetParam());
   fs::copy_file(file(), left);
   const std::string name = GetParam();
@@ -180,7 +180,7 @@ TEST_P(Tables, SayLabelsByName) {
     EXPECT_EQ(reader.cell(1), 1.0);
     copy_table(file(), csv);
   }
-  TableReader again(csv, {"body"});  // CSV does not say which columns hold names
+  TableReader again(csv, {"body"});  // CSV does not mark columns of names
   for (const char* name : {"right, or \"so\"", "left", "right, or \"so\""}) {
     ASSERT_TRUE(again.next());
     EXPECT_EQ(again.columns()[1].labels.at(static_cast<std::size_t>(again.cell(1))), name);

@@ -1,4 +1,4 @@
-// Trajectory and CSV files: what is written is read back bit for bit; what is wrong is said where.
+// Trajectory and CSV files are read back bit for bit; errors name the place in the file.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -31,7 +31,7 @@ class TrajectoryFile : public testing::Test {
     std::ifstream stream(file_, std::ios::binary);
     return {std::istreambuf_iterator<char>(stream), {}};
   }
-  /// The message of the InputError that `action` throws; empty if it throws none.
+  /// Returns the message of the InputError that `action` throws; empty if it throws none.
   template <class Action>
   static std::string message_of(Action action) {
     try {
@@ -43,7 +43,7 @@ class TrajectoryFile : public testing::Test {
   }
   void expect_message(const std::string& text, const std::string& part) const {
     write(text);
-    // Cells and names are refused where they are asked for.
+    // Cells and names are checked when they are read.
     const std::string message = message_of([&] {
       const Table table(file_);
       for (const std::string& name : table.columns()) {
@@ -57,7 +57,7 @@ class TrajectoryFile : public testing::Test {
   fs::path folder_, file_;
 };
 
-/// One robot of every joint type, hanging on each other: planar, spherical, revolute, prismatic.
+/// One robot with a chain of every joint type: planar, spherical, revolute, prismatic.
 Model every_joint_type() {
   RobotSpec robot;
   robot.name = "zoo";
@@ -138,7 +138,7 @@ TEST_F(TrajectoryFile, ReadsBackTheSameBits) {
   std::vector<State> states;
   std::vector<VectorX> forces;
   double time = 0.0;
-  const double step = 0.1;  // no finite binary fraction
+  const double step = 0.1;  // not a finite binary fraction
   {
     TrajectoryWriter writer(file_, model);
     for (int k = 0; k <= kSteps; ++k) {

@@ -1,4 +1,4 @@
-// TRC files of markers as tables, as programs write them and as they are damaged.
+// TRC marker files read as tables, in the variants that programs write, and damaged ones.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -30,7 +30,7 @@ void expect_in(const std::string& message, const std::string& part) {
   EXPECT_NE(message.find("t.trc:" + part), std::string::npos) << message;
 }
 
-/// The header of two markers: "R.ASIS", "left knee".
+/// The header of a file with two markers: "R.ASIS", "left knee".
 std::string header(const std::string& units = "mm", const std::string& count = "2") {
   return "PathFileType\t4\t(X/Y/Z)\twalk.trc\n"
          "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\n"
@@ -78,7 +78,7 @@ TEST_F(Trc, ReadsWhatDifferentProgramsWrite) {
     EXPECT_TRUE(std::isnan(t.cell(1, 5))) << "no cell";
     EXPECT_TRUE(std::isnan(t.cell(2, 3))) << "nan";
   }
-  // Two tabs between values; names without the tabs of their columns; a name twice.
+  // Two tabs between values; names without the tabs of their columns; a repeated name.
   text = header() + "1\t0\t1\t2\t3\t4\t5\t6\n";
   text = replaced(text, "60.00\t60.00\t       900\t2\tmm\t60.00",
                   "60.00\t\t60.00\t\t900\t\t2\t\t mm\t60.00");

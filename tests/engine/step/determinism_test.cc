@@ -1,5 +1,5 @@
-// The same input gives the same bits: again, with a workspace fresh or used, beside another thread,
-// and from a state that was saved.
+// The same input gives the same bits: repeated, with a fresh or used workspace, beside another
+// thread, and from a saved state.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -29,8 +29,8 @@ Scene bundled(const std::string& name) {
   return load_scene(test::source_dir() + "/data/scenes/" + name + ".yaml");
 }
 
-/// Random forces, new every ten steps, the same in each run; of free bodies none, so that they
-/// rest.
+/// Applies random forces, redrawn every ten steps and the same in each run; none on free bodies, so
+/// that they come to rest.
 void push(Simulator& sim, int step) {
   if (step % 10 != 0) return;
   VectorX force = test::random_vector(sim.model().nv(), 1000 + step, 0.5);
@@ -55,7 +55,7 @@ TEST(Hash, IsFnv1a) {
   EXPECT_EQ(hash.value(), 14695981039346656037u);
   hash.add_byte('a');
   EXPECT_EQ(hash.value(), 12638187200555641996u);
-  // By another implementation (Python) of the bytes of struct.pack("<4d", 0.5, 1.0, -2.0, 3.25).
+  // Computed by another implementation (Python) from struct.pack("<4d", 0.5, 1.0, -2.0, 3.25).
   State state;
   state.time = 0.5;
   state.q = Eigen::Vector2d(1.0, -2.0);
@@ -114,7 +114,7 @@ TEST(Determinism, ThreadsDoNotDisturbEachOther) {
     std::thread threads[2];
     for (int i = 0; i < 2; ++i) {
       threads[i] = std::thread([&, i] {
-        // One model for both; a simulator each.
+        // Both use one model; each has its own simulator.
         Workspace workspace(scene.model);
         Simulator inputs(scene);
         State state{0.0, scene.q, scene.v}, next;
@@ -132,7 +132,7 @@ TEST(Determinism, ThreadsDoNotDisturbEachOther) {
   }
 }
 
-/// Saved at several moments, asleep among them, and gone on from in another simulator.
+/// Saves a run at several moments, also while bodies sleep, and resumes it in another simulator.
 TEST(StateFile, ARunGoesOnFromItToTheSameBits) {
   const test::TempFolder folder;
   const auto file = folder.path() / "state.csv";
@@ -153,7 +153,7 @@ TEST(StateFile, ARunGoesOnFromItToTheSameBits) {
       for (int i = from - from % 10; i < from; i += 10) push(resumed, i);
       EXPECT_EQ(hash_after(resumed, from, k + 1), state_hash(whole.state())) << name << " " << k;
     }
-    EXPECT_TRUE(slept > 0 || name != std::string("box_stack"));  // else sleep was not tried
+    EXPECT_TRUE(slept > 0 || name != std::string("box_stack"));  // otherwise sleep was not tested
   }
 }
 
@@ -179,7 +179,7 @@ TEST(StateFile, IsCheckedAgainstTheScene) {
   const auto file = folder.path() / "state.csv";
   const Scene scene = test::box_on_plane({});
   State state{0.25, scene.q, scene.v};
-  state.v[3] = 0.1;  // no finite binary fraction
+  state.v[3] = 0.1;  // not a finite binary fraction
   write_state(file, scene.model, scene.options, state);
   const State read = read_state(file, scene.model, scene.options);
   EXPECT_EQ(state_hash(read), state_hash(state));
@@ -196,7 +196,7 @@ TEST(StateFile, IsCheckedAgainstTheScene) {
               state_hash(state));
   }
   SimulationOptions options = scene.options;
-  options.duration = 77.0;  // neither shapes the motion
+  options.duration = 77.0;  // none of these three changes the motion
   options.max_speed = 1e3;
   options.effects.set(Effect::kSleeping, false);
   EXPECT_EQ(message_of(file, scene.model, options), "");

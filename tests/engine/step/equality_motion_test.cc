@@ -1,4 +1,4 @@
-// Closures under runge_kutta_4: through singular poses, order four, energy.
+// Closures under runge_kutta_4: singular poses, order four, energy.
 #include "counterpoint/engine/step/equality_motion.h"
 
 #include <gtest/gtest.h>
@@ -12,8 +12,8 @@
 namespace counterpoint::equality_motion_test {
 namespace {
 
-/// A parallelogram of rods of 1 m and 1 kg, its cranks upright; `speed` [rad/s] of the cranks. It
-/// is flat twice a turn, where the rank of its closure falls and it could fold the other way.
+/// A parallelogram of rods of 1 m and 1 kg with upright cranks that turn at `speed` [rad/s]. It is
+/// flat twice a turn, where its closure loses rank and it could fold the other way.
 Simulator window(double speed, double time_step, Integrator integrator, double stiffness = 0.0) {
   RobotSpec robot = test::base_only("window", "frame");
   const Vector3 y = Vector3::UnitY(), up = Vector3::UnitZ(), right = Vector3::UnitX();
@@ -69,13 +69,13 @@ TEST(RungeKuttaUnderEqualities, KeepsEnergyThroughFlatPoses) {
     const Worst worst = run(sim, 10.0);
     EXPECT_LT(worst.energy, energy) << h;
     EXPECT_LT(worst.open, 1e-12) << h;
-    EXPECT_GT(sim.state().q[0], 30.0) << h;  // it did turn over
+    EXPECT_GT(sim.state().q[0], 30.0) << h;  // it turned over
   }
 }
 
 TEST(RungeKuttaUnderEqualities, KeepsEnergyBesideAStiffSpring) {
   // omega = sqrt(k / (5/3 kg m^2)) = 134/s: an explicit method of order four loses a share of
-  // (omega h)^6 / 72 a step, 1.6e-4 of 0.8 J in 2 s.
+  // (omega h)^6 / 72 of the energy a step, 1.6e-4 of 0.8 J in 2 s.
   Simulator sim = window(1.0, 1e-3, Integrator::kRungeKutta4, 3e4);
   const Worst worst = run(sim, 2.0);
   EXPECT_LT(worst.energy, 2e-4);
@@ -105,7 +105,7 @@ TEST(RungeKuttaUnderEqualities, ClosesWhatStartsOpenNoFasterThanItMay) {
   for (int i = 0; i < 20; ++i) {
     ASSERT_TRUE(sim.step().succeeded());
     const double now = test::open_by(sim);
-    // 1 m/s, and to second order what closing it bends.
+    // 1 m/s, and terms of second order.
     EXPECT_GT(now, last - 1.1 * 2e-3);
     last = now;
   }

@@ -1,4 +1,4 @@
-// The integrators: their orders, what they conserve, their inverses, what they refuse.
+// Integrators: order, conservation, inverse, and refused options.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,8 @@
 namespace counterpoint::integrators_test {
 namespace {
 
-/// Spherical, revolute and prismatic joints, springs, damping, rotors; gravity. No constraints.
+/// Spherical, revolute and prismatic joints, springs, damping, drag, rotors, gravity; no
+/// constraints.
 Simulator smooth_tree(int seed, Integrator integrator, double h) {
   test::Random random(seed);
   Scene scene = test::make_random_scene(seed,
@@ -30,7 +31,7 @@ Simulator smooth_tree(int seed, Integrator integrator, double h) {
   return Simulator(std::move(scene));
 }
 
-/// Two rods on ball joints, held and let go.
+/// Two rods on ball joints, fixed at one end, with an initial velocity.
 Simulator free_chain(Integrator integrator, double h) {
   ModelBuilder builder;
   RobotSpec robot;
@@ -87,13 +88,13 @@ INSTANTIATE_TEST_SUITE_P(All, Integrators,
 TEST_P(Integrators, HaveTheirOrder) {
   // Springs, damping, rotors, drag, gravity; floating base, every joint type of the random trees.
   for (int seed = 1; seed <= 5; ++seed) {
-    // Its own error is (1e-4 / 4e-3)^4 of that of the coarsest step of its kind.
+    // Its own error is (1e-4 / 4e-3)^4 of that of its coarsest step below.
     const VectorX exact = end_of(smooth_tree(seed, Integrator::kRungeKutta4, 1e-4), 0.2);
     double last = 0.0;
     for (const double h : {GetParam().coarse, GetParam().coarse / 2, GetParam().coarse / 4}) {
       const double error =
           (end_of(smooth_tree(seed, GetParam().integrator, h), 0.2) - exact).norm();
-      // The next order's share at these steps is below 5 % of the leading one, but for 40 % of
+      // At these steps the next order's part is below 5 % of the leading one, except for 40 % in
       // order four at its coarsest.
       if (last > 0.0) {
         EXPECT_NEAR(std::log2(last / error), GetParam().order, 0.5) << seed;
@@ -104,7 +105,7 @@ TEST_P(Integrators, HaveTheirOrder) {
 }
 
 TEST(ImplicitMidpoint, ConservesEnergyOfABallJointChainAndATop) {
-  // A double pendulum on ball joints that turns over: energy comes back, it does not drift.
+  // A double pendulum on ball joints that turns over: the energy error oscillates without drift.
   Simulator sim = free_chain(Integrator::kImplicitMidpoint, 2e-3);
   const double start = test::energy(sim).total();
   const double swing = test::energy(sim).kinetic;
@@ -114,7 +115,7 @@ TEST(ImplicitMidpoint, ConservesEnergyOfABallJointChainAndATop) {
     double& off = i < 5000 ? first : later;
     off = std::max(off, std::abs(test::energy(sim).total() - start));
   }
-  // (h omega)^2 of the swing, omega some 10 rad/s.
+  // (h omega)^2 of the kinetic energy, omega about 10 rad/s.
   EXPECT_LT(first, 4e-3 * swing);
   EXPECT_LT(later, 2.0 * first) << "it does not grow";
 }
@@ -127,7 +128,7 @@ TEST(ImplicitMidpoint, TheInverseReturnsWhatWasApplied) {
       const VectorX q = sim.state().q, v = sim.state().v;
       ASSERT_TRUE(sim.step().succeeded());
       const Inverse& inverse = sim.inverse(q, v, sim.state().v);
-      // The fixed point is found to rounding of velocities; over h / 2 of forces.
+      // The fixed point is accurate to rounding of velocities, which is divided by h / 2 in forces.
       EXPECT_LT((inverse.applied_force - sim.input().applied_force).cwiseAbs().maxCoeff(),
                 1e-10 * inverse.force_scale)
           << seed << " " << i;
@@ -149,14 +150,13 @@ TEST(ImplicitMidpoint, ABlockSlidesToRestAndTheInverseFindsItsPush) {
     sim.input().applied_force[0] = push;
     ASSERT_TRUE(sim.step().succeeded());
     const Inverse& inverse = sim.inverse(q, v, sim.state().q, sim.state().v);
-    // w_c comes from positions of half a metre, rounded to 1.1e-16 of that; over h it is the error
-    // of a velocity, over r = eps / m of an impulse, over h again of a force. Both ends of the
-    // step.
+    // w_c comes from positions of half a metre, rounded to 1.1e-16 of that, at both ends of the
+    // step. Divided by h this is a velocity, by r = eps / m an impulse, by h again a force.
     const double rounding = 2.0 * 1.1e-16 * 0.5 / (h * h * 1e-6 / 2.0);
     EXPECT_LT((inverse.applied_force - sim.input().applied_force).cwiseAbs().maxCoeff(), rounding);
   };
   for (int i = 0; i < 500; ++i) step(0.0);
-  // v0^2 / (2 mu g): impulses in the middle of steps brake it as evenly as friction does.
+  // v0^2 / (2 mu g): impulses at mid-step brake it as evenly as friction does.
   EXPECT_NEAR(sim.state().q[0] - state.q[0], speed * speed / (2 * mu * g), 2.0 * speed * h);
   EXPECT_NEAR(sim.state().q[2], state.q[2], 1e-6);
   const double rest = sim.state().q[0];
@@ -166,8 +166,8 @@ TEST(ImplicitMidpoint, ABlockSlidesToRestAndTheInverseFindsItsPush) {
   EXPECT_GT(sim.state().q[0], rest + 1e-3);
 }
 
-/// A light finger on a stiff servo, a spring and a damper, held by its stop: it presses with what
-/// they give there at any step, not with what they would give if it moved on.
+/// A light finger on a stiff servo, a spring and a damper, held by its stop. At any step it presses
+/// with their force at the stop, not with the force that they would have if it moved on.
 TEST(ImplicitMidpoint, AFingerAtItsStopPressesWithTheForceOfItsServo) {
   const double mass = 0.02, kp = 800.0, kd = 20.0, target = 0.03, stiffness = 100.0,
                reference = 0.02;
@@ -189,8 +189,8 @@ TEST(ImplicitMidpoint, AFingerAtItsStopPressesWithTheForceOfItsServo) {
       ASSERT_TRUE(sim.step().succeeded());
     }
     const Inverse& inverse = sim.inverse(last.q, last.v, sim.state().q, sim.state().v);
-    // The stop gives way by what it takes to press back, r f h / beta with r = eps / m; both pull
-    // that much less. And rounding, as in the test above, of positions of 1 um.
+    // The stop yields by the overlap that balances the load, r f h / beta with r = eps / m; servo
+    // and spring pull that much less. Rounding, as in the test above, of positions of 1 um.
     const double press = kp * target + stiffness * reference;
     const ContactOptions& contact = sim.options().contact;
     const double overlap = contact.compliance / mass * press * h * h / contact.stabilization;
@@ -228,8 +228,8 @@ TEST(RungeKutta4, RefusesConstraintsAndTheInverse) {
 }
 
 TEST(HigherOrder, LeaveNothingBehindForAnotherIntegrator) {
-  // Fast, with rotors: what the semi-implicit step knows of the last one is of no use after a step
-  // of another kind, slow this time.
+  // Fast, with rotors: values that the semi-implicit step stores must not be used after a step of
+  // another integrator, slow this time.
   for (const Integrator other : {Integrator::kImplicitMidpoint, Integrator::kRungeKutta4}) {
     Simulator used = smooth_tree(3, Integrator::kSemiImplicitEuler, 2e-3);
     const State slow = used.state();

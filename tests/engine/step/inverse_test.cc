@@ -1,4 +1,4 @@
-// The signature test: forward, then inverse, gives back what was applied, whatever was in the way.
+// Forward step, then inverse: the inverse recovers the applied forces, whatever constraints acted.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,11 +13,12 @@
 namespace counterpoint::inverse_test {
 namespace {
 
-/// Of the largest force of the run: the contact solver's relative residual, 1e-12, and the rounding
-/// of velocities over the compliance, 1e-16 |v| / (eps g h) of a weight (contact/README.md): 5e-9
-/// at 1 m/s, eps 1e-6 and 2 ms. The forces of impacts, by which it is divided, are larger.
+/// Relative to the largest force of the run: the contact solver's relative residual, 1e-12, and the
+/// rounding of velocities over the compliance, 1e-16 |v| / (eps g h) of a weight
+/// (contact/README.md): 5e-9 at 1 m/s, eps 1e-6 and 2 ms. The force scale, that of impacts, is
+/// larger than the weight.
 constexpr double kRecovered = 1e-8;
-/// Without constraints only round-off is left: v / h against a.
+/// Without constraints only round-off is left, that of v / h relative to a.
 constexpr double kRoundoff = 1e-10;
 
 struct Recovery {
@@ -27,7 +28,7 @@ struct Recovery {
   double relative() const { return error / scale; }
 };
 
-/// Random applied forces, held for ten steps each, for `steps` steps.
+/// Applies random forces, redrawn every ten steps, for `steps` steps.
 Recovery drive(Simulator& sim, int steps, const VectorX& force_scale, test::Random& random) {
   Recovery result;
   for (int i = 0; i < steps; ++i) {
@@ -49,12 +50,12 @@ Recovery drive(Simulator& sim, int steps, const VectorX& force_scale, test::Rand
   return result;
 }
 
-// The inverse sums y = J w+ + b as the solver does: what is left of it is what the solver left, the
+// The inverse sums y = J w+ + b as the solver does. The remaining error is the solver's, the
 // rounding of velocities over the compliance (docs/explanation/concepts.md, Accuracy of the
 // inverse).
 TEST(Inverse, FindsTheImpulsesOfTheForwardStepToTheBit) {
   constexpr double kStep = 0.005;          // [s]
-  constexpr double kRecoveredHere = 1e-9;  // of the largest force
+  constexpr double kRecoveredHere = 1e-9;  // relative to the largest force
   Scene scene = load_scene(test::source_dir() + "/data/scenes/humanoid_drop.yaml");
   const Model& model = scene.model;
   scene.options.time_step = kStep;
@@ -95,7 +96,7 @@ TEST(Inverse, FindsTheImpulsesOfTheForwardStepToTheBit) {
 class TimeStep : public ::testing::TestWithParam<double> {};
 
 // Where capsules roll at a steady speed a step starts within a few round-off estimates of its
-// solution; that is no end yet (contact/solve/newton.cc): taken for one it left 2.5e-9.
+// solution. Newton must not stop there (contact/solve/newton.cc): stopping left an error of 2.5e-9.
 TEST(Inverse, OfSteadyRollingIsAtTheRoundoffFloor) {
   Simulator sim(load_scene(test::source_dir() + "/data/scenes/accuracy/capsules_27.yaml"));
   test::Random random(1);
@@ -113,10 +114,10 @@ TEST_P(TimeStep, RandomTreesWithoutContact) {
     scene.options.time_step = GetParam();
     Simulator sim(std::move(scene));
     const Model& model = sim.model();
-    // 0.1 s: explicit Coriolis forces at 10 ms may whip light links up without bound later on.
+    // 0.1 s: explicit Coriolis forces at 10 ms may accelerate light links without bound later on.
     const int steps = static_cast<int>(0.1 / GetParam());
     const Recovery r = drive(sim, steps, VectorX::Ones(model.nv()), random);
-    // v / h: the velocity's rounding, magnified by 1 / h, is what the scheme itself allows.
+    // Rounding of the velocity, magnified by 1 / h, limits the scheme itself.
     EXPECT_LT(r.relative(), kRoundoff + 1e-13 / GetParam()) << "seed " << seed;
   }
 }
@@ -139,7 +140,7 @@ TEST_P(TimeStep, TumblingBoxWithFrictionRestitutionAndContact) {
   }
 }
 
-// Contacts that are looked at where the motion leads depend on (q, v) alone.
+// Contacts found at predicted poses depend on (q, v) alone.
 TEST_P(TimeStep, OverSeamsOfTiles) {
   Scene scene = load_scene(test::source_dir() + "/data/scenes/hard/seams.yaml");
   scene.options.time_step = GetParam();
@@ -148,7 +149,7 @@ TEST_P(TimeStep, OverSeamsOfTiles) {
   const int steps = std::min(2000, static_cast<int>(0.7 / GetParam()));
   const Recovery r = drive(sim, steps, VectorX::Constant(sim.model().nv(), 0.5), random);
   EXPECT_GT(r.contacts, 0);
-  // The inverse's floor, 5e-9 at 1 m/s and 2 ms, goes with the speed, 2 m/s, over h
+  // The inverse's floor, 5e-9 at 1 m/s and 2 ms, scales with the speed, 2 m/s, over h
   // (contact/README.md).
   EXPECT_LT(r.relative(), std::max(kRecovered, 5e-9 * 2.0 * 0.002 / GetParam()));
 }
@@ -171,7 +172,7 @@ TEST_P(TimeStep, RandomTreesWithSpringsServosAndDrag) {
     test::RandomModelOptions options;
     options.springs = options.servos = options.drag = true;
     options.base = seed % 2 == 0 ? Base::kFloating : Base::kSpherical;
-    options.limits = seed % 3 == 0;  // with rows, M is made by another algorithm
+    options.limits = seed % 3 == 0;  // with rows, another algorithm computes M
     Scene scene = test::make_random_scene(seed, options, random);
     scene.options.time_step = GetParam();
     Simulator sim(std::move(scene));
@@ -184,7 +185,8 @@ TEST_P(TimeStep, RandomTreesWithSpringsServosAndDrag) {
     const int steps = static_cast<int>(0.1 / GetParam());
     const Recovery r = drive(sim, steps, VectorX::Ones(model.nv()), random);
     EXPECT_GT(servos, 0);
-    // As without them; of stops the row's (1e-16 |v| / (eps g h), contact/README.md).
+    // The bound without them; joint limits add that of their rows (1e-16 |v| / (eps g h),
+    // contact/README.md).
     const double row = r.rows > 0 ? 1e-11 / GetParam() : 0.0;
     EXPECT_LT(r.relative(), kRoundoff + 1e-13 / GetParam() + row) << "seed " << seed;
   }
@@ -226,7 +228,7 @@ TEST(Motors, AtTheirLimitTheForceRecoveredIsTheOneThatActs) {
           }
         }
       }
-      // What is recovered gives the same motion.
+      // The recovered force gives the same motion.
       sim.input().applied_force = inverse.applied_force;
       sim.set_state(before);
       ASSERT_TRUE(sim.step().succeeded());
@@ -238,7 +240,7 @@ TEST(Motors, AtTheirLimitTheForceRecoveredIsTheOneThatActs) {
 }
 
 TEST(RandomTrees, HaveEveryJointTypeInTheirMiddle) {
-  // Else the tests above would not show that planar, spherical and floating joints work there.
+  // The tests above must cover planar, spherical and floating joints inside trees.
   int count[5] = {};
   for (int seed = 0; seed < 20; ++seed) {
     const Model model = test::make_random_model(seed);

@@ -1,4 +1,4 @@
-// Cases of mechanics with known answers, through the whole engine.
+// Problems of mechanics with known answers, solved by the whole engine.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -72,7 +72,7 @@ TEST(KnownAnswers, NothingCreepsOnASlope) {
     Shape shape;
     Pose X_WL;
   };
-  Pose lying;  // a rod's axis z along the slope
+  Pose lying;  // axis z of a rod along the slope
   lying.rotation = rotation_z_to(Vector3::UnitX());
   const auto above = [](Pose X, double height) {
     X.translation.z() = height;
@@ -111,13 +111,13 @@ TEST(KnownAnswers, SlidingBlockStopsWhereCoulombSaysWithoutHovering) {
   for (int i = 0; i < 400; ++i) {
     ASSERT_TRUE(sim.step().succeeded());
     ASSERT_LT(sim.state().q[2] - 0.1, 1e-9) << "step " << i;
-    // It sinks by what the regularizer gives, mu^2 eps g h^2 / 4 a contact, over beta = 0.2.
+    // It sinks by the yield of the regularizer, mu^2 eps g h^2 / 4 a contact, over beta = 0.2.
     ASSERT_GT(sim.state().q[2] - 0.1, -1e-10) << "step " << i;
   }
-  // The scheme by hand: each step takes mu g h off the speed, then moves with what is left. Against
-  // v0^2 / (2 mu g) it so loses h v0 / 2, and h^2 mu g / 8 more or less at the end. Beyond that:
-  // creep, what the regularizers leave in the last step (1e-8), and the slip that friction is
-  // allowed there, h / slip_time of what the last step began with.
+  // The scheme by hand: each step reduces the speed by mu g h, then moves with the new speed.
+  // Against v0^2 / (2 mu g) this loses h v0 / 2, and up to h^2 mu g / 8 at the end. Beyond that:
+  // creep by the regularizers in the last step (1e-8), and the slip that friction is allowed there,
+  // h / slip_time of the speed at the start of the last step.
   const double left = 1e-8 + h * (h / sim.options().contact.slip_time) * mu * kGravity * h;
   double x = 0.0;
   for (double v = v0 - mu * kGravity * h; v > 0.0; v -= mu * kGravity * h) x += h * v;
@@ -142,10 +142,10 @@ TEST(KnownAnswers, TwelveHeadingsOneDeceleration) {
       spread = std::max(spread, std::abs(speed - first));
       turned = std::max(turned, std::abs(v.x() * std::sin(angle) - v.y() * std::cos(angle)));
     }
-    // The solver's 1e-10 of an impulse, over 150 steps.
+    // The solver's 1e-10 per impulse, over 150 steps.
     EXPECT_LT(spread, 1e-9) << friction_model_name(friction);
     EXPECT_LT(turned, 1e-9) << friction_model_name(friction);
-    // The convex law hops; its deceleration is Coulomb's in the mean only.
+    // The convex law hops; its deceleration equals Coulomb's only on average.
     EXPECT_NEAR(first, 2.0 - 0.5 * kGravity * 0.3,
                 friction == FrictionModel::kCoulomb ? 1e-8 : 0.005);
   }
@@ -179,13 +179,13 @@ TEST(KnownAnswers, BoxSlidesAndRestsOnAHundredFeetAsOnFour) {
     for (const ContactForce& c : inverse.contacts) weight -= c.force.z();
     EXPECT_NEAR(weight, 2.0 * kGravity, 1e-8) << side;  // the solver's relative 1e-10
     if (side == 2) reference = q;
-    // Only the compliance depends on the number: mu^2 eps g h over n, for 250 steps.
+    // Only the compliance depends on the number of feet: mu^2 eps g h over n, for 250 steps.
     EXPECT_LT((q - reference).norm(), 1e-8) << side;
   }
 }
 
-/// A wedge of 1 kg whose sides open upwards by `half_angle` each, `height` above its seat between
-/// two planes of the same inclination.
+/// A wedge of 1 kg whose sides open upwards by `half_angle` each, `height` [m] above its seat
+/// between two planes of the same inclination.
 Scene wedge(double half_angle, double mu, double height) {
   std::vector<Vector3> corners;
   for (const double y : {-0.1, 0.1}) {
@@ -213,8 +213,8 @@ Scene wedge(double half_angle, double mu, double height) {
 }
 
 TEST(KnownAnswers, WedgeSeatsBelowAndAboveTheSelfLockingAngle) {
-  // Sides of half-angle a carry the weight by N sin(a) + T cos(a) = m g / 2, |T| <= mu N: for mu
-  // below tan(a) N lies between m g / (2 (sin(a) +- mu cos(a))); above it the wedge locks and any
+  // Sides of half-angle a carry the weight by N sin(a) + T cos(a) = m g / 2, |T| <= mu N. For mu
+  // below tan(a), N lies between m g / (2 (sin(a) +- mu cos(a))); above it the wedge locks and any
   // larger N is possible. It must seat, stay, and press no harder than the impact justifies.
   for (const double half_angle : {0.2, 0.4}) {
     for (const double mu : {0.05, 0.1, 0.3, 0.9}) {
@@ -223,7 +223,7 @@ TEST(KnownAnswers, WedgeSeatsBelowAndAboveTheSelfLockingAngle) {
         Simulator sim(wedge(half_angle, mu, height));
         ASSERT_TRUE(run(sim, 0.6));
         const double seated = sim.state().q[2];
-        // Within 1 nm of its seat, of which sin(a) is across the wall.
+        // Within 1 nm of its seat; sin(a) of that is across the wall.
         EXPECT_NEAR(seated, 0.0, 1e-9);
         const double s = std::sin(half_angle), c = std::cos(half_angle);
         const double low = kGravity / (2.0 * (s + mu * c));
@@ -245,7 +245,7 @@ TEST(KnownAnswers, WedgeSeatsBelowAndAboveTheSelfLockingAngle) {
 
 TEST(KnownAnswers, PainlevesRodComesToRest) {
   // A leaning rod slides on its lower end. Above mu = (1 + 3 cos^2) / (3 sin cos), 1.37 here, rigid
-  // Coulomb friction has no finite force, or two, one way; time stepping has an impulse.
+  // Coulomb friction in one direction has no finite force, or two; time stepping has an impulse.
   const double length = 1.0, radius = 0.01, theta = 1.0;
   const Shape rod{ShapeType::kCapsule, {radius, 0.5 * length, 0}, nullptr};
   for (const FrictionModel friction : kExactAndConvex) {
@@ -260,17 +260,16 @@ TEST(KnownAnswers, PainlevesRodComesToRest) {
                                Vector3(0, 0, -kGravity), mu, friction);
         scene.v[0] = 2.0 * direction;
         Simulator sim(std::move(scene));
-        // Of 2 m/s and a fall by half a length, at most: the centre's speed, were all energy its
-        // own.
+        // Bound of the centre's speed: all energy of 2 m/s and of a fall from its initial height.
         const double fastest = std::sqrt(4.0 + 2.0 * kGravity * X_WL.translation.z());
         for (int i = 0; i < 1500; ++i) {
           const StepReport report = sim.step();
           ASSERT_TRUE(report.succeeded()) << "step " << i << contact::status_name(report.status);
-          // By its own laws, within what an island is allowed before they are softened.
+          // The laws are not softened, and the iterations stay below those that lead to softening.
           ASSERT_FALSE(report.softening.any()) << "step " << i;
           ASSERT_LT(report.newton_iterations, contact::Settings().soften_after) << "step " << i;
-          // An impact of 3 m/s in one step yields r f = eps v, 3e-6 m/s, over h: 6 nm; the
-          // second-order turning of the rod adds the more.
+          // An impact of 3 m/s in one step yields r f = eps v, 3e-6 m/s, or 6 nm over h; rotation
+          // adds terms of second order.
           ASSERT_LT(report.max_penetration, 1e-6) << "step " << i;
           ASSERT_LT(sim.state().v.head<3>().norm(), fastest) << "step " << i;
         }
@@ -288,7 +287,7 @@ TEST(KnownAnswers, StacksOfTenBoxesWithExtremeMassRatiosStand) {
       SCOPED_TRACE(::testing::Message() << friction_model_name(friction) << " " << ratio);
       ModelBuilder builder(Vector3(0, 0, -kGravity));
       const Shape box{ShapeType::kBox, {0.1, 0.1, 0.1}, nullptr};
-      double total = 0.0, load = 0.0;  // largest weight on a box, in its own
+      double total = 0.0, load = 0.0;  // largest weight on a box over its own
       for (int i = 9; i >= 0; --i) {
         const double mass = std::pow(ratio, 0.5 - i / 9.0);
         total += mass;
@@ -306,12 +305,12 @@ TEST(KnownAnswers, StacksOfTenBoxesWithExtremeMassRatiosStand) {
       for (int i = 0; i < 500; ++i) {
         const StepReport report = sim.step();
         ASSERT_TRUE(report.succeeded()) << "step " << i << contact::status_name(report.status);
-        // The first is cold: nothing is known of the forces.
+        // The first step is a cold start.
         EXPECT_LE(report.newton_iterations, kMostSteps) << "step " << i;
       }
       EXPECT_LT(sim.state().v.cwiseAbs().maxCoeff(), 1e-9);
-      // A contact yields mu^2 r f h / beta, four to a face, alpha about 1 / m of the lighter box,
-      // ten of them above each other; 1 nm of smoothing and rounding.
+      // A contact yields mu^2 r f h / beta with four contacts to a face, alpha about 1 / m of the
+      // lighter box, and ten faces above each other; 1 nm of smoothing and rounding.
       const ContactOptions& options = sim.options().contact;
       const double h = sim.options().time_step;
       const double give =
@@ -321,13 +320,13 @@ TEST(KnownAnswers, StacksOfTenBoxesWithExtremeMassRatiosStand) {
   }
 }
 
-// Impulses are equal and opposite to the bit; the velocities that they lead to are found to the
-// rounding of velocities, 1.1e-16 of 1 m/s, over the compliance.
+// Impulses are equal and opposite to the bit; the resulting velocities are accurate to the rounding
+// of velocities, 1.1e-16 of 1 m/s, over the compliance.
 TEST(Momentum, OfImpactsIsKeptToRoundOffOverTheCompliance) {
   for (const double compliance : {1e-6, 1e-4, 1e-2}) {
     Simulator sim(load_scene(test::source_dir() + "/data/scenes/hard/cradle_apart.yaml"));
     sim.options().contact.compliance = compliance;
-    sim.settings().tolerance = 1e-16;  // nothing but rounding ends a solve
+    sim.settings().tolerance = 1e-16;  // only rounding ends a solve
     ASSERT_TRUE(run(sim, 0.1));
     double momentum = 0.0;
     for (int ball = 0; ball < 5; ++ball) momentum += sim.state().v[6 * ball];
@@ -336,7 +335,7 @@ TEST(Momentum, OfImpactsIsKeptToRoundOffOverTheCompliance) {
   }
 }
 
-// Poses move by the velocity at the end of each step: a block that speeds up at a from rest is
+// Poses move by the velocity at the end of each step: a block that accelerates at a from rest gets
 // a h t / 2 further than a t^2 / 2 (docs/explanation/concepts.md, "Sliding is of first order").
 TEST(SlidingRamp, IsTooFarByHalfAStepOfItsSpeed) {
   const double slope = 0.6, friction = 0.5, cosine = 1.0 / std::hypot(1.0, slope), t = 1.0;
@@ -347,7 +346,7 @@ TEST(SlidingRamp, IsTooFarByHalfAStepOfItsSpeed) {
     sim.options().time_step = h;
     const double start = sim.state().q[0];
     ASSERT_TRUE(run(sim, t));
-    // What the law's compliance, 1e-6, and its smoothing take: a thousandth of the error at 1 ms.
+    // The law's compliance, 1e-6, and its smoothing take a thousandth of the error at 1 ms.
     EXPECT_NEAR(sim.state().q[0] - start - 0.5 * a * t * t, 0.5 * a * h * t, 5e-7) << h;
   }
 }

@@ -1,4 +1,4 @@
-// Closed linkages: four-bars, windows, Bricard; through singular poses, and redundantly held.
+// Closed linkages: four-bars, windows, Bricard; singular poses and redundant closures.
 #include "support/linkages.h"
 
 #include <gtest/gtest.h>
@@ -22,9 +22,9 @@ using test::simulate;
 using test::Swing;
 using test::swing;
 
-/// The bias foresees the step to second order; the third, L (h w)^3 / 6, is left, and each step
-/// recovers beta = 0.2 of what there is: L (h w)^3. Then the sag, here under twenty times the
-/// weight.
+/// Bound of the closure error [m]. The bias predicts the step to second order and leaves L (h w)^3
+/// / 6; as each step recovers beta = 0.2 of the error, about L (h w)^3 remains. The sag is added,
+/// here under twenty times the weight.
 double expected_opening(const Swing& run, const SimulationOptions& options, double length) {
   const double h = options.time_step;
   const ContactOptions& contact = options.contact;
@@ -36,17 +36,17 @@ TEST(FourBar, StaysClosedForTenSecondsAndKeepsItsEnergy) {
   Simulator sim = simulate(make_four_bar({}), 0.001);
   const Swing run = swing(sim, 10.0);
   EXPECT_LT(run.open, expected_opening(run, sim.options(), 1.7));
-  // The scheme is of first order: h w = 0.4 % of the energy a radian, some ten radians one way.
+  // The scheme is of first order: h w = 0.4 % of the energy per radian, some ten radians one way.
   EXPECT_GT(run.speed, 3.0);
   EXPECT_LT(run.drift, 0.05 * run.kinetic);
 }
 
 TEST(FourBar, ThrownAroundOpensByItsCompliance) {
-  // The crank turns over; 33 rad/s. Aimed at the pose that the step will reach, the closure gives
-  // to centrifugal force and nothing else (by the curvature at w alone: 17 um at 1 ms, 730 at 4
-  // ms). Halving the step: half the drift of the energy.
+  // The crank turns over, at 33 rad/s. The closure aims at the pose that the step will reach, so
+  // that it yields to centrifugal force only (with the curvature at w alone: 17 um at 1 ms, 730 at
+  // 4 ms). Halving the step halves the drift of the energy.
   Swing run[3];
-  const double length = 1.7;  // of all bars [m]
+  const double length = 1.7;  // length of all bars [m]
   for (int i = 0; i < 3; ++i) {
     const double h = 0.004 / (1 << i);
     Simulator sim = simulate(make_four_bar({.angles = Vector3(-1.2, 0.9, 1.4)}), h);
@@ -59,9 +59,9 @@ TEST(FourBar, ThrownAroundOpensByItsCompliance) {
 }
 
 TEST(FourBar, RedundantClosuresMoveAsOne) {
-  // A ball holds the plane's two directions and the idle third; three balls hold them thrice. The
-  // compliance of three is a third of one's: motion differs by less than their r / alpha,
-  // 1e-4, times what the load does in h.
+  // One ball holds the two directions of the plane and the idle third; three balls hold them three
+  // times. Three have a third of the compliance of one: motions differ by less than r / alpha,
+  // 1e-4, times the effect of the load in h.
   Simulator once = simulate(make_four_bar({})), thrice = simulate(make_four_bar({.count = 3}));
   for (int i = 0; i < 1000; ++i) {
     ASSERT_TRUE(once.step().succeeded());
@@ -70,9 +70,9 @@ TEST(FourBar, RedundantClosuresMoveAsOne) {
   EXPECT_LT((once.state().q - thrice.state().q).cwiseAbs().maxCoeff(), 1e-6);
 }
 
-/// Bricard's linkage, IFToMM benchmark A04: five rods of 1 m and 1 kg along edges of a cube, six
-/// hinges, each across both its rods. Counting says it cannot move; it can. The sixth hinge is two
-/// balls.
+/// Bricard's linkage, IFToMM benchmark A04: five rods of 1 m and 1 kg along edges of a cube and six
+/// revolute joints, each perpendicular to both its rods. By counting it cannot move, but it can.
+/// Two balls form the sixth joint.
 Model make_bricard() {
   const Vector3 edges[5] = {Vector3::UnitX(), -Vector3::UnitY(), Vector3::UnitZ(),
                             -Vector3::UnitX(), Vector3::UnitY()};
@@ -101,12 +101,12 @@ TEST(Bricard, MovesForTenSecondsThoughOverdetermined) {
   const Swing run = swing(sim, 10.0);
   EXPECT_LT(run.open, expected_opening(run, sim.options(), 5.0));
   EXPECT_GT(run.kinetic, 4.0);
-  EXPECT_LT(run.drift, 0.1);  // [J]; asked for at the benchmark, here by a scheme of first order
+  EXPECT_LT(run.drift, 0.1);  // [J]; required by the benchmark, here for a scheme of first order
 }
 
 /// IFToMM benchmark A02: `windows` four-bars side by side, rods of 1 m and 1 kg, the standing ones
-/// hinged to the ground; they start upright, their tops at 1 m/s. All rods lie in one line twice a
-/// turn: there the linkage might fold.
+/// hinged to the ground. They start upright, their tops at 1 m/s. All rods lie in one line twice a
+/// turn, where the linkage might fold.
 Model make_windows(int windows) {
   RobotSpec robot = base_only("windows", "ground");
   const auto add = [&](const std::string& name, const std::string& parent, const Vector3& at,
@@ -138,7 +138,7 @@ Model make_windows(int windows) {
 TEST(FourBar, WindowsPassTheirSingularPose) {
   Simulator sim = simulate(make_windows(2), 0.001);
   State start = sim.state();
-  // Standing rods turn at -1 rad/s, the others not at all; joints measure from rod to rod.
+  // Standing rods turn at -1 rad/s, the others not at all; joint coordinates are relative.
   for (int i = 0; i < sim.model().num_joints(); ++i) {
     const std::string& link = sim.model().joint(i).link;
     start.v[i] = link == "top0" ? 1.0 : link == "top1" ? 0.0 : -1.0;
@@ -147,8 +147,8 @@ TEST(FourBar, WindowsPassTheirSingularPose) {
   const Swing run = swing(sim, 10.0);
   EXPECT_LT(run.open, expected_opening(run, sim.options(), 3.0));
   EXPECT_LT(run.drift, 0.1);           // [J], of 70
-  EXPECT_LT(sim.state().q[0], -30.0);  // some five turns, ten times through the pose
-  // It has not folded: the standing rods are parallel still.
+  EXPECT_LT(sim.state().q[0], -30.0);  // about five turns, ten times through the pose
+  // It has not folded: the standing rods are still parallel.
   for (int i = 0; i < sim.model().num_joints(); ++i) {
     const std::string& link = sim.model().joint(i).link;
     const double share = link == "top0" ? -1.0 : link == "top1" ? 0.0 : 1.0;
@@ -160,8 +160,8 @@ TEST(ClosureInverse, RecoversForcesOnFourBars) {
   test::Random random(3);
   for (const ClosureType type : {ClosureType::kBall, ClosureType::kWeld}) {
     for (const int count : {1, 2}) {
-      // Welded at its tip the chain is a rigid triangle with three idle hinges. Nothing applied:
-      // nothing recovered.
+      // Welded at its tip the chain is a rigid triangle with three idle joints. Without an applied
+      // force nothing may be recovered.
       for (const double force : {1.0, 0.0}) {
         Simulator sim = simulate(make_four_bar({.type = type, .count = count}));
         EXPECT_LT(recover(sim, 500, force, random), kRecovered)

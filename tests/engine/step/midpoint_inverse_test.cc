@@ -1,5 +1,5 @@
-// The inverse of implicit_midpoint reads the velocity that contacts see off poses, where rounding
-// is of the size of the scene, and improves it by the velocities.
+// The implicit_midpoint inverse computes the contact velocity from poses, whose rounding scales
+// with the size of the scene, and refines it by the velocities.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,8 @@ struct Error {
   double relative() const { return force / largest; }
 };
 
-/// Worst over the steps; random forces, new every ten, where `force` [N, N m] is not zero.
+/// Returns the largest error over the steps. Random forces of up to `force` [N, N m], redrawn every
+/// ten steps; none if it is zero.
 Error invert(Simulator& sim, int steps, double force) {
   Error out;
   test::Random random(3);
@@ -45,9 +46,9 @@ Simulator midpoint(Scene scene, double h) {
   return Simulator(std::move(scene));
 }
 
-// Poses of the topmost box are rounded to 30 m 1.1e-16, which is 2e-12 m/s of a step, or 2e-6 N s
-// of a contact of compliance 1e-6: 1e-3 N. Velocities, at rest -g h / 2, know better by 1e4, and
-// give forces without going through the contact at all.
+// Poses of the topmost box are rounded to 30 m * 1.1e-16: 2e-12 m/s over a step, or 2e-6 N s at a
+// contact of compliance 1e-6, or 1e-3 N. Velocities, at rest -g h / 2, are 1e4 times more accurate
+// and give forces without the contact law.
 TEST(MidpointInverse, OfATowerDoesNotSeeItsHeight) {
   ModelBuilder builder;
   builder.add_environment("ground", {ShapeType::kPlane, {}, nullptr}, Pose(), {});
@@ -61,17 +62,17 @@ TEST(MidpointInverse, OfATowerDoesNotSeeItsHeight) {
   EXPECT_LT(invert(sim, 200, 0.0).relative(), 1e-12);
 }
 
-// Accelerations of links of 1 kg from velocities of some 10 m/s at 5 ms, next to forces of 1e4 N,
-// are known to 1e-16; what is left is where poses, velocities and laws are taken at velocities that
-// the solver found to its own round-off floor. 1e-8 is asked for.
+// Accelerations of links of 1 kg from velocities of about 10 m/s at 5 ms, next to forces of 1e4 N,
+// are accurate to 1e-16. The remaining error: poses, velocities and laws are taken at velocities
+// that the solver found to its own round-off floor. The requirement is 1e-8.
 TEST(MidpointInverse, OfAHumanoidUnderRandomTorques) {
   Simulator sim =
       midpoint(load_scene(test::source_dir() + "/data/scenes/humanoid_drop.yaml"), 0.005);
   EXPECT_LT(invert(sim, 600, 20.0).relative(), 1e-8);
 }
 
-// Poses that no step with these velocities leads to: what they say of contacts is kept, and the
-// velocities say the rest, as where they are measured.
+// Poses that no step with these velocities reaches: their part in the contacts is kept, and the
+// velocities give the rest, as with measured data.
 TEST(MidpointInverse, PosesThatVelocitiesDoNotExplainCount) {
   Simulator sim = midpoint(load_scene(test::source_dir() + "/data/scenes/cube_drop.yaml"), 0.002);
   while (sim.state().time < 1.0) ASSERT_TRUE(sim.step().succeeded());

@@ -1,4 +1,4 @@
-// Overlaps are recovered by displacement: bodies part, and keep no speed from it
+// Overlaps are recovered by displacement: bodies separate and keep no speed from it
 // (overlap_correction.h).
 #include "counterpoint/engine/step/overlap_correction.h"
 
@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kDeep = 0.01;  // [m]
 
-/// The speed that may be kept [m/s], plus a tenth for the constraints' own give.
+/// Speed that a body may keep [m/s], plus a tenth for the compliance of the constraints.
 const double kKept = 1.1 * kKeptRecovery * ContactOptions{}.max_recovery_speed;
 
 BoxOnPlane deep_box() {
@@ -39,11 +39,11 @@ TEST(OverlapCorrection, AnOverlapLeavesTheSpeedThatMayBeKept) {
     fastest = std::max(fastest, sim.state().v.norm());
   }
   EXPECT_GE(sim.state().q[2], start + kDeep);  // out, in 0.4 s
-  EXPECT_GT(fastest, 0.5 * kKept);             // the last part is by velocity
+  EXPECT_GT(fastest, 0.5 * kKept);             // the last part is recovered by velocity
   EXPECT_LE(fastest, kKept);
 }
 
-// b = max(-beta d/h, -max_recovery_speed): what each step moves a body by is what it was before.
+// Each step displaces the body by -h b, with the bias b = max(-beta d/h, -max_recovery_speed).
 TEST(OverlapCorrection, GoesAtThePaceOfTheBias) {
   BoxOnPlane floating = deep_box();
   floating.gravity.setZero();
@@ -55,7 +55,7 @@ TEST(OverlapCorrection, GoesAtThePaceOfTheBias) {
     const double before = sim.state().q[2];
     ASSERT_TRUE(sim.step().succeeded());
     const double moved = sim.state().q[2] - before;
-    // The constraint gives by r f, r = 1e-6 alpha.
+    // The constraint yields by r f, r = 1e-6 alpha.
     EXPECT_NEAR(moved, -h * gap_bias(contact, h, -depth), 1e-5 * moved) << "step " << i;
     depth -= moved;
   }
@@ -67,18 +67,19 @@ TEST(OverlapCorrection, ABoxInTheGroundRisesAndNeverJumps) {
   double before = sim.state().q[2];
   for (int i = 0; i < 500; ++i) {
     ASSERT_TRUE(sim.step().succeeded());
-    // Up at every step, and no higher than where it rests: smoothing lets it hover by 1e-13 m.
+    // It rises at every step, and no higher than its rest height; smoothing lets it hover by 1e-13
+    // m.
     EXPECT_GE(sim.state().q[2], before - 1e-12);
     EXPECT_LE(sim.state().q[2], rest + 1e-9);
     before = sim.state().q[2];
   }
-  EXPECT_NEAR(sim.state().q[2], rest, 1e-6);  // 0.8^n of what is left
+  EXPECT_NEAR(sim.state().q[2], rest, 1e-6);  // 0.8^n of the overlap remains
 }
 
 TEST(OverlapCorrection, IsNoBusinessOfTheInverse) {
   Random random(7);
   Simulator sim(box_on_plane(deep_box()));
-  // Thrown about at up to 16 rad/s by torques of 5 N m, on edges and corners: |J| |w| is 3 m/s.
+  // Torques of 5 N m throw it about at up to 16 rad/s, on edges and corners: |J| |w| is 3 m/s.
   EXPECT_LE(recover(sim, 40, 5.0, random), 2.0 * kRecovered);
 }
 
@@ -104,19 +105,19 @@ TEST(OverlapCorrection, LawsPushWhatIsHeldDeepLess) {
   EXPECT_EQ(law_bias(law, h, -deep), -law.kept_recovery);
   EXPECT_NEAR(law_bias(law, h, -2.0 * deep), -0.25 * law.kept_recovery, 1e-15);
   EXPECT_NEAR(law_bias(law, h, -100.0 * deep), -1e-4 * law.kept_recovery, 1e-15);
-  const double dx = 1e-5 * deep;  // its square, and what rounding leaves
+  const double dx = 1e-5 * deep;  // truncation error dx^2, and rounding
   for (const double share : {-1.0, 0.1, 0.5, 1.2, 1.8, 3.0}) {
     const double gap = -share * deep;
     const double change = (law_bias(law, h, gap + dx) - law_bias(law, h, gap - dx)) / (2.0 * dx);
     EXPECT_NEAR(law_bias_slope(law, h, gap), change, 1e-8 / h) << share;
   }
-  options.integrator = Integrator::kImplicitMidpoint;  // displaces nothing
+  options.integrator = Integrator::kImplicitMidpoint;  // no displacement
   const LawOptions all = law_options(options);
   EXPECT_EQ(law_bias(all, h, -1000.0 * deep), -all.max_recovery_speed);
 }
 
-// A bar on a hinge at the height of the ground, with either half of it 10 cm deep: nothing can lift
-// it. Its contacts carry what gravity puts on them, and do not push each other.
+// A bar on a revolute joint at the height of the ground, one half of it always 10 cm deep: nothing
+// can lift it. Its contacts carry the load of gravity and do not push each other.
 TEST(OverlapCorrection, WhatIsHeldInTheGroundTakesNoForceButItsLoad) {
   const TempFolder folder;
   folder.write("bar.urdf", R"(<robot name="bar"><link name="base"/>
@@ -142,15 +143,15 @@ models:
     const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
     found = std::max(found, inverse.applied_force.lpNorm<Eigen::Infinity>());
     scale = std::max(scale, inverse.force_scale);
-    if (i < 500) continue;  // the tip has come down and lies
+    if (i < 500) continue;  // the tip has come to rest
     for (const ContactForce& contact : inverse.contacts)
       pushed = std::max(pushed, contact.force.norm());
   }
   EXPECT_LT(pushed, weight);
-  EXPECT_LT(found, 1e-8 * scale);  // the accuracy that is promised of an inverse
+  EXPECT_LT(found, 1e-8 * scale);  // required accuracy of the inverse
 }
 
-// Whatever is beside it, a light body parts from a heavy one at the speed that all overlaps leave.
+// A light body leaves a heavy one at no more than the speed that any overlap may leave.
 TEST(OverlapCorrection, ALightBodyInAHeavyOneKeepsNoMoreSpeedThanOthers) {
   const TempFolder folder;
   Simulator sim(load_scene(folder.write("light.yaml", R"(
@@ -168,8 +169,8 @@ models:
   EXPECT_LE(fastest, kKept);
 }
 
-// A box in a slot that is too narrow: 7 cm deep in one wall, 0.03 mm in the other, which would push
-// it with kept_recovery over compliance, 5e4 times its weight, into the first one for ever.
+// A box in a slot that is too narrow: 7 cm deep in one wall, 0.03 mm in the other. The latter would
+// push it into the former for ever, with kept_recovery over compliance, 5e4 times its weight.
 TEST(OverlapCorrection, WhatIsWedgedPushesByWeights) {
   const TempFolder folder;
   Simulator sim(load_scene(folder.write("slot.yaml", R"(
@@ -190,12 +191,13 @@ models:
       pushed = std::max(pushed, contact.force.norm());
     energy = std::max(energy, 0.5 * 3.0 * sim.state().v.head<3>().squaredNorm());
   }
-  // kKeptWeights, which the friction of a normal row makes 1 / max(mu, 0.1)^2 times as many.
+  // kKeptWeights, times 1 / max(mu, 0.1)^2 by the friction of a normal row.
   EXPECT_LT(pushed, 1.1 * kKeptWeights / 0.01 * weight);
   EXPECT_LT(energy, 3.0 * kKept * kKept);
 }
 
-// The midpoint rule reads velocities off positions: it keeps what it recovers with, as documented.
+// The midpoint rule derives velocities from positions: the body keeps its recovery speed, as
+// documented.
 TEST(OverlapCorrection, TheMidpointRuleKeepsTheSpeed) {
   BoxOnPlane floating = deep_box();
   floating.gravity.setZero();
@@ -203,11 +205,11 @@ TEST(OverlapCorrection, TheMidpointRuleKeepsTheSpeed) {
   scene.options.integrator = Integrator::kImplicitMidpoint;
   Simulator sim(std::move(scene));
   for (int i = 0; i < 100; ++i) ASSERT_TRUE(sim.step().succeeded());
-  // Without gravity w+ = w_c, which is the bias of the first steps.
+  // Without gravity w+ = w_c, the bias of the first steps.
   EXPECT_NEAR(sim.state().v[2], ContactOptions{}.max_recovery_speed, 1e-3);
 }
 
-// Twenty-five boxes side by side, an island each.
+// Twenty-five boxes side by side, each an island.
 TEST(OverlapCorrection, MovesTheIslandsThatOverlapAndNoOthers) {
   constexpr int kPushed = 12, kCoordinates = 7;
   constexpr double kRest = 0.1;  // [m], half a box
@@ -228,8 +230,8 @@ TEST(OverlapCorrection, MovesTheIslandsThatOverlapAndNoOthers) {
   }
 }
 
-// A box of 1000 kg that starts 15 cm deep in one of 1 kg, flat on it: it rises and stands on it.
-// The light one, without friction while it is pressed out, slides by a centimetre at most.
+// A box of 1000 kg starts 15 cm deep in one of 1 kg, flat on it: it rises and stands on it. The
+// light one, without friction while it is pressed out, slides by a centimetre at most.
 TEST(OverlapCorrection, AHeavyBoxRisesOutOfALightOne) {
   constexpr double kHalf = 0.1;
   for (const double aside : {0.0, 0.02, 0.04}) {

@@ -1,4 +1,4 @@
-// Long runs: bodies that come to rest stay where they are; a coin on its edge keeps rolling.
+// Long runs: bodies at rest stay where they are; a coin on its edge keeps rolling.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,8 +15,8 @@
 namespace counterpoint::rest_test {
 namespace {
 
-// A body of uniform density (1 kg, inertia of its bounding box or, for a coin, of the cylinder)
-// over a plane z = 0 or a fixed box whose top is z = 0.
+// A body of 1 kg with these moments of inertia, over the plane z = 0 or a fixed box whose top is z
+// = 0.
 Scene body_over(const Shape& below, const Shape& shape, const Vector3& moments, const Pose& X_WB) {
   RobotSpec robot;
   robot.name = "body";
@@ -65,7 +65,7 @@ std::vector<Resting> resting_bodies() {
   return {{"box", test::box_shape({0.1, 0.15, 0.05}), box_moments({0.1, 0.15, 0.05}), 1.0},
           {"cylinder", test::cylinder_shape(0.1, 0.12), cylinder_moments(0.1, 0.12), 2.0},
           {"prism", test::prism_shape(6, 0.1, 0.08), cylinder_moments(0.09, 0.08), 1.0},
-          // Faces of 4 cm: it rocks a while before it lies on one.
+          // Faces of 4 cm: it rocks for a while before it rests on one.
           {"hull", hull_of_64_faces(), box_moments({0.07, 0.06, 0.05}), 8.0}};
 }
 
@@ -79,8 +79,8 @@ std::string rest_name(const ::testing::TestParamInfo<std::tuple<int, bool>>& inf
 INSTANTIATE_TEST_SUITE_P(All, Rest, ::testing::Combine(::testing::Range(0, 4), ::testing::Bool()),
                          rest_name);
 
-// Dropped from 1 cm, a little askew; then a minute at rest. The bounds are what is asked for: a
-// micrometre and a thousandth of a radian, over 30,000 steps.
+// Dropped from 1 cm, slightly tilted; then a minute at rest, 30,000 steps. The bounds, a micrometre
+// and a thousandth of a radian, are requirements.
 TEST_P(Rest, StaysWhereItLiesForAMinute) {
   constexpr double kPositionError = 1e-6;
   constexpr double kAngleError = 1e-3;
@@ -109,15 +109,15 @@ TEST_P(Rest, StaysWhereItLiesForAMinute) {
     EXPECT_LT(turned(Eigen::AngleAxisd(rest.rotation.transpose() * data.X_WB[1].rotation).angle()),
               kAngleError);
   }
-  // It lies on the ground, not above and not in it.
+  // It lies on the ground, neither above nor in it.
   const double low = test::support_height(body.shape, data.X_WB[1], -Vector3::UnitZ());
   EXPECT_LT(std::abs(height(low)), 1e-6);
 }
 
 class Coin : public ::testing::TestWithParam<bool> {
  protected:
-  // Of 10 cm across and 1 cm thick, its axis along y leaned by `lean`, rolling along x without
-  // slip.
+  // A coin 10 cm across and 1 cm thick, its axis leaning by `lean` from y, that rolls along x
+  // without slip.
   Simulator rolling(double speed, double lean) {
     const Matrix3 R = Eigen::AngleAxisd(lean - 0.5 * std::numbers::pi, Vector3::UnitX()).matrix();
     Pose start{R, Vector3::Zero()};
@@ -125,7 +125,7 @@ class Coin : public ::testing::TestWithParam<bool> {
     const Shape below = GetParam() ? test::box_shape({30.0, 30.0, 1.0}) : test::plane_shape();
     Simulator sim(body_over(below, kShape, cylinder_moments(kRadius, kHalf), start));
     State state = sim.state();
-    state.v << speed, 0.0, 0.0, 0.0, 0.0, speed / kRadius;  // angular in the axes of the body
+    state.v << speed, 0.0, 0.0, 0.0, 0.0, speed / kRadius;  // angular part in body axes
     sim.set_state(state);
     return sim;
   }
@@ -152,8 +152,8 @@ TEST_P(Coin, RollsStraightOnItsEdge) {
   EXPECT_NEAR(data.X_WB[1].rotation.col(2).y(), 1.0, 1e-6);
 }
 
-// Leaning, it runs in a wobbling circle on one point of its rim. Nothing in the contact may kick
-// it: its energy keeps to the path of the scheme, with no step that stands out.
+// A leaning coin runs in a wobbling circle on one point of its rim. The contact must not jolt it:
+// its energy follows the scheme, without a step that stands out.
 TEST_P(Coin, LeaningItRunsInACircleWithoutAKick) {
   Simulator sim = rolling(1.0, 0.3);
   const Model& model = sim.model();
@@ -175,13 +175,13 @@ TEST_P(Coin, LeaningItRunsInACircleWithoutAKick) {
     last = now;
     height = std::min(height, data.X_WB[1].translation.z());
   }
-  // Compliance and the step size cost 1.3 % over the five seconds (at half the step less than 1 %),
-  // 5e-6 of it a step; the lean wobbles, and with it what a step costs. A jump of the contact point
-  // by a millimetre would show as 1e-2.
+  // Compliance and step size cost 1.3 % over the five seconds (at half the step less than 1 %),
+  // about 5e-6 a step; the lean wobbles, and with it the loss of a step. A jump of the contact
+  // point by a millimetre would show as 1e-2.
   EXPECT_LT(last, start);
   EXPECT_GT(last, 0.98 * start);
   EXPECT_LT(largest, 5e-5 * start);
-  // It leans and does not fall over; and it goes round, being 5 m on its way.
+  // It leans without falling over, and goes round: its path is 5 m long.
   EXPECT_GT(height, 0.88 * kRadius);
   EXPECT_LT(data.X_WB[1].translation.head<2>().norm(), 2.0);
 }

@@ -1,4 +1,4 @@
-// Islands at rest are left out of the step, and no bit of any motion tells.
+// Sleeping islands are left out of the step, which changes no bit of any motion.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -53,13 +53,13 @@ TEST(Sleep, EqualsTheRunThatNeverSleptToTheBit) {
     woken += report.sleeping_bodies < last;
     last = report.sleeping_bodies;
   }
-  // All three columns slept, the first was woken by what fell on it, and all sleep in the end.
+  // All three columns slept, the falling box woke the first, and all sleep in the end.
   EXPECT_EQ(most, 10);
   EXPECT_GE(woken, 1);
   EXPECT_EQ(last, 10);
 }
 
-/// Bodies that lie at rest beside others which still fall, roll and come near them.
+/// Bodies at rest beside others that still fall, roll and approach them.
 Scene pile(const std::string& name, bool sleeping) {
   Scene scene = load_scene(test::source_dir() + "/data/scenes/piles/" + name + ".yaml");
   scene.options.effects.set(Effect::kSleeping, sleeping);
@@ -97,7 +97,7 @@ TEST(Sleep, TheInverseOfAPileFindsNothingApplied) {
     scale = std::max(scale, inverse.force_scale);
   }
   EXPECT_GT(most, 0);
-  // The accuracy that is promised of an inverse.
+  // Required accuracy of the inverse.
   EXPECT_LT(largest, 1e-8 * scale);
 }
 
@@ -108,7 +108,7 @@ TEST(Sleep, ColumnsSleepWithinASecondAndAStepThenRunsNothing) {
   EXPECT_EQ(report.sleeping_bodies, 9);
   EXPECT_EQ(report.contacts, 0);
   EXPECT_EQ(report.constraint_rows, 0);
-  EXPECT_GT(report.max_penetration, 0.0);  // still known
+  EXPECT_GT(report.max_penetration, 0.0);  // still reported
 }
 
 TEST(Sleep, BundledPilesComeToRest) {
@@ -139,8 +139,8 @@ TEST(Sleep, APushWakesTheIslandPushedAndNoOther) {
   }
 }
 
-// What a fast body may strike within the step has its contacts looked for as far as that one goes:
-// more of them than at rest, so that its step is another one, even if nothing strikes it.
+// Near a fast body contacts are searched farther. A body in its reach has more candidates than at
+// rest, so that its step differs even if nothing strikes it.
 TEST(Sleep, AFastBodyThatPassesNearWakesAndLeavesTheMotionAsItIs) {
   // After a second the ball passes the cylinder 5 cm away at 60 m/s, 12 cm a step.
   const std::string scene = R"(
@@ -152,9 +152,9 @@ models:
 )";
   Simulator sim(read(scene)), never(read(scene, false));
   for (int k = 0; k < 600; ++k) {
-    const double ball = sim.state().q[14];  // its x at the start of the step [m]
+    const double ball = sim.state().q[14];  // x of the ball before the step [m]
     const int asleep = sim.step().sleeping_bodies;
-    // Within 2 h |v| + the radii it is in reach: then the box at 5 m sleeps on alone.
+    // Within 2 h |v| plus the radii it is in reach: then only the box at 5 m sleeps.
     if (std::abs(ball) < 0.3) {
       EXPECT_EQ(asleep, 1) << ball;
     } else if (k > 400 && ball < -1.0) {
@@ -166,8 +166,8 @@ models:
   }
 }
 
-// Where several islands need softer laws in one step they are those of all bodies: also of those at
-// rest, whose velocities may stay as they are to the bit.
+// Where several islands need softer laws in one step, all bodies get them, also those at rest,
+// whose motion must stay the same to the bit.
 TEST(Sleep, SofterLawsOfAllAreThoseOfTheSleepingToo) {
   const std::string falling = R"(
   - {name: d, box: [0.1, 0.1, 0.1], mass: 1, position: [1, 0, 2], rpy: [0.3, 0.2, 0], count: 3, spacing: [0.5, 0, 0]}
@@ -180,7 +180,7 @@ TEST(Sleep, SofterLawsOfAllAreThoseOfTheSleepingToo) {
   int asleep = 0, of_all = 0;
   double largest = 0.0, scale = 0.0;
   for (int k = 0; k < 600; ++k) {
-    // The columns come to rest by the laws; what falls down later is solved in haste.
+    // The columns come to rest by their own laws; later steps soften after two iterations.
     for (Simulator* s : {&sim, &never})
       s->settings().soften_after = k > 300 ? 2 : contact::Settings().soften_after;
     const State before = sim.state();
@@ -198,7 +198,7 @@ TEST(Sleep, SofterLawsOfAllAreThoseOfTheSleepingToo) {
     scale = std::max(scale, inverse.force_scale);
   }
   EXPECT_GT(of_all, 0);
-  EXPECT_LT(largest, 1e-8 * scale);  // the accuracy that is promised of an inverse
+  EXPECT_LT(largest, 1e-8 * scale);  // required accuracy of the inverse
 }
 
 TEST(Sleep, MovingABodyByHandWakesIt) {
@@ -226,7 +226,7 @@ TEST(Sleep, TheInverseSeesBodiesAtRestAndLeavesTheMotionAsItIs) {
     sim.step();
     never.step();
     const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
-    // Nothing is applied, contacts carry the weight: the engine's own tolerance of 1e-9.
+    // Nothing is applied, contacts carry the weight, to the engine's tolerance of 1e-9.
     EXPECT_LT(inverse.applied_force.cwiseAbs().maxCoeff(), 1e-9 * inverse.force_scale);
     double carried = 0.0;
     for (const ContactForce& contact : inverse.contacts)
@@ -239,8 +239,8 @@ TEST(Sleep, TheInverseSeesBodiesAtRestAndLeavesTheMotionAsItIs) {
 }
 
 TEST(Sleep, DoesNotReachThroughOneThatIsAwake) {
-  // A slope within the cone creeps (eps g h sin) and never sleeps; the box beside it on the plane
-  // does.
+  // A box on a slope within the friction cone creeps (eps g h sin) and never sleeps; the box beside
+  // it on the plane does.
   Simulator sim(read(R"(
 gravity: [0, 0, -9.81]
 ground: {friction: 0.8}

@@ -1,5 +1,5 @@
-// Steps that cannot be solved with their own laws: done with softer ones, said, and inverted
-// exactly.
+// Steps that cannot be solved with their own laws are solved with softer ones, reported, and
+// inverted exactly.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,11 +13,11 @@
 namespace counterpoint::softening_test {
 namespace {
 
-/// The inverse's own rounding: that of the velocity, 1.1e-16 |v|, over mu^2 eps alpha h, over the
-/// weight: 1.1e-7 at 5 m/s, mu 0.5, eps 1e-6, 2 ms (contact/README.md, What compliance costs).
+/// Rounding of the inverse: that of the velocity, 1.1e-16 |v|, over mu^2 eps alpha h, relative to
+/// the weight: 1.1e-7 at 5 m/s, mu 0.5, eps 1e-6, 2 ms (contact/README.md, What compliance costs).
 constexpr double kRecovered = 1.1e-7;
 
-/// Boxes thrown into each other, twice, ten metres apart: two islands, of which one lands first.
+/// Two heaps of colliding boxes, ten metres apart: two islands, of which one lands first.
 Scene two_heaps() {
   const test::TempFolder folder;
   std::ostringstream text;
@@ -34,8 +34,8 @@ Scene two_heaps() {
 
 struct Outcome {
   int softened = 0, of_one_island = 0, of_all = 0;
-  double error = 0.0;          ///< of the inverse, over the largest force of the step
-  double error_unknown = 0.0;  ///< the same where the inverse is not told of the softening
+  double error = 0.0;          ///< error of the inverse over the largest force of the step
+  double error_unknown = 0.0;  ///< the same for an inverse without the softening
 };
 
 Outcome step_and_invert(const Scene& scene, const contact::Settings& settings, int steps) {
@@ -50,7 +50,7 @@ Outcome step_and_invert(const Scene& scene, const contact::Settings& settings, i
       sim.input().softening = softening;
       const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
       sim.input().softening = {};
-      // In flight nothing is at work but the smoothing's trace; the weight is the scale then.
+      // In flight only traces of smoothing act; the weight is the scale then.
       return inverse.applied_force.cwiseAbs().maxCoeff() / std::max(inverse.force_scale, 9.8);
     };
     out.error = std::max(out.error, error(report.softening));
@@ -77,11 +77,11 @@ TEST(Softening, NeverStopsAndTheInverseStaysExact) {
   EXPECT_GT(out.of_one_island, 10);
   EXPECT_GT(out.of_all, 10);
   EXPECT_LT(out.error, kRecovered);
-  // The record is what makes it so.
+  // The recorded softening makes the inverse exact.
   EXPECT_GT(out.error_unknown, 1e-3);
 }
 
-// Where one island fails after the other, all end with the factor that is reported.
+// Where islands fail one after the other, all end with the reported factor.
 TEST(Softening, IslandsThatFailInTurnAreInvertedExactly) {
   contact::Settings hasty;
   hasty.soften_after = 1;
@@ -94,8 +94,8 @@ TEST(Softening, IslandsThatFailInTurnAreInvertedExactly) {
   }
 }
 
-// A crane whose motors, within their effort limits, press its tip on the ground: effort limits are
-// rows of the problem, and forces all the same.
+// A crane whose motors, within their effort limits, press its tip on the ground. Effort limits are
+// rows of the problem, but softening must leave motor forces as they are.
 TEST(Softening, MotorsStayAsTheyAre) {
   const test::TempFolder folder;
   folder.write("crane.urdf", R"(<robot name="crane"><link name="base"/>

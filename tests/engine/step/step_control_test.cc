@@ -1,4 +1,4 @@
-// Step control: the error follows the tolerance, impacts are landed on, nothing is hidden.
+// Step control: the error follows the tolerance, steps land on impacts, failures are reported.
 #include "support/step_control.h"
 
 #include <gtest/gtest.h>
@@ -16,16 +16,17 @@
 namespace counterpoint::step_control_test {
 namespace {
 
-// A ball at rest sinks by eps g h^2 / beta: compliance, steps of half of max_step, stabilization.
+// Depth [m] of a ball at rest: eps g h^2 / beta, with compliance eps, h half of max_step, and
+// stabilization beta.
 constexpr double kSink = 1e-6 * 9.81 * 0.05 * 0.05 / 0.2;
 
 using test::controlled;
 using test::run_until;
 using test::Steps;
 
-/// What the mode promises: error in proportion to the tolerance. A double pendulum, 1 s, against
-/// steps of 50 us by the method of order four, whose own error is below 1e-12 (at 100 us it is
-/// 2^4 times that of 50 us, and the two differ by less than 1e-12: the first assertion).
+/// Step control promises an error in proportion to the tolerance. Double pendulum over 1 s, against
+/// Runge-Kutta steps of 50 us, whose own error is below 1e-12 (at 100 us it is 2^4 times larger,
+/// and the two differ by less than 1e-12: the first assertion).
 TEST(StepControl, TheErrorFollowsTheTolerance) {
   const auto fixed = [](double h) {
     Scene scene = test::double_pendulum();
@@ -52,20 +53,20 @@ TEST(StepControl, TheErrorFollowsTheTolerance) {
       EXPECT_EQ(sim.state().time, 1.0);
       EXPECT_EQ(run.missed, 0);
       const double share = (sim.state().q - exact.q).norm() / tolerance;
-      // The flow carries what each second may add: both coordinates, a few times.
+      // Errors of each second propagate with the motion: two coordinates, a few times.
       EXPECT_LT(share, 10.0) << integrator_name(integrator) << " " << tolerance;
       if (first == 0.0) first = share;
       RecordProperty(integrator_name(integrator) + std::to_string(tolerance),
                      std::to_string(share));
-      // In proportion: no more than fivefold off over all decades, six of them in order four.
+      // In proportion: within a factor of five over all decades, six of them for order four.
       EXPECT_LT(share / first, 5.0) << integrator_name(integrator) << " " << tolerance;
       EXPECT_GT(share / first, 1.0 / 5.0) << integrator_name(integrator) << " " << tolerance;
     }
   }
 }
 
-/// A ball dropped from H with restitution e: it meets the ground after sqrt(2 H / g), and is at
-/// rest after sqrt(2 H / g) (1 + e) / (1 - e).
+/// A ball dropped from H with restitution e meets the ground after sqrt(2 H / g) and is at rest
+/// after sqrt(2 H / g) (1 + e) / (1 - e).
 TEST(StepControl, ABouncingBallLandsOnTime) {
   const double height = 1.0, e = 0.5, g = 9.81, tolerance = 1e-4;
   const double fall = std::sqrt(2.0 * height / g), total = fall * (1.0 + e) / (1.0 - e);
@@ -78,7 +79,7 @@ TEST(StepControl, ABouncingBallLandsOnTime) {
     const Steps run =
         run_until(sim, 1.2 * total, [&](const ControlledReport& step, const State& before) {
           if (!step.impact) return;
-          // The impact is in this step, which is no longer than asked for.
+          // The impact is in this step, which is no longer than requested.
           EXPECT_LE(step.step, event * (1.0 + 1e-12));
           if (landed < 0.0) {
             EXPECT_LE(before.time, fall);
@@ -87,10 +88,10 @@ TEST(StepControl, ABouncingBallLandsOnTime) {
           last = sim.state().time;
         });
     EXPECT_EQ(run.missed, 0);
-    // Free fall by the midpoint rule is exact; then it is inside the step that was landed on.
+    // Free fall by the midpoint rule is exact, so the impact is inside the step that landed on it.
     EXPECT_NEAR(landed, fall, event) << event;
-    // The last bounces, below ten tolerances [m/s] or shorter than ten event steps, are not told
-    // from rest: what they take, the geometric series from there.
+    // The last bounces, below ten tolerances [m/s] or shorter than ten event steps, count as rest:
+    // the remaining time is the geometric series from there.
     const double tail = (2.0 * 10.0 * tolerance / g + 10.0 * event) / (1.0 - e);
     EXPECT_NEAR(last, total, tail) << event;
     EXPECT_NEAR(sim.state().q[2], 0.1, kSink) << event;
@@ -98,8 +99,8 @@ TEST(StepControl, ABouncingBallLandsOnTime) {
   }
 }
 
-/// Without restitution, first order: the fall is off by what the tolerance allows, the landing is
-/// at the ground, and after it nothing moves and steps are as long as may be.
+/// A ball that stops on impact: the fall is accurate to the tolerance, the landing is at the
+/// ground, and after it nothing moves and steps have their maximum length.
 TEST(StepControl, ABallThatStopsIsLandedOnByEveryIntegrator) {
   const double g = 9.81, fall = std::sqrt(2.0 / g), tolerance = 1e-2;
   for (const Integrator integrator :
@@ -110,7 +111,7 @@ TEST(StepControl, ABallThatStopsIsLandedOnByEveryIntegrator) {
     const Steps run = run_until(sim, 1.0, [&](const ControlledReport& step, const State&) {
       if (step.impact && landed < 0.0) landed = sim.state().time;
     });
-    // The tolerance in position after the fall, at the speed of landing, and the event tolerance.
+    // The tolerance in position after the fall, over the speed of landing, and the event tolerance.
     EXPECT_NEAR(landed, fall, tolerance * fall / (g * fall) + 1e-6);
     EXPECT_NEAR(sim.state().q[2], 0.1, kSink) << integrator_name(integrator);
     EXPECT_GT(run.longest, 0.09) << "a ball at rest asks for no short steps";
@@ -118,7 +119,8 @@ TEST(StepControl, ABallThatStopsIsLandedOnByEveryIntegrator) {
   }
 }
 
-/// A block in a strong damper: its speed falls as e^(-1000 t), then there is nothing to follow.
+/// A block with a strong damper: its speed falls as e^(-1000 t), after which nothing needs short
+/// steps.
 TEST(StepControl, AStiffPassageTakesSmallStepsAndLargeOnesAfter) {
   Scene scene = test::slider({.mass = 1.0, .damping = 1000.0});
   scene.v[0] = 1.0;
@@ -130,7 +132,7 @@ TEST(StepControl, AStiffPassageTakesSmallStepsAndLargeOnesAfter) {
   });
   EXPECT_LT(first, 2e-4) << "within the time constant of 1 ms";
   EXPECT_GT(after, 0.05) << "when the motion has died away";
-  // The way it went, v m / c = 1 mm, to the tolerance.
+  // The distance covered, v m / c = 1 mm, to the tolerance.
   EXPECT_NEAR(sim.state().q[0], 1e-3, 1e-4);
 }
 
@@ -147,7 +149,7 @@ TEST(StepControl, TheInverseOfTheHalvesReturnsWhatWasApplied) {
       for (const auto& [from, to] :
            {std::pair(before, sim.middle()), {sim.middle(), sim.state()}}) {
         const Inverse& inverse = sim.inverse(from.q, from.v, to.q, to.v);
-        // Rounding of the velocities over the length of the step, of about 1 kg m^2.
+        // Rounding of the velocities over the length of the step, for an inertia of about 1 kg m^2.
         const double rounding = 1e-14 / (0.5 * step.step);
         EXPECT_LT((inverse.applied_force - sim.input().applied_force).cwiseAbs().maxCoeff(),
                   1e-10 * inverse.force_scale + rounding);
@@ -198,7 +200,7 @@ TEST(StepControl, WhatCannotBeMetIsCountedOrRefused) {
   }
 }
 
-/// A length at which the midpoint rule is not solved is one that is too long, not the end.
+/// Where the midpoint rule is not solved the step is too long; it is retried shorter.
 TEST(StepControl, AStepThatFailsIsTriedShorter) {
   Scene scene = test::double_pendulum();
   scene.v << 200.0, -300.0;
@@ -240,7 +242,7 @@ TEST(StepControl, LandsOnTheMultiplesOfTheInterval) {
 
 TEST(StepControl, DoesNotAllocate) {
   if (!test::counts_allocations()) GTEST_SKIP() << "AddressSanitizer owns malloc";
-  // Bounces, slides and comes to rest, then once more from the start.
+  // It bounces, slides and comes to rest, then once more from the start.
   Scene scene = test::ball_on_plane({.height = 0.1, .material = {.restitution = 0.5}});
   Simulator sim = controlled(std::move(scene), Integrator::kSemiImplicitEuler, 1e-2);
   const State start = sim.state();

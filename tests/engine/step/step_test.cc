@@ -1,5 +1,5 @@
-// A step against answers known in advance: the discrete scheme worked out by hand wherever
-// possible, so that tolerances are round-off.
+// Steps against answers known in advance: the discrete scheme worked out by hand wherever possible,
+// so that tolerances are round-off.
 #include "counterpoint/engine/step.h"
 
 #include <gtest/gtest.h>
@@ -18,8 +18,8 @@ namespace {
 using test::BoxOnPlane;
 
 constexpr double kRoundoff = 1e-12;
-// What is at rest, or slides steadily, does so to the solver's residual (1e-10 of the momentum of a
-// step; measured: 7e-13 of the weight, 6e-11 of g).
+// Bodies rest or slide steadily to the solver's residual (1e-10 of the momentum of a step;
+// measured: 7e-13 of the weight, 6e-11 of g).
 constexpr double kSteady = 1e-9;
 
 void run(Simulator& sim, double duration) {
@@ -70,12 +70,12 @@ TEST(JointLimit, StopsThePendulumAndCarriesItsWeight) {
   scene.q[0] = 1.0;
   Simulator sim(std::move(scene));
   run(sim, 5.0);
-  // It has fallen onto the lower limit, or swings inside: never past the limit by more than
-  // compliance gives under 20 N m, h^2 eps 20 / (kg m^2) = 8e-11 rad a step, corrected by a fifth
-  // or more of it in each.
+  // It has fallen onto the lower limit or swings inside. It passes the limit by no more than the
+  // compliance yields under 20 N m, h^2 eps 20 / (kg m^2) = 8e-11 rad a step, of which each step
+  // recovers a fifth or more.
   constexpr double kYields = 1e-9;
   EXPECT_GT(sim.state().q[0], -0.5 - kYields);
-  // Held against it by a torque, the limit force is that torque less gravity's.
+  // A torque presses it against the limit; the limit force is that torque less gravity's.
   sim.input().applied_force[0] = -20.0;
   run(sim, 2.0);
   EXPECT_NEAR(sim.state().q[0], -0.5, kYields);
@@ -101,8 +101,8 @@ TEST(BoxAtRest, CarriesItsWeightAndHoversByTheSmoothingLength) {
   EXPECT_NEAR(std::abs(sum.z()), 3.0 * 9.81, 3.0 * 9.81 * kSteady);
   EXPECT_LT(sum.head<2>().norm(), 3.0 * 9.81 * kSteady);
   EXPECT_LT(v.norm(), kSteady);
-  // It stands at the smoothing length (four corners share the weight, so at four of them), less
-  // what the regularizer gives way: h * eps * alpha * f with f = h m g / 4.
+  // It stands at the smoothing length (at four of them, as four corners share the weight), less the
+  // yield of the regularizer: h * eps * alpha * f with f = h m g / 4.
   const ContactOptions& options = sim.options().contact;
   const double h = sim.options().time_step;
   const double give = h * options.compliance * h * 9.81;
@@ -110,8 +110,7 @@ TEST(BoxAtRest, CarriesItsWeightAndHoversByTheSmoothingLength) {
 }
 
 TEST(Slope, CreepIsWhatTheRegularizerExplains) {
-  // tan(theta) = 0.4 < mu = 0.5: the block holds, creeping with eps g h sin(theta) or less a
-  // contact.
+  // tan(theta) = 0.4 < mu = 0.5: the box holds, creeping at eps g h sin(theta) or less per contact.
   const double tangent = 0.4, cosine = 1.0 / std::sqrt(1.0 + tangent * tangent);
   Scene scene =
       test::box_on_plane({.friction = 0.5, .gravity = 9.81 * cosine * Vector3(tangent, 0, -1)});
@@ -137,8 +136,8 @@ TEST(Slope, SteeperThanTheConeItSlidesWithCoulombsAcceleration) {
 
 TEST(Restitution, AnImpactWithinAStepIsTheExactBounce) {
   // In free fall velocities are those half a step before their poses, so that (w - g h / 2)^2 / 2 +
-  // g z is the energy of the exact parabola, and each impact leaves e^2 of it: at any phase of the
-  // step, for impacts close to its start and to its end.
+  // g z is the energy of the exact parabola. Each impact leaves e^2 of it, at any time within the
+  // step.
   const double g = 9.81, h = 2e-3;
   for (const double e : {0.1, 0.5, 0.9}) {
     for (const double height : {0.05, 0.0517, 0.1234, 0.5, 1.003, 1.01}) {
@@ -154,18 +153,19 @@ TEST(Restitution, AnImpactWithinAStepIsTheExactBounce) {
         const VectorX q = sim.state().q, v = sim.state().v;
         ASSERT_TRUE(sim.step().succeeded());
         const Inverse& inverse = sim.inverse(q, v, sim.state().v);
-        // In flight forces cancel to rounding; an impact's are some 1e3 N, recovered to 1e-8.
+        // In flight forces cancel to rounding; those of an impact, about 1e3 N, are recovered to
+        // 1e-8.
         EXPECT_LT(inverse.applied_force.cwiseAbs().maxCoeff(), 1e-12 + 1e-8 * inverse.force_scale);
       }
-      // What the four contacts' compliance gives: eps of the velocity.
+      // The compliance of the four contacts: eps of the velocity.
       EXPECT_NEAR(energy(), e * e * start, 1e-5 * start) << e << ' ' << height;
     }
   }
 }
 
-/// A rod of 1 m, hinged to the world, that comes down at 10 rad/s without gravity, at an angle q
-/// from the vertical, its tip 12 mm above the ground, which is beyond the margin of contacts. A
-/// ball about its hinge overlaps a box by `inside` [m], if that is above 0, and turns in it freely.
+/// A rod of 1 m on a revolute joint, without gravity, comes down at 10 rad/s at an angle q from the
+/// vertical. Its tip is 12 mm above the ground, beyond the margin of contacts. If `inside` [m] is
+/// above 0, a ball about the joint overlaps a box by it and turns in it freely.
 Simulator striking_rod(double q, double friction, double inside = 0.0) {
   constexpr double kAbove = 0.012, kTip = 0.02, kBall = 0.1, kHalf = 0.1;  // m
   const double height = std::cos(q) + kTip + kAbove;
@@ -190,9 +190,9 @@ Simulator striking_rod(double q, double friction, double inside = 0.0) {
   return Simulator(load_scene(folder.write("rod.yaml", text.str())));
 }
 
-/// Its speed [rad/s] some steps later; at no step may it have grown.
+/// Returns its speed [rad/s] 20 steps later; no step may increase it.
 double speed_after_strike(Simulator sim) {
-  constexpr double kCompliance = 1e-5;  // as in the bounce above
+  constexpr double kCompliance = 1e-5;  // bound of the bounce above
   const double start = std::abs(sim.state().v[0]);
   double speed = start;
   for (int k = 0; k < 20; ++k) {
@@ -203,8 +203,8 @@ double speed_after_strike(Simulator sim) {
   return speed;
 }
 
-// The tip slides as fast as it falls where the rod stands at 45 degrees: a law that asks of the
-// normal velocity mu |v_T| more than e v would make it leave at e v / (sin q - mu cos q).
+// At 45 degrees the tip slides as fast as it falls: a law that raised the normal velocity by mu
+// |v_T| above e v would make it leave at e v / (sin q - mu cos q).
 TEST(Restitution, ARodThatStrikesAslantGainsNoEnergy) {
   for (double q = 0.7; q < 0.9; q += 0.01)
     EXPECT_LT(speed_after_strike(striking_rod(q, 1.0)), 6.0) << q;  // it did strike
@@ -264,7 +264,7 @@ TEST(Step, DoesNotAllocateAfterWarmUp) {
   State start = sim.state();
   start.v << 0.5, 0, 0, 1, 2, 3;
   sim.set_state(start);
-  // Warm-up: the same fall, so that every size has been seen.
+  // Warm-up: the same fall, so that all sizes have occurred.
   run(sim, 1.0);
   sim.inverse(start.q, start.v, start.v);
   sim.set_state(start);

@@ -1,4 +1,4 @@
-// The predicted velocity by itself: the velocity of a step that (q, w) alone determines.
+// The predicted velocity alone: that of a step which (q, w) determines.
 #include "counterpoint/engine/step/velocity_predictor.h"
 
 #include <gtest/gtest.h>
@@ -15,18 +15,18 @@ namespace {
 
 /// Rounding of two articulated-body passes through the same tree, relative to the velocity.
 constexpr double kRounding = 1e-13;
-/// Closures and mimic joints: the step solves them by contact::Solver, to 1e-12 of the impulses,
-/// the predictor by a factorization; both round J inv(M) J' + R, whose condition is up to 1 / eps.
+/// Closures and mimic joints: the step solves them by contact::Solver to 1e-12 of the impulses, the
+/// predictor by a factorization. Both round J inv(M) J' + R, with a condition of up to 1 / eps.
 constexpr double kEqualities = 1e-9;
 
-/// Leaves the predictor of `workspace` as it is for the inverse of a step from (q, v).
+/// Returns the predictor of `workspace` after the inverse of a step from (q, v).
 const VelocityPredictor& predict(const Scene& scene, Workspace& workspace) {
   Inverse out;
   step_inverse(scene.model, scene.options, scene.q, scene.v, scene.v, workspace, out);
   return workspace.impl().start.predictor();
 }
 
-/// The velocity of a step without input whose velocity forces are those at its start.
+/// Velocity after a step without input, with velocity-dependent forces taken at its start.
 VectorX step_without_prediction(const Scene& scene) {
   SimulationOptions options = scene.options;
   options.mean_velocity_forces = false;
@@ -41,8 +41,8 @@ VectorX step_without_prediction(const Scene& scene) {
   return next.v;
 }
 
-/// The largest difference of the first pass from such a step over the covered trees, but for linear
-/// velocities of floating bases, relative to the velocity; the number of covered trees is added to
+/// Returns the largest relative difference of the first pass from such a step over the covered
+/// trees, except for linear velocities of floating bases; adds the number of covered trees to
 /// `covered`.
 double error_of_first_pass(const Scene& scene, int& covered) {
   Workspace workspace(scene.model);
@@ -57,7 +57,7 @@ double error_of_first_pass(const Scene& scene, int& covered) {
     const Tree& tree = scene.model.trees()[t];
     const int size = tree.v_end - tree.v_begin;
     VectorX difference = predicted.segment(tree.v_begin, size) - step.segment(tree.v_begin, size);
-    // A step corrects this for momentum (free_groups.h).
+    // A step corrects this velocity for momentum (free_groups.h).
     if (scene.model.body(tree.body_begin).joint_type == JointType::kFloating)
       difference.head<3>().setZero();
     worst = std::max(worst, difference.norm() / (1.0 + step.norm()));

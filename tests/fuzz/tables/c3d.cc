@@ -1,4 +1,4 @@
-// Motion capture as C3D.
+// Motion capture files in C3D.
 #include "fuzz/tables/read_table.h"
 
 namespace counterpoint::fuzz {

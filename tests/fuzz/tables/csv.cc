@@ -1,4 +1,4 @@
-// Tables: as such, as a trajectory of a small model, and as its inputs.
+// CSV files as plain tables, as trajectories of a small model, and as its inputs.
 #include "apps/input/inputs.h"
 #include "fuzz/fuzz.h"
 #include "fuzz/small_model.h"

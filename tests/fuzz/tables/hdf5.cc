@@ -1,4 +1,4 @@
-// Tables as HDF5.
+// Tables in HDF5.
 #include "fuzz/tables/read_table.h"
 
 namespace counterpoint::fuzz {

@@ -1,4 +1,4 @@
-// Tables as MCAP.
+// Tables in MCAP.
 #include "fuzz/tables/read_table.h"
 
 namespace counterpoint::fuzz {

@@ -1,4 +1,4 @@
-// Tables as NumPy's .npz.
+// Tables in NumPy's .npz format.
 #include "fuzz/tables/read_table.h"
 
 namespace counterpoint::fuzz {

@@ -1,4 +1,4 @@
-// What the targets of tables share.
+// Common part of the targets for tables.
 #pragma once
 
 #include <cstdlib>
@@ -26,7 +26,7 @@ inline void read_as_trajectory(const std::filesystem::path& file, const Model& m
   });
 }
 
-/// A file of a format other than CSV: as a trajectory of a small model, and every cell as such.
+/// Reads a file in a format other than CSV as a trajectory of a small model, and every cell.
 inline void read_table(const char* name, std::string_view input) {
   const std::filesystem::path file = write(name, input);
   read_as_trajectory(file, small_model());

@@ -1,4 +1,4 @@
-// Markers as TRC.
+// Marker files in TRC.
 #include "fuzz/tables/read_table.h"
 
 namespace counterpoint::fuzz {

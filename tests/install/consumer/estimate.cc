@@ -1,5 +1,4 @@
-// A user of estimation, who finds the damping of a joint from a recorded motion of a double
-// pendulum.
+// A user program that estimates the damping of a joint from a recorded motion of a double pendulum.
 #include <counterpoint/engine/engine.h>
 #include <counterpoint/engine/estimate/estimate.h>
 
@@ -9,7 +8,7 @@
 using namespace counterpoint;
 namespace est = counterpoint::estimation;
 
-/// Of a residual that is linear in the damping: what rounding of the recovered forces leaves.
+/// Error from the round-off of the recovered forces; the residual is linear in the damping.
 constexpr double kTolerance = 1e-6;
 constexpr int kRows = 60;
 

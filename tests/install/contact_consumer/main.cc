@@ -1,4 +1,4 @@
-// One kilogram falls on the ground at g times one second: forward, and back by the inverse.
+// A mass of 1 kg hits the ground after 1 s of free fall: forward problem, and back by the inverse.
 #include <counterpoint/contact/solver.h>
 
 #include <cstdio>

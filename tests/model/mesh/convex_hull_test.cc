@@ -1,4 +1,4 @@
-// Hulls of points: known solids, noise, and points that have none.
+// Convex hulls of known solids and of noisy points, and point sets without a hull.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -41,7 +41,8 @@ TEST(ConvexHull, CubeWithDuplicateCoplanarAndInnerPoints) {
 }
 
 TEST(ConvexHull, MergesFacesDespiteSinglePrecisionNoise) {
-  // A turned, shifted cube rounded to floats, faces subdivided 10 x 10: still eight corners.
+  // A rotated, translated cube with faces subdivided 10 x 10, rounded to single precision, still
+  // has eight corners.
   test::Random random(7);
   for (double size : {1e-3, 1.0, 1e3}) {
     const Pose X = {random.quaternion().toRotationMatrix(), size * random.vector(1.0)};

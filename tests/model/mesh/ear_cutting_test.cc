@@ -31,7 +31,7 @@ TEST(EarCutting, ConvexPolygonIsAFanFromItsFirstCorner) {
   EXPECT_EQ(cut_ears(vertices, {0, 1, 2, 3, 4, 5}), expected);
 }
 
-// An L read from the corner before its reflex one, which is no ear.
+// An L-shaped polygon that starts at the corner before its reflex one; this corner is not an ear.
 TEST(EarCutting, SearchStaysWhereAnEarWasCutAndGoesOnWhereNoneWas) {
   const std::vector<Vector3> vertices{{0, 0, 1}, {2, 0, 1}, {2, 1, 1},
                                       {1, 1, 1}, {1, 2, 1}, {0, 2, 1}};
@@ -41,8 +41,8 @@ TEST(EarCutting, SearchStaysWhereAnEarWasCutAndGoesOnWhereNoneWas) {
   EXPECT_NEAR(total_area(vertices, found).z(), 3.0, 1e-15);
 }
 
-// Star-shaped polygons in any plane and of any sense: the triangles have the polygon's area, and
-// none is turned over.
+// Star-shaped polygons in any plane and orientation: the triangles have the polygon's area and
+// orientation.
 TEST(EarCutting, CoversFlatPolygonsWithoutOverlap) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0.2, 1.0), any(-1.0, 1.0);
@@ -59,7 +59,7 @@ TEST(EarCutting, CoversFlatPolygonsWithoutOverlap) {
       vertices.push_back(radius * (std::cos(angle) * x + std::sin(angle) * y));
       polygon.push_back(i);
     }
-    Triangles fan;  // about the center, which star-shaped polygons see whole
+    Triangles fan;  // about the centre, from which the whole polygon is visible
     vertices.push_back(Vector3::Zero());
     for (int i = 0; i < corners; ++i) fan.push_back({corners, i, (i + 1) % corners});
     const Vector3 area = total_area(vertices, fan);
@@ -71,7 +71,7 @@ TEST(EarCutting, CoversFlatPolygonsWithoutOverlap) {
       EXPECT_GE(one.dot(area), 0.0) << trial;
       sum += one.norm();
     }
-    EXPECT_NEAR(sum, area.norm(), 1e-14) << trial;  // some dozen roundings of numbers below one
+    EXPECT_NEAR(sum, area.norm(), 1e-14) << trial;  // some dozen round-offs of numbers below one
   }
 }
 
@@ -82,14 +82,14 @@ TEST(EarCutting, EndsOnPolygonsThatOverlapThemselves) {
   EXPECT_LE(cut_ears(line, {0, 1, 2, 3}).size(), 2u);
 }
 
-// A box of 1 m whose corner 7 is raised by 0.3 m: its bent top encloses 0.1 m^3 if it is cut
-// through that corner, and half as much if it is cut past it.
+// A box of 1 m whose corner 7 is raised by 0.3 m: the bent top adds 0.1 m^3 if its diagonal passes
+// through that corner, half as much otherwise.
 TEST(EarCutting, BentFacesOfObjFilesAreCutFromTheirFirstCorner) {
   const test::TempFolder folder;
   const std::string box =
       "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1.3\nv 0 1 1\n"
       "f 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
-  constexpr double kSinglePrecision = 1e-6;  // in which assimp has coordinates
+  constexpr double kSinglePrecision = 1e-6;  // precision of assimp's coordinates
   const auto volume = [&](const std::string& top) {
     return enclosed_volume(load_mesh(folder.write("box.obj", box + "f " + top + "\n"),
                                      Vector3::Ones(), PolygonSplit::kEars));

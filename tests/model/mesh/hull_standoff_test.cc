@@ -1,4 +1,4 @@
-// How far hulls stand off their meshes: known depths, closed or not.
+// Distance between convex hulls and their concave meshes: known depths, closed and open meshes.
 #include "counterpoint/model/mesh/hull_standoff.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace counterpoint::hull_standoff_test {
 namespace {
 
-// Of the hull's diameter, as promised.
+// Guaranteed accuracy relative to the hull's diameter.
 constexpr double kTolerance = 0.02;
 
 double standoff(const TriangleMesh& mesh, double* tolerance) {
@@ -18,7 +18,7 @@ double standoff(const TriangleMesh& mesh, double* tolerance) {
   return hull_standoff(*hull, mesh);
 }
 
-// The found distance is one of a point of the hull, hence never too large.
+// The result is the distance of some point of the hull, hence never too large.
 void expect_standoff(const TriangleMesh& mesh, double expected) {
   double tolerance = 0.0;
   const double found = standoff(mesh, &tolerance);
@@ -26,7 +26,7 @@ void expect_standoff(const TriangleMesh& mesh, double expected) {
   EXPECT_GE(found, expected - tolerance);
 }
 
-/// A rectangle at `origin` with sides u and v, in n by n cells of two triangles.
+/// Adds a rectangle at `origin` with sides u and v, in n by n cells of two triangles.
 void add_sheet(const Vector3& origin, const Vector3& u, const Vector3& v, int n,
                TriangleMesh& mesh) {
   const int first = static_cast<int>(mesh.vertices.size());
@@ -67,7 +67,7 @@ TEST(HullStandoff, ConvexMeshesHaveNone) {
   expect_standoff(mesh, 0.0);
 }
 
-// The middle of the lid that is not there is half an edge from the walls, however they are meshed.
+// The middle of the missing lid is half an edge from the walls, for any mesh resolution.
 TEST(HullStandoff, AnOpenBoxLacksItsLid) {
   for (const int cells : {1, 4, 15}) expect_standoff(cube(cells, true), 0.5);
 }
@@ -85,7 +85,7 @@ TEST(HullStandoff, ACavityInsideIsNotSeen) {
   expect_standoff(mesh, 0.0);
 }
 
-// Two unit cubes, 3 m apart: the hull's sides between them are 1.5 m from either, in the middle.
+// Two unit cubes, 3 m apart: the middle of the hull between them is 1.5 m from either.
 TEST(HullStandoff, ItGrowsWithTheGapThatIsBridged) {
   TriangleMesh mesh = cube(1, false);
   const TriangleMesh other = mesh;
@@ -97,7 +97,8 @@ TEST(HullStandoff, ItGrowsWithTheGapThatIsBridged) {
   expect_standoff(mesh, 1.5);
 }
 
-// Open meshes are told to be concave as well: a tray 0.3 m deep is bridged 0.25 m from its walls.
+// Open meshes are reported as concave, too: the middle of a tray 0.3 m deep is 0.25 m from its
+// walls.
 TEST(HullStandoff, FilesAreMeasuredWhenRead) {
   test::TempFolder folder;
   const auto file = folder.write("tray.obj",

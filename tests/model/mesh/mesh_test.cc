@@ -18,7 +18,7 @@ using test::expect_valid;
 using test::kMerged;
 using test::kSinglePrecision;
 
-// A tetrahedron with the corner at the origin, legs 1, 2, 3: volume 1.
+// A tetrahedron with a corner at the origin and legs 1, 2, 3: volume 1.
 constexpr double kLegs[3] = {1, 2, 3};
 const char* const kObj = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 
@@ -82,7 +82,7 @@ void expect_tetrahedron(const TriangleMesh& mesh, const Vector3& legs) {
   EXPECT_LT((highest(mesh) - legs).norm(), kSinglePrecision * legs.norm());
 }
 
-/// The message names the file and has the word.
+/// Expects a message that names the file and contains the word.
 void expect_refused(const std::filesystem::path& file, const std::string& word,
                     const Vector3& scale = Vector3::Ones()) {
   try {
@@ -107,7 +107,7 @@ TEST(Mesh, ReadsEveryFormat) {
 
 TEST(Mesh, ColladaUpAxisBecomesZ) {
   test::TempFolder folder;
-  // y (leg 2) is up in the file; then z (leg 3) points along -y.
+  // The file's y axis (leg 2) is up; its z axis (leg 3) becomes -y.
   const TriangleMesh mesh = load_mesh(folder.write("y.dae", dae("Y_UP", "1")));
   EXPECT_LT((highest(mesh) - Vector3(1, 0, 2)).norm(), kSinglePrecision);
   EXPECT_NEAR(enclosed_volume(mesh), 1.0, kSinglePrecision);
@@ -121,7 +121,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text.replace(text.find(what), what.size(), by);
 }
 
-// The same tetrahedron by every kind of polygons; a fan and two strips have inner edges.
+// The same tetrahedron by every kind of polygon; the fan and the two strips have inner edges.
 TEST(Mesh, ColladaPolygonsOfEveryKind) {
   test::TempFolder folder;
   const std::string input = R"(<input semantic="VERTEX" source="#v" offset="0"/>)";
@@ -135,7 +135,7 @@ TEST(Mesh, ColladaPolygonsOfEveryKind) {
           "<p>0 2 1</p><p>0 1 3</p><p>0 3 2</p><p>1 2 3</p></polygons>",
       "<trifans count='2'>" + input + "<p>0 2 1 3 2</p><p>1 2 3</p></trifans>",
       "<tristrips count='1'>" + input + "<p>0 2 1 3 0 2</p></tristrips>",
-      // Vertices at the second of three offsets; normals that are not there, a line beside.
+      // Vertices at the second of three offsets, missing normals, and an additional line.
       "<triangles count='4'><input semantic='NORMAL' source='#n' offset='2'/>"
       "<input semantic='VERTEX' source='#v' offset='1'/><p>9 0 0 9 2 0 9 1 0  9 0 1 9 1 1 9 3 1 "
       "9 0 2 9 3 2 9 2 2  9 1 3 9 2 3 9 3 3</p></triangles><lines count='1'>" +
@@ -150,7 +150,7 @@ TEST(Mesh, ColladaPolygonsOfEveryKind) {
   }
 }
 
-// Assimp would crash on some of these, others would be another solid than the file's.
+// Assimp would crash on some of these and read others as a different solid.
 TEST(Mesh, ColladaThatIsNotWhatItSaysIsRefused) {
   test::TempFolder folder;
   const std::string input = R"(<input semantic="VERTEX" source="#v" offset="0"/>)";
@@ -207,7 +207,7 @@ TEST(Mesh, ColladaThatIsNotWhatItSaysIsRefused) {
   }
 }
 
-// What is not of the solid does not reach assimp, whatever it holds.
+// Elements that do not belong to the solid are not passed to assimp, whatever they contain.
 TEST(Mesh, ColladaLibrariesThatAreNotReadMayHoldAnything) {
   test::TempFolder folder;
   const std::string text =
@@ -223,7 +223,7 @@ TEST(Mesh, ColladaLibrariesThatAreNotReadMayHoldAnything) {
   expect_tetrahedron(load_mesh(folder.write("m.dae", text)), Vector3(kLegs[0], kLegs[1], kLegs[2]));
 }
 
-// Two nodes below one, the second mirrored and moved: 2x along x, a mirror along y, then 5 along x.
+// Two nodes in one; the second is scaled by 2 along x, mirrored along y and moved by 5 along x.
 TEST(Mesh, SubmeshesAreOneAndStandWhereTheirNodesSay) {
   test::TempFolder folder;
   const std::string node = R"(<node id="n"><instance_geometry url="#g"/></node>)";
@@ -235,7 +235,7 @@ TEST(Mesh, SubmeshesAreOneAndStandWhereTheirNodesSay) {
   const TriangleMesh mesh = load_mesh(folder.write("two.dae", text));
   EXPECT_EQ(mesh.vertices.size(), 8u);
   EXPECT_TRUE(is_closed(mesh));
-  // The outside stays outside: the volumes add up.
+  // Mirroring must keep the orientation of the faces: the volumes add up.
   EXPECT_NEAR(enclosed_volume(mesh), 1.0 + 2.0, 10.0 * kSinglePrecision);
   EXPECT_LT((highest(mesh) - Vector3(7, 2, 4)).norm(), 10.0 * kSinglePrecision);
   double lowest_y = 0.0;
@@ -243,7 +243,7 @@ TEST(Mesh, SubmeshesAreOneAndStandWhereTheirNodesSay) {
   EXPECT_NEAR(lowest_y, -2.0, kSinglePrecision);
 }
 
-// Triangles without area, given twice, inside out, or three at an edge do not change the hull.
+// Triangles that are degenerate, duplicate, inverted or a third at an edge do not change the hull.
 TEST(Mesh, FlawsDoNotChangeTheHull) {
   test::TempFolder folder;
   const std::string flaws[] = {"f 1 1 2\n", "f 1 3 2\nf 1 3 2\n", "f 1 2 3\n",
@@ -257,7 +257,7 @@ TEST(Mesh, FlawsDoNotChangeTheHull) {
   }
 }
 
-// Files cut short and with bytes changed are read or refused; whatever is read makes a sound hull.
+// Truncated and corrupted files are read or rejected; every file that is read gives a valid hull.
 TEST(Mesh, DamagedFilesAreReadOrRefused) {
   test::TempFolder folder;
   test::Random random(17);

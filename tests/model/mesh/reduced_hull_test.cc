@@ -25,22 +25,21 @@ TEST(ReducedHull, KeepsTheVerticesThatMatterAndSaysWhatItLost) {
     const auto reduced = reduce_hull(full, limit);
     EXPECT_EQ(static_cast<int>(reduced->vertices.size()), limit);
     EXPECT_LT(reduced->volume, full->volume);
-    // By definition: no vertex of the full hull is farther out, in any direction, and one is that
-    // far.
+    // Definition of the deviation: the largest distance of a vertex of the full hull from the
+    // reduced one.
     double most = 0.0;
     for (size_t f = 0; f < reduced->faces.size(); ++f) {
       for (const Vector3& v : full->vertices) {
         most = std::max(most, reduced->face_normals[f].dot(v) - reduced->face_offsets[f]);
       }
     }
-    // Beyond an edge the distance is larger than beyond a face; for a round body hardly.
+    // Beyond an edge the distance exceeds the distance to the face planes; for a round body hardly.
     EXPECT_GE(reduced->deviation, most - 1e-12);
     EXPECT_LT(reduced->deviation, 1.2 * most);
     EXPECT_LT(reduced->deviation, last);
     last = reduced->deviation;
   }
-  // n caps on the unit ball, each of the area 4 pi / n, are 2 / n high; greedy caps about twice
-  // that.
+  // n caps of area 4 pi / n on the unit ball have the height 2 / n; greedy caps about twice that.
   EXPECT_LT(last, 2.5 * 2.0 / 128);
 }
 
@@ -55,12 +54,12 @@ TEST(ReducedHull, SmallHullsStayAndTooSmallLimitsAreRefused) {
 TEST(ReducedHull, ACubeWithoutACornerMissesItByTheDistanceToTheCut) {
   std::vector<Vector3> points;
   for (int i = 0; i < 8; ++i) points.emplace_back(i & 1, i >> 1 & 1, i >> 2 & 1);
-  // Seven corners of a unit cube: the face through three neighbours lies 1 / sqrt(3) from the
+  // Seven corners of a unit cube: the face through the three neighbours is 1 / sqrt(3) from the
   // eighth.
   EXPECT_NEAR(reduce_hull(make_convex_hull(points), 7)->deviation, 1.0 / std::sqrt(3.0), 1e-12);
 }
 
-// A bracket: two legs of a unit cube's quarter missing; volume 0.75 of its hull's 0.875.
+// An L-shaped bracket: a unit cube without a quarter, volume 0.75; its hull has 0.875.
 const char* const kBracket =
     "v 0 0 0\nv 1 0 0\nv 1 0.5 0\nv 0.5 0.5 0\nv 0.5 1 0\nv 0 1 0\n"
     "v 0 0 1\nv 1 0 1\nv 1 0.5 1\nv 0.5 0.5 1\nv 0.5 1 1\nv 0 1 1\n"
