@@ -1,4 +1,4 @@
-# Everything in this build is instrumented: for coverage, and by the address and undefined behaviour
+# Instruments everything in this build for coverage, and with the address and undefined behaviour
 # sanitizers.
 if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
   message(FATAL_ERROR "COUNTERPOINT_BUILD_FUZZERS needs Clang with libFuzzer; this is "

@@ -1,5 +1,5 @@
-# Installation: libraries, public headers (under include/counterpoint/<folder>), the command, the package
-# files that make find_package(counterpoint) work.
+# Installation: libraries, public headers (under include/counterpoint/<folder>), the command, and
+# the package files for find_package(counterpoint).
 include(CMakePackageConfigHelpers)
 get_property(libraries GLOBAL PROPERTY COUNTERPOINT_LIBRARIES)
 install(TARGETS ${libraries} EXPORT counterpointTargets

@@ -1,5 +1,6 @@
-# `cpack --config build/release/CPackConfig.cmake` writes three Debian packages: counterpoint (command, data,
-# manual page, completion), libcounterpoint-dev, python3-counterpoint. Each installs alone.
+# `cpack --config build/release/CPackConfig.cmake` writes three Debian packages: counterpoint
+# (command, data, manual page, completion), libcounterpoint-dev, python3-counterpoint. Each can be
+# installed alone.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME counterpoint)
 set(CPACK_PACKAGE_VENDOR "Counterpoint")
@@ -22,7 +23,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libcounterpoint-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
     "Rigid-body physics with convex, smooth, invertible contact: headers and libraries")
-# What counterpointConfig.cmake looks for.
+# Dependencies found by counterpointConfig.cmake.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
     "libeigen3-dev, libfmt-dev, libfcl-dev, libccd-dev, liburdfdom-dev, liburdfdom-headers-dev, libassimp-dev, zlib1g-dev, libyaml-cpp-dev, libtinyxml2-dev, libqhull-dev, libpng-dev, libconsole-bridge-dev")
 if(sdformat12_FOUND)

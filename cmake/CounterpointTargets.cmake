@@ -1,13 +1,14 @@
-# Every library of the project is made here, so that flags and the Eigen ABI are set in one place.
+# All libraries of the project are created here, so that flags and the Eigen ABI are set in one
+# place.
 
-# "#include <counterpoint/model/model.h>" must read the same in the tree and after installation:
-# the build tree holds one link to the sources under that name.
+# "#include <counterpoint/model/model.h>" must work in the build tree and after installation: the
+# build tree has a link of that name to the sources.
 file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/include)
 file(REAL_PATH ${CMAKE_CURRENT_LIST_DIR}/.. counterpoint_root)
 file(CREATE_LINK ${counterpoint_root} ${PROJECT_BINARY_DIR}/include/counterpoint SYMBOLIC)
 
-# Targets with the property COUNTERPOINT_PUBLIC_HEADERS_ONLY (the apps) see what is installed and no other
-# header: a folder of links to those that cmake/public_headers.txt lists.
+# Targets with the property COUNTERPOINT_PUBLIC_HEADERS_ONLY (the apps) can include installed
+# headers only: a folder of links to the headers in cmake/public_headers.txt.
 set(public_headers_list ${CMAKE_CURRENT_LIST_DIR}/public_headers.txt)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${public_headers_list})
 file(STRINGS ${public_headers_list} COUNTERPOINT_PUBLIC_HEADERS REGEX "\\.h$")
@@ -24,30 +25,32 @@ option(COUNTERPOINT_UNITY "Compile 24 files of a target at a time: all is built 
 add_library(counterpoint_flags INTERFACE)
 target_compile_options(counterpoint_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
-  # Contraction would let the compiler choose between a*b+c and fma(a,b,c) per call site, and with it
-  # the bits of a result (native builds: counterpoint_fused); NaN and signed zero keep their meaning. Nobody
-  # reads errno after a square root.
+  # Contraction would let the compiler choose between a*b+c and fma(a,b,c) at each call site and so
+  # change the bits of results (native builds: counterpoint_fused); NaN and signed zero keep their
+  # meaning. No code reads errno after a square root.
   -ffp-contract=off -fno-math-errno)
 if(COUNTERPOINT_UNITY)
-  # A class of a .cc file with members of types of its anonymous namespace looks to GCC as if it were in a header.
+  # In unity builds GCC warns about a class with members of anonymous-namespace types, as if it were
+  # in a header.
   target_compile_options(counterpoint_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endif()
 if(COUNTERPOINT_WERROR)
   target_compile_options(counterpoint_flags INTERFACE -Werror)
 endif()
 if(COUNTERPOINT_NATIVE)
-  # GCC 12 takes Eigen's AVX-512 loads of short vectors, which a branch guards, for reads past the end.
+  # GCC 12 mistakes guarded AVX-512 loads of short vectors in Eigen for reads past the end.
   target_compile_options(counterpoint_flags INTERFACE -march=native
     $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-stringop-overread>)
 endif()
 
-# Files of tests have names in common (kRoundoff): each keeps them in a namespace of its own, called as the file.
+# Compiles a target in batches of 24 files. Test files share names such as kRoundoff, so each has a
+# namespace named after the file.
 function(counterpoint_unity target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${COUNTERPOINT_UNITY} UNITY_BUILD_BATCH_SIZE 24)
 endfunction()
 
-# Lets native builds contract products and sums in the sources of a library, but for those that match `except`
-# (docs/decisions/build.md). Of the directory that calls it.
+# Lets native builds contract products and sums in the sources of a library, except those that match
+# `except` (docs/decisions/build.md). Call it from the directory of the target.
 function(counterpoint_fused target except)
   if(NOT COUNTERPOINT_NATIVE)
     return()
@@ -67,10 +70,11 @@ function(counterpoint_library name)
   target_include_directories(${target} PUBLIC
     $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/$<IF:$<BOOL:$<TARGET_PROPERTY:COUNTERPOINT_PUBLIC_HEADERS_ONLY>>,public_include,include>>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
-  # Debian's libfcl is built without AVX: its fixed-size Eigen types are aligned to 16 bytes. Whoever
-  # shares Eigen types with it, or with us, must agree, whatever -m flags are used. The second
-  # definition makes dynamic memory plain malloc and free too: without it an AVX translation unit
-  # frees another one's memory by Eigen's own aligned scheme, and crashes.
+  # Debian's libfcl is built without AVX, so its fixed-size Eigen types are aligned to 16 bytes. All
+  # code that shares Eigen types with it or with this library must use the same alignment, whatever
+  # -m flags are used. The second definition makes dynamic memory plain malloc and free too:
+  # otherwise an AVX translation unit frees memory of another one by Eigen's own aligned scheme and
+  # crashes.
   target_compile_definitions(${target} PUBLIC EIGEN_MAX_ALIGN_BYTES=16
                                               EIGEN_MALLOC_ALREADY_ALIGNED=1)
   target_compile_features(${target} PUBLIC cxx_std_20)
@@ -81,8 +85,8 @@ function(counterpoint_library name)
   set_property(GLOBAL APPEND PROPERTY COUNTERPOINT_LIBRARIES ${target})
 endfunction()
 
-# What nearly every file of a target reads is parsed once. GCC's option lets ccache see through it.
-# Targets that are compiled many files at a time parse it a few times only.
+# Precompiles headers that nearly every file of a target includes. GCC's option lets ccache handle
+# them. Unity builds parse them only a few times and do without.
 option(COUNTERPOINT_PRECOMPILED_HEADERS "Precompile Eigen, the standard library, CLI11, JSON" ON)
 function(counterpoint_precompile target)
   get_target_property(unity ${target} UNITY_BUILD)

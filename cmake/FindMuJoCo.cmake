@@ -1,11 +1,11 @@
-# MuJoCo by its header and library. Its own package file wants OpenGL's, which libmujoco-dev does not
-# bring, so that find_package(mujoco CONFIG) fails on a machine that has nothing else; another MuJoCo is
-# found through CMAKE_PREFIX_PATH or MUJOCO_ROOT (the archive of its makers, unpacked).
-# Sets MuJoCo_FOUND, MuJoCo_VERSION; makes mujoco::mujoco.
+# Finds MuJoCo by its header and library. Its own package file requires OpenGL's, which
+# libmujoco-dev does not install, so that find_package(mujoco CONFIG) fails without it; another
+# MuJoCo is found through CMAKE_PREFIX_PATH or MUJOCO_ROOT (the unpacked archive of its release).
+# Sets MuJoCo_FOUND and MuJoCo_VERSION; defines mujoco::mujoco.
 find_path(MuJoCo_INCLUDE_DIR mujoco/mujoco.h HINTS ${MUJOCO_ROOT} ENV MUJOCO_ROOT PATH_SUFFIXES include)
 find_library(MuJoCo_LIBRARY mujoco HINTS ${MUJOCO_ROOT} ENV MUJOCO_ROOT PATH_SUFFIXES lib)
 if(MuJoCo_INCLUDE_DIR)
-  # mjVERSION_HEADER 222 is 2.2.2; later versions write 3012001 or the like in the same place.
+  # mjVERSION_HEADER 222 means 2.2.2; later versions use the form 3012001.
   file(STRINGS ${MuJoCo_INCLUDE_DIR}/mujoco/mujoco.h line REGEX "define mjVERSION_HEADER +[0-9]+")
   string(REGEX REPLACE ".*mjVERSION_HEADER +([0-9]+).*" "\\1" number "${line}")
   if(number GREATER 999999)

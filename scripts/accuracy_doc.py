@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""accuracy_doc.py DIR [--run COUNTERPOINT] [--repeats N]: the measured part of docs/measurements/accuracy.md, from real runs.
+"""accuracy_doc.py DIR [--run COUNTERPOINT] [--repeats N]: writes the measured part of docs/measurements/accuracy.md.
 
-With --run the reference set of data/scenes/accuracy is run first, one scene after the other, by that binary, into
-DIR/<scene>; without it what lies there is taken. Everything before "## Measured" stays; what follows is replaced, and
-the pictures are copied to docs/images/accuracy. With --presets only their table is run and written."""
+With --run, COUNTERPOINT first runs the reference set of data/scenes/accuracy into DIR/<scene>, one scene after another;
+otherwise existing results are used. The text before "## Measured" stays; the rest is replaced, and the pictures are
+copied to docs/images/accuracy. With --presets only the table of presets is run and written."""
 import argparse
 import json
 import pathlib
@@ -18,7 +18,7 @@ IMAGES = ROOT / "docs/images/accuracy"
 WANTS = (1e-2, 1e-3, 1e-4, 1e-6)
 NAMES = ("double_pendulum", "planar_chain", "heavy_top", "dzhanibekov", "slide_to_stop", "slide_to_roll",
          "arm_grasp", "humanoid_drop", "capsules_27")
-WITH_CONTACTS = NAMES[4:8]  # of capsules_27 the whole run takes long
+WITH_CONTACTS = NAMES[4:8]  # without capsules_27, whose run takes long
 MARK = "## Measured\n"
 
 
@@ -84,7 +84,7 @@ def overview(reports):
 
 
 def work_precision(r):
-    """One row a time step, one column a curve of the integrators, friction models and presets."""
+    """Table with one row per time step and one column per curve of the integrators, friction models and presets."""
     curves = [f for f in r["families"] if f["vary"] in ("integrator", "friction", "preset") and f["points"]
               and not (f["vary"] == "friction" and "same_as" in f)]
     steps = sorted({p["value"] for f in curves for p in f["points"]}, reverse=True)
@@ -105,7 +105,7 @@ def work_precision(r):
 
 
 def sweeps(r):
-    """What compliance, smoothing and tolerance do at the scene's step."""
+    """Tables of the effect of compliance, smoothing and tolerance at the scene's time step."""
     lines = []
     for f in r["families"]:
         if f["parameter"] == "time_step_s" or not f["points"]:
@@ -142,7 +142,7 @@ def physics(r):
 
 
 def presets(reports):
-    """`contact: fast | default | hard` at the scene's step, of scenes that have contacts."""
+    """Table of `contact: fast | default | hard` at the scene's time step, for scenes with contacts."""
     lines = ["## Presets of contact", "",
              "`accuracy SCENE --vary preset`, at the scene's time step: error against the reference, processor time a",
              "simulated second, physics as below. Written by `scripts/accuracy_doc.py DIR --run COUNTERPOINT --presets`.", "",
@@ -164,7 +164,7 @@ def presets(reports):
 
 
 def put_presets(text, reports):
-    """The page with that section anew, before what is measured."""
+    """Returns the page with the section of presets replaced, before the measured part."""
     before = text.split("## Presets of contact")[0].split(MARK)[0]
     return before + presets(reports) + "\n" + MARK + text.split(MARK, 1)[1]
 
@@ -219,7 +219,7 @@ def section(name, r):
 
 
 def wrapped(line):
-    """Prose in lines of at most 120 columns; tables, headings and pictures as they are."""
+    """Wraps prose at 120 columns; leaves tables, headings and pictures unchanged."""
     if len(line) <= 120 or line[0] in "|#!":
         return line
     return textwrap.fill(line, 119, subsequent_indent="  " if line.startswith("* ") else "",

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""check_links.py [ROOT]: every relative link of every Markdown page leads to a file, every #fragment to a heading of
-it; every docs/... path named in sources exists; lines are at most 120 columns outside tables, fences and images."""
+"""check_links.py [ROOT]: checks that every relative link of every Markdown page leads to a file and every #fragment
+to a heading in it, that every docs/... path named in sources exists, and that lines have at most 120 columns outside
+tables, fences and images."""
 
 import pathlib
 import re
@@ -10,7 +11,7 @@ import sys
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 NAMED = re.compile(r"(?<![\w/.-])(docs/[\w/-]+\.(?:md|svg|png))")
 LONGEST = 120
-# History, and what other programs write.
+# History, and files written by other programs.
 FREE = ("CHANGELOG.md", "docs/reference/python.md", "docs/reference/options.md")
 
 
@@ -19,7 +20,7 @@ def without_code(text):
 
 
 def anchors(text):
-    """What headings are called in links, as GitHub makes it."""
+    """Anchors of the headings of a page, in GitHub's form."""
     found = set()
     for heading in re.findall(r"^#+ (.*)$", without_code(text), flags=re.M):
         word = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).lower()

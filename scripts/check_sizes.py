@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Sizes of files, folders, functions and parameter lists, tested by `ctest -R house.sizes`.
 
-    scripts/check_sizes.py            what is larger than the limits below; exit status 1 if anything is
-    scripts/check_sizes.py --list 20  the 20 longest functions as well
+    scripts/check_sizes.py            prints everything above the limits below; exit status 1 if there is any
+    scripts/check_sizes.py --list 20  also prints the 20 longest functions
 
-A function that has a reason to be larger says so in the comment above it, in a sentence that starts with
-"Long:" (a table, a list of options) or "Parameters:" (say a signature that another library prescribes).
+A function with a reason to be larger states it in the comment above it, in a sentence that starts with "Long:" (a
+table, a list of options) or "Parameters:" (for example a signature that another library prescribes).
 """
 import argparse
 import ast
@@ -14,7 +14,7 @@ import pathlib
 import re
 import sys
 
-sys.dont_write_bytecode = True  # the tests run this in the sources
+sys.dont_write_bytecode = True  # tests run this script in the source tree
 from check_docs import listed_files  # noqa: E402
 
 FILE_LINES = 400
@@ -24,12 +24,14 @@ PARAMETERS = 6
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 CODE = {".cc", ".h", ".py", ".js", ".mjs", ".ts", ".cmake", ".sh", ".css", ".html"}
-# Inputs of fuzz targets, pictures, robots and recordings: their number is not what a reader overlooks.
+# Inputs of fuzz targets, pictures, robots and recordings: large numbers of these files are
+# acceptable.
 DATA_FOLDERS = ("data/", "tests/fuzz/corpus/", "docs/images/")
 
 Function = collections.namedtuple("Function", "file line name lines parameters reasons")
 
-# Comments, strings and characters, in one pass, so that a quote in a comment is not a string.
+# Comments, strings and characters in one pass, so that a quote in a comment does not start a
+# string.
 NOT_CODE = re.compile(
     r'//[^\n]*|/\*.*?\*/|R"(?P<mark>[^(\s]*)\(.*?\)(?P=mark)"|"(?:\\.|[^"\\\n])*"|(?<![0-9a-fA-F])\'(?:\\.|[^\'\\\n])+\'',
     re.S)
@@ -39,13 +41,13 @@ TYPE = re.compile(r"^(?:template\s*<.*>\s*)?(?:inline\s+)?(?:namespace|class|str
 
 
 def blank(match):
-    """As many lines, and a word in place of a string."""
+    """Replaces a match by the same number of lines, and a string by a word."""
     text = match.group(0)
     return ("0" if text[0] in "\"'R" else "") + "\n" * text.count("\n")
 
 
 def parts_of(text):
-    """Top-level commas of a parameter list."""
+    """Number of parameters in a list, counted by top-level commas."""
     text = text.strip()
     if text in ("", "void"):
         return 0
@@ -67,7 +69,7 @@ def closing(text, start):
 
 
 def name_and_parameters(head):
-    """(name, parameters) of the head of a function or of a declaration; None for anything else."""
+    """Returns (name, number of parameters) of the head of a function or declaration; None for anything else."""
     head = re.sub(r"^(?:(?:public|private|protected)\s*:|\s)+", "", head)
     head = re.sub(r"^template\s*<", "<", head)
     if head.startswith("<"):
@@ -96,8 +98,8 @@ def reasons_in(comment):
 
 
 def cpp_functions(file, text):
-    """Functions defined or declared in C++ text. Scopes of namespaces and types are looked into, bodies of functions
-    for lambdas only: those are within the lines of what holds them."""
+    """Functions defined or declared in C++ text. Searches scopes of namespaces and types; in bodies of functions only
+    lambdas, whose lines belong to the enclosing function."""
     lines = text.split("\n")
     code = DIRECTIVE.sub(blank, NOT_CODE.sub(blank, text))
     found = []
@@ -112,7 +114,7 @@ def cpp_functions(file, text):
                               reasons_in(comment_before(lines, first) + beside)))
 
     def head_of(start, end):
-        """Where the head of a function ends: at the brace after its parameters."""
+        """Index of the end of a function's head: the brace after its parameters."""
         opened = code.find("{", closing(code, code.find("(", start)))
         return end if opened < 0 else min(opened, end)
 
@@ -131,7 +133,8 @@ def cpp_functions(file, text):
             function = None if TYPE.match(text_before) else name_and_parameters(text_before)
             if function:
                 end = closing(code, i)
-                # `: a{1}, b(2) {`: a brace of the list of initializers, not of the body
+                # In `: a{1}, b(2) {` the first brace belongs to the initializer list, not to the
+                # body.
                 rest = code[end + 1:end + 20].lstrip()
                 if re.search(r"\)\s*(?:noexcept\s*)?:[^:]", text_before) and rest[:1] in (",", "{"):
                     i = end + 1
@@ -156,7 +159,8 @@ def python_functions(file, text):
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
             arguments = node.args
-            # Those with a default are named where they are given; `self` is none.
+            # Parameters with a default are passed by keyword, so they do not count; neither does
+            # `self`.
             number = (len(arguments.posonlyargs + arguments.args) - len(arguments.defaults)
                       + sum(default is None for default in arguments.kw_defaults))
             number -= bool(arguments.args) and arguments.args[0].arg in ("self", "cls")
@@ -186,7 +190,7 @@ def main():
             functions += cpp_functions(file.relative_to(ROOT), text)
         elif file.suffix == ".py":
             functions += python_functions(file.relative_to(ROOT), text)
-    # What a declaration gives as its reason holds for the definition.
+    # The reason given at a declaration also holds for its definition.
     reasons = collections.defaultdict(set)
     for f in functions:
         reasons[f.file.parent, f.name.split("::")[-1]] |= f.reasons

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""What each named constant of collision/ and contact/ decides: docs/measurements/constants.md.
+"""Measures the effect of each named constant of collision/ and contact/: docs/measurements/constants.md.
 
-    scripts/constants.py measure RESULTS.json    an hour: each constant a tenth and ten times as large
-    scripts/constants.py table RESULTS.json      writes the table from that
-    scripts/constants.py check                   is every constant in the table, with its value? (house.constants)
+    scripts/constants.py measure RESULTS.json    takes an hour: each constant times 0.1 and times 10
+    scripts/constants.py table RESULTS.json      writes the table from these results
+    scripts/constants.py check                   checks constants and values of the table (house.constants)
 
-`measure` builds a copy of the sources in which a constant can be set from outside. Numbers that sizes of arrays
-depend on, and those that only name something (nothing, no block), are left out.
+`measure` builds a copy of the sources in which the environment can set a constant. Constants that determine sizes of
+arrays, and those that only name a value such as 'none', are left out.
 """
 import argparse
 import json
@@ -26,7 +26,7 @@ WHOLE_FACTORS = (0.5, 2.0)
 TESTS = ("collision_test", "contact_test")
 SCENES = (("piles/pile_64", 1.0), ("piles/bin_64", 1.0), ("piles/pile_16_overlap", 1.0),
           ("piles/pile_64_masses", 0.5), ("humanoid_drop", 2.0), ("terrain", 1.0))
-# Sizes of arrays and registers, numbers of geometry, names of nothing.
+# Sizes of arrays and registers, geometric numbers, and names for 'none'.
 NOT_TUNED = {"kCapacity", "kMaxPatch", "kNumTypes", "kLanes", "kColumns", "kPart", "kProducts", "kBase", "kFreeBody",
              "kMostOfSix", "kMaxRows", "kEdges", "kMost", "kDirections", "kSupportsAtOnce", "kRemembered", "kFree",
              "kConstrained", "kMaxPieces", "kMostPivoted", "kGolden", "kPlastic", "kNone", "kMaxVertices", "kMaxFaces"}
@@ -46,7 +46,7 @@ inline double tuned_constant(const char* name, double value) {
 
 
 def split(text):
-    """A list of declarators at its top-level commas."""
+    """Splits a list of declarators at its top-level commas."""
     parts, depth = [""], 0
     for char in text:
         depth += (char in "([{") - (char in ")]}")
@@ -69,7 +69,7 @@ def sources(root):
 
 
 def constants(root=ROOT):
-    """[(file:name, type, value as written)]"""
+    """Lists all constants as (file:name, type, value as written)."""
     found = []
     for file in sources(root):
         for match in filter(is_tuned, DECLARATION.finditer(file.read_text())):
@@ -85,7 +85,7 @@ def number(value):
 
 
 def settings(kind, value):
-    """What is tried in its place. What is near 1, as a cosine or a share, is varied by its distance from 1."""
+    """Values to try instead of a constant. Values near 1, such as cosines or shares, vary by their distance from 1."""
     exact = number(value)
     for factor in FACTORS if kind == "double" else WHOLE_FACTORS:
         tried = 1 - (1 - exact) * factor if 0.9 <= exact <= 1.1 and kind == "double" else exact * factor
@@ -119,7 +119,7 @@ def make_tunable(root):
 
 
 def run_all(bin_folder, constant, time_step=0.002):
-    """{test: names that fail, scene: [Newton steps a step, 99 %, softened, overlap, energy, hash]}"""
+    """Returns {test: failed names, scene: [Newton steps per step, their 99 %, softened, overlap, energy, hash]}."""
     environment = dict(os.environ, CONSTANT=constant)
     results = {}
     for test in TESTS:
@@ -160,7 +160,7 @@ def measure(results_file):
                         "-DCOUNTERPOINT_UNITY=ON"], check=True)
         subprocess.run(["ninja", "-C", build, *TESTS, "counterpoint"], check=True)
         results["base"] = run_all(build / "bin", "")
-        for k in range(1, 6):  # how far chance takes the same scenes
+        for k in range(1, 6):  # spread of the same scenes by chance
             results[f"noise|{k}"] = [0.002 * (1 + k * 1e-9), run_all(build / "bin", "", 0.002 * (1 + k * 1e-9))]
         for name, kind, value in constants():
             for factor, tried, ratio in settings(kind, value):
@@ -170,13 +170,13 @@ def measure(results_file):
 
 
 def steps_ratio(base, run):
-    """Newton steps over those of the base, geometric mean over the scenes that both finished."""
+    """Ratio of Newton steps to the base, geometric mean over the scenes that both finished."""
     ratios = [run[s][0] / base[s][0] for s, _ in SCENES if len(run[s]) > 2 and base[s][0] > 0 and run[s][0] > 0]
     return math.exp(sum(map(math.log, ratios)) / len(ratios))
 
 
 def effect(base, run):
-    """What a change does, in words."""
+    """Effect of a change, in words."""
     words = []
     fails = sum(len(run[test]) for test in TESTS)
     unfinished = [scene for scene, _ in SCENES if len(run[scene]) < 3]

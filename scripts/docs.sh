@@ -12,7 +12,7 @@ mkdir -p build/site-source
 cp -r docs/. build/site-source/
 cp docs/README.md build/site-source/index.md
 rm build/site-source/README.md
-# Pages that live beside the sources; links out of docs/ to other sources stay text.
+# Adds pages that are stored beside the sources; links out of docs/ to other sources become text.
 mkdir -p build/site-source/sources
 python3 scripts/site_pages.py build/site-source
 cat > build/mkdocs.yml <<END

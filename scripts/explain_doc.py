@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Writes how well `explain` finds known forces behind noisy rows into docs/measurements/explaining.md.
+"""Measures how well `explain` finds known forces from noisy rows; writes docs/measurements/explaining.md.
 
     scripts/explain_doc.py [--seeds 10] [--case NAME] [--folder FOLDER]
     scripts/explain_doc.py --torques DATA
 
-Motions are simulated here with a small time step; rows with white noise go to the command, forces stay back. A row's
-true force is the mean over the rows' intervals around it with the weights of a triangle. --case prints one case and
-writes nothing; --folder keeps the files. DATA is a folder with human_walk: its joint torques instead.
+Motions are simulated with a small time step; the command gets the rows with white noise, but no forces. The true force
+of a row is the mean over the two adjacent intervals with triangular weights. --case prints one case and writes nothing;
+--folder keeps the files. --torques computes joint torques of human_walk instead; DATA is the folder that contains it.
 """
 import argparse
 import concurrent.futures
@@ -28,11 +28,11 @@ from counterpoint import optimization  # noqa: E402
 
 DOCUMENT = ROOT / "docs/measurements/explaining.md"
 COMMAND = ROOT / "build/release/bin/counterpoint"
-FIRST = 10  # rows: what stands before is the start, which the estimate leaves free
+FIRST = 10  # rows: earlier rows are the start, which the estimate leaves free
 
 
 class Motion:
-    """A motion with its forces: q and v by row, force (joints) and contact (sum on the robot, world axes) by row."""
+    """A motion with its forces: q, force (joints) and contact (sum on the robot, in W), by row."""
 
     def __init__(self, scene_file, scene, time, q, force, contact, peak=0.3, sensor=None):
         self.scene_file, self.scene, self.time, self.q = scene_file, scene, time, q
@@ -41,8 +41,8 @@ class Motion:
 
 
 def triangle(steps, substeps):
-    """Means over the intervals around a row: columns are steps, then rows. Semi-implicit Euler changes the velocity of
-    step k, which goes from row to row k + 1, at its start: one row's step alone is the row's force."""
+    """Triangular means over the two intervals around each row; maps columns of steps to columns of rows. Semi-implicit
+    Euler changes the velocity at the start of a step, so with one step per row the step is the row's force."""
     weights = 1 - abs(np.arange(1 - substeps, substeps)) / substeps
     rows = steps.shape[1] // substeps + 1
     out = np.full((steps.shape[0], rows), np.nan)
@@ -52,7 +52,7 @@ def triangle(steps, substeps):
 
 
 def from_ground(contacts):
-    """Force of the ground on the robot [N], world axes."""
+    """Force of the ground on the robot, in W [N]."""
     out = np.zeros(3)
     for c in contacts:
         if "ground" in (c.geometry_a, c.geometry_b):
@@ -61,7 +61,7 @@ def from_ground(contacts):
 
 
 def simulated(scene_file, scene, rate, seconds, step, act, truth_scene=None, **more):
-    """A simulation in steps of about `step`: act(simulator, step) sets forces and returns what joints get."""
+    """A simulation in steps of about `step`: act(simulator, time) sets the forces."""
     simulator = cp.Simulator(truth_scene or scene)
     substeps = max(1, round(1 / rate / step))
     simulator.options.time_step = 1 / rate / substeps
@@ -112,7 +112,7 @@ def cube(folder, seed):
 
 
 def arm(folder, seed):
-    """The arm presses its flange on the ground and slides over it; torques are measured to 1 N m."""
+    """The arm presses its flange on the ground and slides over it; torques are measured with a deviation of 1 N m."""
     random = np.random.default_rng(3000 + seed)
     file = ROOT / "data/scenes/arm7.yaml"
     held = cp.load_scene(ROOT / "data/scenes/arm7_servo.yaml")
@@ -132,7 +132,7 @@ GAIT = {}
 
 
 def gait(folder, seed):
-    """Half gaits of the bundled problem, replanned with 10 ms a frame; forces by the inverse."""
+    """Half gaits of the bundled problem, replanned with frames of 10 ms; forces computed by the inverse."""
     if not GAIT:
         text = yaml.safe_load((ROOT / "data/scenes/optimize/humanoid_walk.yaml").read_text())
         text["scene"] = str(ROOT / "data/scenes/optimize" / text["scene"])
@@ -159,7 +159,7 @@ def gait(folder, seed):
 
 
 def explained(folder, name, motion, noise, seed):
-    """The command's forces table of the motion with white noise [m, rad], and its report."""
+    """Runs `explain` on the motion with white noise [m, rad]; returns its table of forces and its report."""
     model = motion.scene.model
     random = np.random.default_rng(seed)
     q = [cp.integrate_configuration(model, row, noise * random.standard_normal(model.nv), 1.0) for row in motion.q]
@@ -193,7 +193,7 @@ def explained(folder, name, motion, noise, seed):
 
 
 def figures(motion, found, report):
-    """Errors of the vertical contact force [weights], of joint forces [N, N m], and how often intervals hold."""
+    """Errors of the vertical contact force [weights] and of joint forces [N, N m], and coverage of the intervals."""
     rows = slice(FIRST, len(motion.time) - 1)
     truth = motion.contact[2] / motion.weight
     error = (found["all.contact.fz"] - motion.contact[2])[rows] / motion.weight
@@ -211,7 +211,7 @@ def figures(motion, found, report):
     if torque.size:
         out.update(torque=np.sqrt(np.mean(torque**2)), torque_median=np.median(abs(torque)),
                    torque_rest=holds[:, ~near].mean(), torque_impact=holds[:, near].mean() if near.any() else np.nan)
-    # Impulses: intervals where the force is above the peak, three rows wider.
+    # Impulses: intervals with the force above the peak, extended by three rows on each side.
     wide = np.convolve((np.nan_to_num(truth) > motion.peak).astype(float), np.ones(7), "same")[rows] > 0
     edges = np.flatnonzero(np.diff(np.concatenate(([0], wide, [0]))))
     impulses = [(error[a:b].sum(), truth[rows][a:b].sum()) for a, b in zip(edges[::2], edges[1::2])]
@@ -239,7 +239,7 @@ def one(arguments):
 
 
 def row(name, noise, done):
-    """A line of the table: medians over the seeds, the worst behind them, means of shares."""
+    """A line of the table: medians over the seeds with the worst value in brackets, and means of shares."""
     def spread(key, scale=1.0):
         values = sorted(scale * f[key] for f in done)
         return f"{np.median(values):.2g} ({values[-1]:.2g})"
@@ -256,7 +256,7 @@ def row(name, noise, done):
 
 
 def plate_wrench(plates, side, time, h):
-    """Force and moment about the world's origin that a foot's plate measured, mean of a triangle of +- h."""
+    """Force and moment about the origin of W measured by a foot's plate, mean with triangular weights over +- h."""
     weight = np.clip(1 - abs(plates["time"] - time) / h, 0, None)
     weight /= weight.sum()
     fx, fy, fz, px, py, tz = (np.nan_to_num(plates[f"{side}.{c}"]) for c in ("fx", "fy", "fz", "px", "py", "tz"))
@@ -265,7 +265,8 @@ def plate_wrench(plates, side, time, h):
 
 
 def walking_torques(data, folder):
-    """Joint torques of human_walk, `explain` without plates less inverse dynamics with them: rms [N m/kg]."""
+    """Difference of the joint torques of human_walk between `explain` without plates and inverse dynamics with them:
+    rms [N m/kg]."""
     walk = data / "human_walk"
     forces = folder / "walk_forces.csv"
     subprocess.run([str(COMMAND), "explain", str(walk / "scene.yaml"), str(walk / "recording_raw.csv"), "--columns",
@@ -278,7 +279,7 @@ def walking_torques(data, folder):
     found = np.genfromtxt(forces, delimiter=",", names=True, deletechars="")
     time = recorded["time"]
     h = scene.options.time_step = time[1] - time[0]
-    # A Gaussian low-pass, half the power at 10 Hz; mirrored ends.
+    # Gaussian low-pass filter with half the power at 10 Hz; the ends are mirrored.
     lags = np.arange(-60, 61)
     kernel = np.exp(-((lags * h * 2 * math.pi * 10) ** 2) / (2 * math.log(2)))
     kernel /= kernel.sum()
@@ -309,7 +310,7 @@ def walking_torques(data, folder):
 
 
 def write(name, text):
-    """Puts a table between its marks in the document."""
+    """Replaces a table between its marks in the document."""
     DOCUMENT.write_text(marked.replaced(DOCUMENT.read_text(), name, text)[0])
 
 

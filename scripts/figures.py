@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Prints the figures that tests record: scripts/figures.py build/release/bin/collision_test [FILTER]
 
-One line a test and property; of tests with parameters the largest over all parameters."""
+One line per test and property; for parametrized tests the largest value over all parameters."""
 import json
 import pathlib
 import subprocess
@@ -13,7 +13,7 @@ KNOWN = {"name", "file", "line", "status", "result", "timestamp", "time", "class
 
 
 def larger(a, b):
-    """As texts; one that is no number, as "nan", is the larger."""
+    """The larger of two numbers given as texts; a text that is no number, such as "nan", is the larger."""
     try:
         return a if not float(a) <= float(b) and float(b) == float(b) else b
     except ValueError:

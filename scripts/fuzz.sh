@@ -1,6 +1,7 @@
 #!/bin/sh
-# Builds the fuzz targets with Clang and runs each for a while: scripts/fuzz.sh [SECONDS] [TARGET...]
-# Stops with 1 when an input crashes, hangs or leaks out of the parser; it lies in out/fuzz/.
+# Builds the fuzz targets with Clang and runs each for a while:
+#   scripts/fuzz.sh [SECONDS] [TARGET...]
+# Exits with 1 if an input crashes, hangs or leaks; the input is written to out/fuzz/.
 set -eu
 cd "$(dirname "$0")/.."
 

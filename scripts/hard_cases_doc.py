@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""hard_cases_doc.py DIR: puts what `counterpoint hard-cases --report DIR` wrote into docs/measurements/hard-cases.md.
+"""hard_cases_doc.py DIR: copies a report of `counterpoint hard-cases --report DIR` to docs/measurements/hard-cases.md.
 
-Everything before the table stays; the table and what follows it is replaced, the pictures are copied."""
+The text before the table stays; the table and the text after it are replaced, and the pictures are copied."""
 import pathlib
 import re
 import shutil

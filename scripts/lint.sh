@@ -1,8 +1,9 @@
 #!/bin/sh
-# cppcheck and clang-tidy (.clang-tidy says which checks) over the code; 1 if either finds something.
-# Debian: clang-tidy, cppcheck.
-#   scripts/lint.sh [BUILD] [FOLDER...]    BUILD: a configured build folder that compiles file by file, default
-#                                          build/lint, which is made; FOLDER: for clang-tidy, default all
+# Runs cppcheck and clang-tidy (checks in .clang-tidy) over the code; exits with 1 if either finds
+# something. Debian: clang-tidy, cppcheck.
+#   scripts/lint.sh [BUILD] [FOLDER...]    BUILD: a configured build folder without unity builds,
+#                                          default build/lint, which is created; FOLDER: for
+#                                          clang-tidy, default all
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -10,14 +11,15 @@ build=${1:-build/lint}
 [ $# -eq 0 ] || shift
 [ -f "$build/compile_commands.json" ] ||
   cmake --preset release -B "$build" -DCOUNTERPOINT_UNITY=OFF -DCOUNTERPOINT_PRECOMPILED_HEADERS=OFF >/dev/null
-# Many files at a time hide behind the names of these, and clang-tidy would find none of them.
+# Unity builds list only their combined files, and clang-tidy would find none of the sources.
 if grep -q '/Unity/unity_' "$build/compile_commands.json"; then
   echo "error: $build compiles many files at a time (COUNTERPOINT_UNITY); take another folder, or none" >&2
   exit 2
 fi
 failed=0
-# What is left out: styles (inconclusive by nature), what needs the headers of other libraries, ends of functions (the
-# compiler sees them, and knows what never returns), and views of strings that outlive the call they are passed to.
+# Left out: style checks (inconclusive by nature), checks that need the headers of other libraries,
+# missing returns (the compiler checks them and knows functions that never return), and string views
+# that outlive the call they are passed to.
 cppcheck --quiet --std=c++20 --language=c++ --enable=warning,performance,portability \
   -I include --inline-suppr --suppress=missingIncludeSystem --suppress=missingReturn \
   --suppress=invalidLifetime:include/counterpoint/engine/io/bytes.h \

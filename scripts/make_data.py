@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes data/robots/*.urdf, the box scenes and the heights of data/scenes. Standard library only.
+"""Writes data/robots/*.urdf, the generated scenes of data/scenes and their meshes and heights. Standard library only.
 
 Inertias follow from the mass and the uniform density of each link's primitive shape, so the files are
 physical by construction. Usage: scripts/make_data.py [--check]   (--check: compare, write nothing)
@@ -7,7 +7,7 @@ physical by construction. Usage: scripts/make_data.py [--check]   (--check: comp
 import pathlib
 import sys
 
-sys.dont_write_bytecode = True  # the tests run this in the sources
+sys.dont_write_bytecode = True  # tests run this script in the source tree
 from pile_scenes import bundled_pile_files  # noqa: E402
 from scenes.box_scenes import SCENES, box_scene, ellipse, hollow  # noqa: E402
 from scenes.hard_scenes import hard_files  # noqa: E402

@@ -1,8 +1,8 @@
-"""Parts of documents that programs write, between the marks `<!-- NAME: begin -->` and `<!-- NAME: end -->`."""
+"""Generated parts of documents, between the marks `<!-- NAME: begin -->` and `<!-- NAME: end -->`."""
 
 
 def replaced(document, name, text):
-    """The document with this text between the marks, and the text that was there."""
+    """Returns the document with this text between the marks, and the previous text there."""
     begin, end = f"<!-- {name}: begin -->\n", f"<!-- {name}: end -->"
     before, rest = document.split(begin)
     old, after = rest.split(end)

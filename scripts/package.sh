@@ -1,13 +1,13 @@
 #!/bin/sh
-# Writes the Debian packages counterpoint, libcounterpoint-dev and python3-counterpoint into build/packages, of
-# what the release preset builds.
+# Writes the Debian packages counterpoint, libcounterpoint-dev and python3-counterpoint into
+# build/packages, from the build of the release preset.
 set -eu
 cd "$(dirname "$0")/.."
 for tool in dpkg-shlibdeps file; do
   command -v $tool >/dev/null || { echo "error: $tool is missing (apt-get install dpkg-dev file)" >&2; exit 2; }
 done
-# Without MPI, which would have to be installed with them. Afterwards the build has it again, where it is found, and
-# the prefix that it had.
+# Built without MPI, which would become a dependency. Afterwards the build is configured with MPI
+# (if it is found) and with its previous prefix again.
 prefix=$(sed -n 's/^CMAKE_INSTALL_PREFIX:PATH=//p' build/release/CMakeCache.txt 2>/dev/null || true)
 trap 'cmake --preset release -DCOUNTERPOINT_MPI=AUTO "-DCMAKE_INSTALL_PREFIX=${prefix:-/usr/local}" >/dev/null' EXIT
 cmake --preset release -DCMAKE_INSTALL_PREFIX=/usr -DCMAKE_INSTALL_LIBDIR=lib -DCOUNTERPOINT_MPI=OFF >/dev/null

@@ -1,8 +1,11 @@
 #!/bin/sh
-# Counterpoint beside Pinocchio and MuJoCo (docs/measurements/performance.md): builds the benchmark with Clang for this
-# processor, optimized when it is linked as MuJoCo is by default, runs it, writes its figures and picture.
+# Compares Counterpoint with Pinocchio and MuJoCo (docs/measurements/performance.md): builds the
+# benchmark with Clang for this processor and with link-time optimization, as MuJoCo is built by
+# default, runs it, and writes its figures and picture.
 #   scripts/performance_doc.sh ROBOTS [PREFIX]
-# TABLES in the environment: algorithms, steps (default both), derivatives, scale, piles, robots, softness, with commas. ROBOTS: folder below which the URDFs of robots are looked for. PREFIX: where peers are installed.
+# TABLES in the environment, separated by commas: algorithms, steps (default both), derivatives,
+# scale, piles, robots, softness. ROBOTS: folder below which the URDFs of robots are searched.
+# PREFIX: where the other engines are installed.
 set -eu
 [ $# -ge 1 ] || { echo "usage: scripts/performance_doc.sh ROBOTS [PREFIX]" >&2; exit 2; }
 robots=$(realpath "$1")

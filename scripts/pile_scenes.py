@@ -4,9 +4,9 @@
     scripts/pile_scenes.py --count 64 --friction 2 --mass-range 1e3 --overlap 0.5 --seed 3 --out DIR
     scripts/pile_scenes.py --count 16 --chain --out DIR
 
-Prints the scene's path, to be given to `counterpoint simulate`. The same arguments write the same bytes. The hulls
-go to DIR/hulls, as URDFs with their meshes. Standard library only. data/scenes/piles was written by make_data.py
-with the functions of this file.
+Prints the scene's path, for `counterpoint simulate`. The same arguments write the same bytes. The hulls are written to
+DIR/hulls, as URDFs with meshes. Standard library only. make_data.py writes data/scenes/piles with the functions of this
+file.
 """
 import argparse
 import itertools
@@ -19,7 +19,7 @@ import sys
 from scenes.files import free, joint, link, num, scene, urdf, vec
 
 KINDS = ("box", "sphere", "capsule", "cylinder", "hull")
-SMALLEST, LARGEST = 0.05, 0.12  # m, of a half length or radius
+SMALLEST, LARGEST = 0.05, 0.12  # range of half lengths and radii [m]
 HULLS, HULL_CORNERS = 4, 14
 
 
@@ -38,7 +38,7 @@ def dot(a, b):
 
 
 def faces_of(points):
-    """Triangles of the hull, counter-clockwise from outside, of few points in general position."""
+    """Triangles of the convex hull of a few points in general position, counter-clockwise from outside."""
     faces = []
     for i, j, k in itertools.combinations(range(len(points)), 3):
         normal = cross(sub(points[j], points[i]), sub(points[k], points[i]))
@@ -66,7 +66,7 @@ def moments(points, faces):
 
 
 def hull(index):
-    """Corners about the centre of mass, faces, and the moments of inertia a kilogram."""
+    """Corners relative to the centre of mass, faces, and the inertia tensor per kilogram."""
     rng = random.Random(f"hull {index}")
     half = [rng.uniform(SMALLEST, LARGEST) for _ in range(3)]
     points = []
@@ -84,7 +84,7 @@ def hull(index):
 
 
 def hull_files(index, mass):
-    """{name below the folder of hulls: text} of hull `index`, and the URDF's name."""
+    """Returns {name below the folder of hulls: text} for hull `index`, and the URDF's name."""
     points, faces, inertia = hull(index)
     mesh = [f"# A convex hull of {HULL_CORNERS} random points. Written by scripts/pile_scenes.py."]
     mesh += ["v " + " ".join(num(x) for x in p) for p in points]
@@ -101,7 +101,7 @@ def hull_files(index, mass):
 # ---- piles ---------------------------------------------------------------------------------------------
 
 def turn(rng):
-    """Roll, pitch and yaw of an orientation drawn evenly."""
+    """Roll, pitch and yaw of a uniformly distributed orientation."""
     return (rng.uniform(-math.pi, math.pi), math.asin(rng.uniform(-1, 1)), rng.uniform(-math.pi, math.pi))
 
 
@@ -109,7 +109,7 @@ def mass_of(rng, mass_range, whole_decades):
     if mass_range <= 1:
         return 1.0
     decades = math.log10(mass_range)
-    if whole_decades:  # of hulls, so that there are few files
+    if whole_decades:  # for hulls, so that there are few files
         return 10.0 ** rng.randint(-math.floor(decades), math.floor(decades))
     return float(f"{10 ** rng.uniform(-decades, decades):.6g}")
 
@@ -126,7 +126,7 @@ def size_of(rng, kind):
 
 
 def reach_of(kind, size):
-    """Largest distance of a shape's points from its centre [m]; of a hull `size` is its index."""
+    """Largest distance of a shape's points from its centre [m]; for a hull, `size` is its index."""
     if kind == "sphere":
         return size
     if kind == "capsule":
@@ -136,7 +136,7 @@ def reach_of(kind, size):
     return math.sqrt(max(dot(p, p) for p in hull(size)[0])) if kind == "hull" else math.hypot(*size)
 
 
-# Parameters: a row of what was drawn.
+# Parameters: the values drawn for one body.
 def body(index, kind, size, mass, position, rpy, friction, files):
     if kind != "hull":
         return free(f"body{index}", kind, size, mass, position, rpy, friction)
@@ -147,8 +147,8 @@ def body(index, kind, size, mass, position, rpy, friction, files):
 
 
 def positions(rng, reaches, overlap, disc):
-    """One body after the other at the lowest of some places in a disc of radius `disc`, such that the balls around
-    them touch at most. `overlap`: share of their size by which bodies, and the lowest and the ground, may be inside each other."""
+    """Places one body after another at the lowest of twelve random places in a disc of radius `disc`, such that their
+    bounding balls at most touch. `overlap`: share of their size by which bodies may overlap each other or the ground."""
     placed = []
     for reach in (1.02 * (1 - overlap) * r for r in reaches):
         best = None
@@ -166,7 +166,7 @@ def positions(rng, reaches, overlap, disc):
 
 
 def bin_walls(half):
-    """Four walls about a square of that half width."""
+    """Four walls around a square of half width `half`."""
     walls = ["environment:"]
     for name, x, y in (("west", -1, 0), ("east", 1, 0), ("south", 0, -1), ("north", 0, 1)):
         size = (0.1 if x else half + 0.2, 0.1 if y else half + 0.2, 2)
@@ -176,7 +176,7 @@ def bin_walls(half):
 
 
 def chain(links=12):
-    """A chain of capsules on hinges that alternate between two axes, as a URDF, 6 m/s fast towards the pile."""
+    """A chain of capsules with hinges about two alternating axes, as a URDF, that moves at 6 m/s towards the pile."""
     radius, length, mass = 0.03, 0.15, 0.5
     across = mass * (3 * radius ** 2 + (length + radius) ** 2) / 12
     along = 0.5 * mass * radius ** 2
@@ -196,7 +196,7 @@ def chain(links=12):
 
 def pile(name, count, friction=0.5, mass_range=1.0, overlap=0.0, seed=0, step=0.002, duration=5.0, with_chain=False,
          in_bin=False):
-    """{path: text} of a pile, the scene's being NAME.yaml."""
+    """Returns {path: text} of a pile; its scene is NAME.yaml."""
     rng = random.Random(f"pile {count} {seed}")
     shapes = []
     for i in range(count):
@@ -231,7 +231,7 @@ def pile_name(count, friction, mass_range, overlap, seed, with_chain=False, in_b
 
 
 def bundled_pile_files():
-    """What make_data.py writes to data."""
+    """Files of piles that make_data.py writes to data."""
     files = {}
     for name, options in {
             "pile_16": {"count": 16},

@@ -26,7 +26,7 @@ Written by scripts/python_reference.py from the stubs and docstrings of the modu
 
 
 def wrapped(text, indent):
-    """A signature in lines of at most WIDTH."""
+    """Wraps a signature at WIDTH columns."""
     if len(text) + 4 <= WIDTH:
         return [text]
     head, rest = text.split("(", 1)
@@ -52,7 +52,7 @@ def signature(node, name):
 
 
 def plain(text):
-    """Types without the underscores of aliases that are the stubs' own."""
+    """Removes the underscores of type aliases that only the stubs define."""
     return re.sub(r"\b_([A-Z])", r"\1", text.replace("_Floats", "ndarray").replace("_Path", "path"))
 
 
@@ -65,7 +65,7 @@ def code(lines):
 
 
 def sections(text):
-    """A docstring in NumPy's style as Markdown."""
+    """Converts a docstring in NumPy's style to Markdown."""
     out, lines, i = [], text.splitlines(), 0
     while i < len(lines):
         if i + 1 < len(lines) and lines[i + 1] and set(lines[i + 1]) == {"-"}:
@@ -89,7 +89,7 @@ def members(node, thing):
         if isinstance(item, ast.AnnAssign):
             name = item.target.id
             if not hasattr(thing, name):
-                continue  # of instances only: the class's docstring says it
+                continue  # attribute of instances only, described in the docstring of the class
             out.append(f"* `{name}: {ast.unparse(item.annotation)}` – {first(getattr(thing, name, None))}")
         elif isinstance(item, ast.FunctionDef) and item.name not in seen:
             seen.add(item.name)
@@ -113,7 +113,7 @@ def first(attribute):
 
 
 def in_lines(text):
-    """Prose and list items in lines of at most WIDTH; code as it is."""
+    """Wraps prose and list items at WIDTH columns; leaves code unchanged."""
     out, is_code = [], False
     for line in text.split("\n"):
         is_code ^= line.lstrip().startswith("```")

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Writes what the engine finds in real recordings into docs/measurements/recordings.md, from runs of the command.
+"""Writes the results of the engine on real recordings into docs/measurements/recordings.md, from runs of the command.
 
     scripts/recordings_doc.py --data FOLDER [--command build/release/bin/counterpoint] [--check]
 
-FOLDER holds cube_toss, planar_square_drop, simple_pendulum, arms, planar_ellipse_impacts, cassie_impact, human_walk, icub_walk, robots; what is missing is
-said and left as it is.
+FOLDER contains cube_toss, planar_square_drop, simple_pendulum, arms, planar_ellipse_impacts, cassie_impact, human_walk,
+icub_walk and robots; sections without data are reported and left unchanged.
 --check compares instead of writing; exit code 1 if the text differs.
 """
 import argparse
@@ -22,7 +22,7 @@ DOCUMENT = ROOT / "docs/measurements/recordings.md"
 
 
 def run(options, words):
-    """The report of a command, and the command as a reader would type it."""
+    """Runs a command; returns its report, and the command as a reader would type it."""
     files = [f for word in words for f in expand(options, word)]
     done = subprocess.run([options.command, *files, "--json", "-"], capture_output=True, text=True, cwd=ROOT)
     if done.returncode != 0:
@@ -31,7 +31,7 @@ def run(options, words):
 
 
 def expand(options, word):
-    if "=robots/" in word:  # NAME=FOLDER of --package
+    if "=robots/" in word:  # NAME=FOLDER for --package
         name, folder = word.split("=", 1)
         return [f"{name}={options.data / folder}"]
     if "*" not in word and not word.endswith(".csv"):
@@ -107,7 +107,7 @@ def pendulum(options):
 
 
 def found_row(p):
-    """One figure that was found, with its interval."""
+    """One parameter found, with its interval."""
     interval = "-" if p["lower_95"] is None else f"{p['lower_95']:.3g} ... {p['upper_95']:.3g}"
     return f"{p['value'] if abs(p['value']) > 1e-6 else 0:.3g} ({interval})"
 
@@ -198,7 +198,7 @@ def cassie(options):
 
 
 def walk(options, folder, feet, pieces):
-    """`counterpoint explain` on a recording beside which the feet's forces were measured."""
+    """Runs `counterpoint explain` on a recording with measured forces of the feet."""
     measured = "".join(f"  {name}: {{links: [{', '.join(links)}], {', '.join(f'{a}: {c}' for a, c in columns.items())}}}\n"
                        for name, (links, columns) in feet.items())
     text = ("Found from the positions alone, with the command's defaults: root mean square of found less measured, % of\nthe "

@@ -4,9 +4,7 @@
     scripts/robot_table.py build/release/bin/counterpoint FOLDER [extra options of simulate]
     scripts/robot_table.py build/release/bin/counterpoint FOLDER --meshes
 
-With --meshes it prints a table of the meshes and of their hulls instead.
-
-Standard library only.
+With --meshes it prints a table of the meshes and their hulls instead. Standard library only.
 """
 import json
 import pathlib
@@ -16,7 +14,7 @@ import tempfile
 
 
 def run(command, urdf, base, options):
-    """(cell of the table, message of a refusal or failure)"""
+    """Returns (cell of the table, message of a refusal or failure)."""
     with tempfile.TemporaryDirectory() as folder:
         report = pathlib.Path(folder) / "report.json"
         arguments = [command, "simulate", str(urdf), "--base", base, "--duration", "2",

@@ -1,29 +1,28 @@
 #!/usr/bin/env python3
-"""Runs random piles, and every URDF below some folders, and writes one row of figures a run: does contact ever stop?
+"""Runs random piles, and every URDF below some folders, and writes one row of figures per run.
 
     scripts/robustness.py build/release/bin/counterpoint
     scripts/robustness.py build/release/bin/counterpoint --robots ~/robots --package example-robot-data=~/erd --full
     scripts/robustness.py build/release/bin/counterpoint --robots ~/robots --full --budget 600 --page robustness.md
 
-Default is a quick choice of two minutes, --full the whole matrix, what is likely to fail first: piles of 16 to 1000
-bodies (friction, masses, time step, overlap, seeds), robots floating and fixed on the ground, unpowered and under
-random torques, at 0.5, 2 and 10 ms. Every run is one `counterpoint simulate`, and stands in its row as a command that
-repeats it. Rows are kept in --out: a run that is there is not run again by the same build, so that a matrix of hours
-can be run in shares (--budget). Every row is judged:
+The default is a selection of two minutes; --full runs the whole matrix, with the runs most likely to fail first: piles
+of 16 to 1000 bodies (friction, masses, time step, overlap, seeds), robots floating and fixed on the ground, unpowered
+and under random torques, at 0.5, 2 and 10 ms. Every run is one `counterpoint simulate`; its row contains the command
+that repeats it. Rows are kept in --out and not run again by the same build, so that a matrix of hours can be run in
+parts (--budget). Every row is judged:
 
     ended         exit code 0
-    energy        never above that of the start, the work of the inputs along the path of each step and that of the
-                  correction of overlaps, by more than 1 % of the highest energy. Where masses do not change with the
-                  pose semi-implicit Euler never is: a step changes kinetic energy by h u'v+, by f'J v+ <= 0 of contacts
-                  and by -|v+ - v|^2_M / 2. Trees are left this 1 %, and the 1 mm/s at which overlaps part by velocity
+    energy        exceeds the energy of the start, plus the work of the inputs along the path of each step and of the
+                  overlap correction, by at most 1 % of the highest energy. With a constant mass matrix semi-implicit
+                  Euler never exceeds it: a step changes kinetic energy by h u'v+, by f'J v+ <= 0 of contacts and by
+                  -|v+ - v|^2_M / 2. The 1 % allows for trees, and for the 1 mm/s at which overlaps part by velocity
     ground        no point is more than 1 cm below the ground at the end
-    inverse       `counterpoint inverse` over the motion finds the forces that were applied to 1e-8 of the largest force
-                  at work, or of 1 N: what was applied and what came from contact are told apart
+    inverse       `counterpoint inverse` over the motion finds the applied forces with an error of at most 1e-8 of the
+                  largest force at work or of 1 N, so it separates them from contact forces
     newton        no step takes more than 200 Newton steps, and 99 of 100 at most 30
 
-Exit code 1 if a run failed, crashed or was killed, or has an energy, a depth or an inverse that it should not have. A
-URDF that is refused as bad input, and a run that had not the wall time to end (--limit), do not count. Standard library
-only.
+Exit code 1 if a run failed, crashed or was killed, or violates the bounds of energy, ground or inverse. A URDF that is
+refused as bad input, and a run that exceeded its wall time (--limit), do not count. Standard library only.
 """
 import argparse
 import concurrent.futures
@@ -40,7 +39,7 @@ import time
 sys.dont_write_bytecode = True
 from scenes.robustness_runs import hardness, interleaved, pile_runs, robot_runs  # noqa: E402
 
-# Column: key of the report of simulate (docs/reference/json-reports.md).
+# Maps columns to keys of the report of simulate (docs/reference/json-reports.md).
 FIGURES = {"simulated_s": "simulated_seconds", "steps": "steps", "newton_mean": "newton_iterations_mean",
            "newton_p99": "newton_iterations_p99", "newton_max": "newton_iterations_max",
            "failed_steps": "solver_failures", "softened_steps": "softened_steps", "step_median_us": "step_time_median_us",
@@ -53,16 +52,16 @@ FIGURES = {"simulated_s": "simulated_seconds", "steps": "steps", "newton_mean": 
 COLUMNS = ["kind", "scene", "base", "inputs", "bodies", "friction", "mass_range", "overlap", "seed", "time_step_s",
            "duration_s", "exit", "status", "short_of", *FIGURES, "inverse_error", "message",
            "command"]
-ENERGY_SHARE, DEPTH, INVERSE_ERROR, NEWTON_P99, NEWTON_MAX = 0.01, 0.01, 1e-8, 30, 200  # bounds, see above
+ENERGY_SHARE, DEPTH, INVERSE_ERROR, NEWTON_P99, NEWTON_MAX = 0.01, 0.01, 1e-8, 30, 200  # bounds, see the docstring
 BAD = {"failed", "crashed", "killed"}
-QUICK_LIMIT, FULL_LIMIT = 10.0, 120.0  # s of steps a run
-SLACK = 30.0                           # s beyond that for reading, and for one step that takes long: then it is killed
+QUICK_LIMIT, FULL_LIMIT = 10.0, 120.0  # largest time of the steps of a run [s]
+SLACK = 30.0                           # time beyond the limit for reading and for one long step, then the run is killed [s]
 
 
 # ---- running -------------------------------------------------------------------------------------------
 
 def judge(row):
-    """What a row falls short of, in words."""
+    """Criteria that a row fails, as words."""
     short = [] if row["status"] in ("ok", "refused") else [row["status"]]
     if not row.get("steps"):
         return short
@@ -79,7 +78,7 @@ def judge(row):
 
 
 def inverse_error(command, options, motion, limit):
-    """Error of the applied forces found, over the largest force at work or 1 N; "failed"; or "": no time."""
+    """Error of the applied forces found, relative to the largest force or 1 N; "failed"; or "" after `limit`."""
     words = [command, "inverse", options[0], str(motion)]
     rest = iter(options[1:])
     for option in rest:
@@ -96,7 +95,7 @@ def inverse_error(command, options, motion, limit):
 
 
 def run(command, row, options, prepare, limit):
-    """The row, filled in."""
+    """Runs a row and returns it with its figures."""
     if prepare:
         prepare()
     row = dict(row)
@@ -124,7 +123,7 @@ def run(command, row, options, prepare, limit):
 
 
 def number(text):
-    """Of a field of the table: a whole number, another, or the text as it is."""
+    """Parses a field of the table: an integer, a float, or the text unchanged."""
     for kind in (int, float):
         try:
             return kind(text)
@@ -139,13 +138,13 @@ def rows_before(path):
     with open(path, newline="", encoding="utf-8") as file:
         rows = [{k: v if k in ("state_hash", "scene", "inputs", "message", "command") else number(v)
                  for k, v in row.items()} for row in csv.DictReader(file)]
-    for row in rows:  # 0.0 was written as 0
+    for row in rows:  # 0.0 was written as "0"
         row["energy_excess_J"] = float(row["energy_excess_J"]) if row["energy_excess_J"] != "" else ""
     return rows
 
 
 def run_all(arguments, runs, limit):
-    """All rows there are, those of earlier calls first; a new one is written as soon as all before it are there."""
+    """Returns all rows, those of earlier calls first; each new row is written once all rows before it are complete."""
     path = arguments.out / "robustness.csv"
     rows = rows_before(path)
     known = {row["command"] for row in rows}
@@ -241,7 +240,7 @@ def table_line(group, rows):
 
 
 def bounded_softening(rows):
-    """Steps, and softened steps, of equal-mass piles that start apart and of robots, at 2 ms."""
+    """Numbers of steps and of softened steps at 2 ms, for equal-mass piles without overlap and for robots."""
     chosen = [row for row in rows if row.get("steps") and row["time_step_s"] == 0.002 and
               (row["kind"] == "robot" or (row["mass_range"] == 1 and row["overlap"] == 0))]
     return sum(row["steps"] for row in chosen), sum(row["softened_steps"] for row in chosen)
@@ -329,7 +328,7 @@ def main():
     before = arguments.out / "robustness.csv"
     if before.exists() and (arguments.again or
                             before.stat().st_mtime < pathlib.Path(arguments.command).stat().st_mtime):
-        before.unlink()  # those of another build say nothing of this one
+        before.unlink()  # rows of another build are not valid for this one
     piles = [] if arguments.only == "robots" else pile_runs(arguments)
     robots = [] if arguments.only == "piles" else robot_runs(arguments)
     if arguments.full:

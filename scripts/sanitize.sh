@@ -1,16 +1,17 @@
 #!/bin/sh
-# Builds with the address and undefined behaviour sanitizers (preset asan; Eigen's assertions are on
-# there too) and runs tests under them:
-#   scripts/sanitize.sh                      everything; most of an hour on two cores, not part of CI
-#   scripts/sanitize.sh --inputs             what reads files: tests of model/, fuzz corpora; part of CI
+# Builds with the address and undefined behaviour sanitizers (preset asan, with Eigen's assertions)
+# and runs tests:
+#   scripts/sanitize.sh                      all tests; most of an hour on two cores, not part of CI
+#   scripts/sanitize.sh --inputs             code that reads files (tests of model/, fuzz corpora);
+#                                            part of CI
 #   scripts/sanitize.sh model_test 'Urdf*'   one executable, with a GoogleTest filter
 set -eu
 cd "$(dirname "$0")/.."
 
-# FCL, assimp and qhull come from the system; what they hold until the end is not ours to free.
+# Leaks are not reported, because FCL, assimp and qhull of the system hold memory until the end.
 export ASAN_OPTIONS=detect_leaks=0:strict_string_checks=1
 export UBSAN_OPTIONS=print_stacktrace=1
-# As scripts/setup.sh: a build from nothing compiles many files at a time.
+# Same as in scripts/setup.sh: a new build folder uses unity builds.
 unity=""
 [ -e build/asan/CMakeCache.txt ] || unity=-DCOUNTERPOINT_UNITY=ON
 # shellcheck disable=SC2086  # one word or none

@@ -1,8 +1,9 @@
 #!/bin/sh
-# Installs what Counterpoint needs on Debian 12, builds it, and runs it once. Safe to repeat.
+# Installs the dependencies of Counterpoint on Debian 12, builds it, and runs it once. Safe to
+# repeat.
 #   scripts/setup.sh               packages, the command, main job, the Python module
-#   scripts/setup.sh --build-only  packages, and all that can be built: tests, benchmarks
-#   scripts/setup.sh --for-tests   the same, and Chromium, in which the tests look at replays
+#   scripts/setup.sh --build-only  packages, and all targets: tests, benchmarks
+#   scripts/setup.sh --for-tests   the same, and Chromium, in which the tests open replays
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -10,10 +11,10 @@ packages="g++ cmake ninja-build libeigen3-dev libfcl-dev libccd-dev liburdfdom-d
 liburdfdom-headers-dev libassimp-dev zlib1g-dev libyaml-cpp-dev libtinyxml2-dev libqhull-dev libpng-dev libfmt-dev
 libconsole-bridge-dev libcli11-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev"
 
-# Not needed: HDF5, for trajectories in .h5 files; libsdformat, for Gazebo's files; MuJoCo, which
-# `counterpoint hard-cases` then runs beside Counterpoint; node and npm, which pack the page of `counterpoint view`;
-# what the Python module is made of; for the tests Chromium, pytest, and Open MPI, which spreads tasks over machines.
-# What is there from elsewhere will do.
+# Optional: HDF5, for trajectories in .h5 files; libsdformat, for Gazebo's files; MuJoCo, for the
+# comparison in `counterpoint hard-cases`; node and npm, which bundle the page of `counterpoint
+# view`; the dependencies of the Python module; for the tests Chromium, pytest, and Open MPI, which
+# spreads tasks over machines. Versions from other sources are used if present.
 optional="libhdf5-dev libsdformat-dev libmujoco-dev pybind11-dev python3-dev python3-numpy"
 { command -v node && command -v npm; } >/dev/null || optional="$optional nodejs npm"
 if [ "${1:-}" = --for-tests ]; then
@@ -55,15 +56,15 @@ elif [ -n "$missing$missing_optional" ]; then
   fi
 fi
 
-# A build from nothing compiles 24 files of a library or the command at a time. A build folder that is there keeps its
-# own setting.
+# A new build folder uses unity builds: it compiles 24 files of a library or the command at a time.
+# An existing build folder keeps its own setting.
 unity=""
 [ -e build/release/CMakeCache.txt ] || unity=-DCOUNTERPOINT_UNITY=ON
 # shellcheck disable=SC2086  # one word or none
 cmake --preset release $unity
 
-# build TARGET: one line that counts files, after an estimate of 5 s of processor time a file, 25 s for 24 at a
-# time (GCC 12 at 2 GHz).
+# build TARGET: builds with one line that counts files, after an estimate of 5 s of processor time
+# per file, 25 s for a batch of 24 (GCC 12 at 2 GHz).
 build() {
   cores=$(nproc)
   objects=$(ninja -C build/release -t commands "$1" | grep -o ' -o [^ ]*\.o ' | while read -r _ object; do
@@ -98,7 +99,7 @@ if $counterpoint view humanoid_drop out/fall.csv --contacts out/contacts.csv --o
 else
   replay="  (no replay of it: see above)"
 fi
-# The Python module, where there is what it is made of.
+# Builds the Python module if its dependencies are installed.
 python=""
 if ninja -C build/release -t query counterpoint_python >/dev/null 2>&1; then
   build counterpoint_python

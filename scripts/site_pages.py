@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""site_pages.py SITE: fits the copied pages to the site: pages beside sources (contact/README.md, ...) are copied to
-SITE/sources, links to them follow, links to other sources become text."""
+"""site_pages.py SITE: adapts the copied pages to the site. Copies pages beside sources (contact/README.md, ...) to
+SITE/sources, adjusts links to them, and replaces links to other sources by text."""
 
 import os
 import pathlib

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Builds, installing what is missing, and runs every test; tests that were skipped are listed at the end with
+# Installs missing packages, builds and runs every test; skipped tests are listed at the end with
 # their reason.
 set -eu
 cd "$(dirname "$0")/.."

@@ -1,4 +1,5 @@
-// The block whose creep, hover and rest every regularized engine is judged by.
+// The block test applied to every regularized engine: creep on a slope, hover while sliding, height
+// at rest.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,9 +13,9 @@ namespace {
 
 constexpr double kGravity = 9.81, kHalf = 0.1, kFriction = 0.5, kSlope = 0.4;
 constexpr double kSettle = 0.5, kWatch = 0.5;  // [s]
-constexpr double kSpeed = 2.0;                 // [m/s]: stops after 0.41 s
+constexpr double kSpeed = 2.0;                 // [m/s], stops after 0.41 s
 
-/// On the plane z = 0; gravity leans over by `slope`, its tangent.
+/// The block on the plane z = 0; gravity is tilted so that the plane has slope `slope` (tangent).
 Scene block_on_plane(double slope) {
   Material material;
   material.friction = kFriction;
@@ -24,7 +25,7 @@ Scene block_on_plane(double slope) {
   plane.type = ShapeType::kPlane;
   LinkSpec link;
   link.name = "block";
-  const double moment = 4.0 * kHalf * kHalf / 6.0;  // of 1 kg
+  const double moment = 4.0 * kHalf * kHalf / 6.0;  // cube of 1 kg [kg m^2]
   link.inertia = {1.0, Vector3::Zero(), Vector3::Constant(moment).asDiagonal()};
   link.collisions.push_back({"", Pose(), shape, material});
   RobotSpec robot;
@@ -41,7 +42,8 @@ Scene block_on_plane(double slope) {
   return scene;
 }
 
-/// Steps for that long or a little longer; `see(state)` after each. False if a step fails.
+/// Steps for `seconds`, rounded to whole steps, and calls see(state) after each. False if a step
+/// fails.
 template <class See>
 bool run(const Scene& scene, const EngineSetting& setting, double seconds, State& state, See see) {
   Workspace workspace(scene.model);

@@ -15,11 +15,11 @@
 namespace counterpoint::apps::accuracy {
 namespace {
 
-constexpr double kExact = 1e-9;  ///< [m, rad, relative]: closer is taken as meant to be equal
+constexpr double kExact = 1e-9;  ///< [m, rad, relative]: smaller differences count as zero
 
-/// A free body by its coordinates.
+/// State of a free body.
 struct FreeBody {
-  Vector3 position, velocity, spin;  ///< of its origin in W; spin in body axes
+  Vector3 position, velocity, spin;  ///< origin, in W; spin in the body-fixed frame
   Matrix3 rotation;
 
   static FreeBody read(const VectorX& q, const VectorX& v, const Body& body) {
@@ -50,7 +50,7 @@ Vector3 gravity_of(const Scene& scene) {
   return has_effect(scene, Effect::kGravity) ? scene.model.gravity() : Vector3(Vector3::Zero());
 }
 
-/// Why not all bodies are free in the sense needed; empty: they are.
+/// Reason why the bodies do not all fly freely; empty: they do.
 std::string not_free(const Scene& scene) {
   const Model& model = scene.model;
   for (int i = 1; i < model.num_bodies(); ++i) {
@@ -67,8 +67,8 @@ std::string not_free(const Scene& scene) {
   return {};
 }
 
-/// Torque-free rotation. The axis of the angular momentum stays; about it a principal axis that
-/// never comes near it turns at a rate which is integrated (Gauss-Legendre, to rounding).
+/// Torque-free rotation: the angular momentum stays constant in W. A principal axis that never
+/// comes near it precesses about it at a rate that is integrated (Gauss-Legendre, to round-off).
 class TorqueFree {
  public:
   TorqueFree(const Matrix3& inertia, const Matrix3& rotation, const Vector3& spin)
@@ -95,7 +95,8 @@ class TorqueFree {
  private:
   Vector3 direction(const Vector3& spin) const { return (inertia_ * spin).normalized(); }
 
-  /// In body axes: the angular momentum's direction last, the principal axis in the first plane.
+  /// Triad in the body-fixed frame: z along the angular momentum, the principal axis in the x-z
+  /// plane.
   Matrix3 triad(const Vector3& spin) const {
     Matrix3 out;
     const Vector3 z = direction(spin);
@@ -112,7 +113,7 @@ class TorqueFree {
   }
 
   double turned(double time) const {
-    // Abscissae and weights of eight points on [-1, 1] (Abramowitz & Stegun 25.4.30).
+    // Abscissae and weights of the eight-point rule on [-1, 1] (Abramowitz & Stegun 25.4.30).
     constexpr std::array<double, 4> x = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
                                          0.9602898564975363};
     constexpr std::array<double, 4> weight = {0.3626837833783620, 0.3137066458778873,
@@ -128,8 +129,9 @@ class TorqueFree {
     return half * sum;
   }
 
-  /// Of the three principal axes the one whose cosine to the momentum stays smallest. It is at most
-  /// 0.71 for some axis, since those that the momentum can reach it reaches one at a time.
+  /// Finds the principal axis whose largest |cosine| to the momentum during the motion is smallest.
+  /// It is at most 0.71 for some axis, because the momentum can come close to only one axis at a
+  /// time.
   Vector3 farthest_axis() const {
     const Matrix3 axes = principal_axes(inertia_).axes;
     Vector3 most = Vector3::Zero();
@@ -182,9 +184,9 @@ std::string free_flight(const Scene& scene, Recognized& out) {
 struct OnPlane {
   const Body* body = nullptr;
   const Geometry* shape = nullptr;
-  Vector3 normal = Vector3::UnitZ();    ///< out of the plane
-  double friction = 0.0, weight = 0.0;  ///< [-]; m/s^2 towards the plane
-  Vector3 along = Vector3::Zero();      ///< gravity in the plane [m/s^2]
+  Vector3 normal = Vector3::UnitZ();    ///< outward normal of the plane
+  double friction = 0.0, weight = 0.0;  ///< [-]; gravity towards the plane [m/s^2]
+  Vector3 along = Vector3::Zero();      ///< component of gravity in the plane [m/s^2]
   FreeBody start;
 };
 
@@ -217,7 +219,7 @@ std::string on_plane(const Scene& scene, ShapeType type, OnPlane& out) {
   if (!(out.weight > 0.0)) return "gravity does not hold it on the plane";
   const Pose X_WG = Pose{out.start.rotation, out.start.position} * out.shape->X_BG;
   const double gap = [&] {
-    Pose turned = X_WG;  // into the plane's frame, where heights are z
+    Pose turned = X_WG;  // in the plane's frame, whose z axis is the height
     turned.rotation = plane->X_BG.rotation.transpose() * X_WG.rotation;
     turned.translation =
         plane->X_BG.rotation.transpose() * (X_WG.translation - plane->X_BG.translation);
@@ -228,9 +230,10 @@ std::string on_plane(const Scene& scene, ShapeType type, OnPlane& out) {
   return {};
 }
 
-/// Way and speed along a line: pulled by `pull` [m/s^2], braked by friction up to `grip` [m/s^2].
+/// Distance and speed along a line under a driving acceleration `pull` [m/s^2] and Coulomb friction
+/// of at most `grip` [m/s^2].
 struct Slide {
-  double pull, grip, speed;  ///< speed >= 0 at the start; if 0, pull >= 0
+  double pull, grip, speed;  ///< speed >= 0 at the start; if it is 0, pull >= 0
   void at(double time, double& way, double& v) const {
     const double first = pull - grip;
     if (speed == 0.0 && first <= 0.0) {

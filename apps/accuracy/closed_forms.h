@@ -1,8 +1,8 @@
-// Motions that are known in closed form, recognised by what is in the scene.
+// Motions with a known closed form, recognized from the content of the scene.
 //
 //   free flight      every body is free and nothing can touch: parabola and Euler's top
-//   sliding block    one box on the ground plane, flat, no spin, no restitution: Coulomb to the
-//   stop sphere to roll   one sphere on the level ground plane: slips until it rolls
+//   sliding block    one box flat on the ground plane, no spin, no restitution: Coulomb friction
+//   sphere to roll   one sphere on the level ground plane: slips until it rolls
 #pragma once
 
 #include <string>
@@ -12,12 +12,12 @@
 namespace counterpoint::apps::accuracy {
 
 struct Recognized {
-  ClosedForm motion;        ///< empty: none is known
-  std::string description;  ///< what it is, in words
-  std::string why_not;      ///< what stands against each of the three
+  ClosedForm motion;        ///< empty: no closed form is known
+  std::string description;  ///< name of the closed form, in words
+  std::string why_not;      ///< why each of the three does not apply
 };
 
-/// Looks at model, start and effects; never at names.
+/// Decides from the model, the start and the effects; never from names.
 Recognized recognize(const Scene& scene);
 
 }  // namespace counterpoint::apps::accuracy

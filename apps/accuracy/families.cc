@@ -13,10 +13,10 @@
 namespace counterpoint::apps::accuracy {
 namespace {
 
-constexpr double kEventShare = 1e-2;          // [s] of event_tolerance a tolerance [m/s]
-constexpr int kDoublings = 4, kHalvings = 3;  // of the scene's time step
+constexpr double kEventShare = 1e-2;          // [s]: event_tolerance per unit of control tolerance
+constexpr int kDoublings = 4, kHalvings = 3;  // powers of two around the scene's time step
 
-/// What of a setting a curve runs over.
+/// Writes a value of the varied parameter into a setting.
 using Change = std::function<void(EngineSetting&, double)>;
 
 void set_time_step(EngineSetting& setting, double h) { setting.options.time_step = h; }
@@ -52,7 +52,7 @@ class Maker {
   Family over(const std::string& vary, const std::string& name, const std::string& parameter,
               const Change& change, const std::vector<double>& values, const EngineSetting& setting,
               const std::function<std::string(double)>& text)
-      const {  // Parameters: what it depends on, one by one
+      const {  // Parameters: each is one property of the curve
     Family family{vary, name, parameter, {}};
     for (const double value : values) {
       EngineSetting changed = setting;
@@ -103,7 +103,7 @@ void add_friction(const Maker& make, Families& out) {
   }
 }
 
-/// What one word chooses: `contact: fast | default | hard`.
+/// Contact presets, chosen by one word: `contact: fast | default | hard`.
 void add_presets(const Maker& make, Families& out) {
   for (const ContactPreset preset :
        {ContactPreset::kFast, ContactPreset::kDefault, ContactPreset::kHard}) {
@@ -114,7 +114,7 @@ void add_presets(const Maker& make, Families& out) {
   }
 }
 
-/// The law of 2011 has no exact Coulomb friction: both are convex here.
+/// The law of 2011 has no exact Coulomb friction, so both laws use convex friction here.
 void add_laws(const Maker& make, Families& out) {
   EngineSetting setting = make.base();
   setting.options.integrator = Integrator::kSemiImplicitEuler;
@@ -131,7 +131,7 @@ void add_laws(const Maker& make, Families& out) {
   out.families.push_back(other);
 }
 
-/// Step control over its tolerance, by every integrator; impacts as finely as it asks for.
+/// Step control as a function of its tolerance, for every integrator; event tolerances follow it.
 void add_adaptive(const Maker& make, Families& out) {
   struct Range {
     Integrator integrator;
@@ -153,20 +153,20 @@ void add_adaptive(const Maker& make, Families& out) {
         },
         tolerances, setting, plain);
     for (Setting& each : family.settings) {
-      each.key.clear();     // it does not know of step control
-      each.engine.reset();  // physics is measured in steps of one length
+      each.key.clear();     // the key does not contain step control
+      each.engine.reset();  // physics is measured with a constant step
     }
     out.families.push_back(std::move(family));
   }
 }
 
-/// One parameter: swept at the scene's time step, and the time step at two values of it.
+/// One parameter: varied at the scene's time step, and the time step varied at two of its values.
 struct Sweep {
   const char* item;
   const char* parameter;
   Change change;
   std::vector<double> values;        ///< from loose to tight
-  std::array<double, 2> with_steps;  ///< two of them
+  std::array<double, 2> with_steps;  ///< two of `values`
 };
 
 std::vector<Sweep> sweeps() {
@@ -199,7 +199,7 @@ void add_sweep(const Maker& make, const Sweep& sweep, Families& out) {
   }
 }
 
-/// Why an item says nothing about a scene; empty: it does.
+/// Reason why an item has no effect on a scene; empty: it has one.
 std::string idle(const std::string& item, const Rows& rows) {
   if (item == "friction" || item == "law")
     return rows.friction ? "" : "nothing can touch with friction";

@@ -16,7 +16,7 @@ std::string parameter_text(const Family& family, double value) {
   return family.over_time_step() ? seconds_text(value) : fmt::format("{:g}", value);
 }
 
-/// Columns padded to their widest cell; numbers are not told from words.
+/// Prints a table with columns padded to their widest cell; all but the first are aligned right.
 void print_table(std::FILE* out, const PageTable& table) {
   std::vector<size_t> width;
   for (size_t c = 0; c < table.header.size(); ++c) {

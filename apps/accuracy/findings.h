@@ -1,4 +1,4 @@
-// All that was found about a scene, and how it is shown.
+// All results of a scene, and their output.
 #pragma once
 
 #include <cstdio>
@@ -20,38 +20,38 @@ struct Findings {
   std::vector<MeasuredFamily> measured;
   std::vector<std::string> left_out;
   std::vector<Place> front;
-  std::vector<Recommendation> recommendations;  ///< one a wanted error
+  std::vector<Recommendation> recommendations;  ///< one for each wanted error
   std::vector<double> wants;
   int repeats = 0;
-  std::string replay = {};  ///< a page beside the report that shows settings; or empty
+  std::string replay = {};  ///< page beside the report that plays the motion; or empty
 
   const Point& at(const Place& place) const { return measured[place.family].points[place.point]; }
   bool on_front(const Place& place) const;
 };
 
-// In words.
+// Results in words.
 std::string reference_words(const Findings& findings);
-/// One line a curve over the time step: its order, or why there is none.
+/// One line for each curve over the time step: its order, or why there is none.
 std::vector<std::string> order_lines(const Findings& findings);
 /// Points that failed, families that were refused, items left out.
 std::vector<std::string> omission_lines(const Findings& findings);
 
-/// What this engine and others take for the same error, if any were measured.
+/// Cost of this engine and of others for the same error; empty if no others were measured.
 std::vector<std::string> comparison_lines(const Findings& findings);
 
-// As tables.
+// Results as tables.
 PageTable work_precision_table(const Findings& findings, const MeasuredFamily& measured);
-/// Of all settings of the family that this engine ran; empty if there are none.
+/// Physics of all settings of the family that this engine ran; empty if there are none.
 PageTable physics_table(const MeasuredFamily& measured);
 
-/// For the terminal: tables, orders, physics, the recommendation.
+/// Prints tables, orders, physics and the recommendation for the terminal.
 void print(std::FILE* out, const Findings& findings);
 
-/// accuracy.csv, accuracy.html, accuracy.svg and one picture an item, into a folder that is made.
-/// @throws InputError if it cannot be written.
+/// Writes accuracy.csv, accuracy.html, accuracy.svg and one picture for each item into a folder,
+/// which is created. @throws InputError if it cannot be written.
 void write_report(const std::filesystem::path& folder, const Findings& findings);
 
-/// Into the report (docs/reference/json-reports.md).
+/// Adds the results to the JSON report (docs/reference/json-reports.md).
 void add_to(Report& report, const Findings& findings);
 
 }  // namespace counterpoint::apps::accuracy

@@ -1,4 +1,4 @@
-// Findings as files: CSV, pictures, a page, JSON.
+// Findings as files: CSV, pictures, HTML page, JSON.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -67,7 +67,7 @@ std::string remark(const Point& p) {
                      seconds_text(p.cost));
 }
 
-/// Rounding puts errors anywhere below this; log axes need not show where.
+/// Smallest error drawn: below it round-off decides, and log axes need a limit.
 constexpr double kLeastDrawn = 1e-16;
 
 void add_curve(const MeasuredFamily& m, bool over_step, Chart& chart) {
@@ -96,7 +96,7 @@ void add_reference(const Findings& findings, Chart& chart) {
     chart.levels.push_back({"the reference's own error", findings.reference.error});
 }
 
-/// Error against computing time, of one item or (empty) of all, with the Pareto front.
+/// Error against computing time, for one item or (if empty) for all, with the Pareto front.
 Chart precision_chart(const Findings& findings, const std::string& item) {
   Chart chart =
       log_chart(findings.scene.name + (item.empty() ? ": accuracy against time" : ": " + item),

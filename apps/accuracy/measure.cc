@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// Errors of one run of all pieces; false if one failed.
+/// Runs all pieces once and adds up their errors; false if one failed.
 bool run_for_error(EngineAdapter& adapter, const Model& model, const Plan& plan,
                    const Reference& reference, Point& point) {
   double seconds = 0.0;
@@ -41,7 +41,7 @@ bool run_for_error(EngineAdapter& adapter, const Model& model, const Plan& plan,
   return point.failed == 0;
 }
 
-/// A point whose time is to be taken: the pieces by its adapter.
+/// A point to be timed: its adapter runs all pieces.
 struct Timing {
   size_t family = 0, point = 0;
   std::unique_ptr<EngineAdapter> adapter;
@@ -57,14 +57,14 @@ void run_for_time(const Plan& plan, const Reference& reference, Timing& timing) 
 
 void set_cost(Timing& timing, Point& point) {
   std::vector<double>& costs = timing.costs;
-  if (costs.empty()) return;  // stopped: that of the first run stands
+  if (costs.empty()) return;  // stopped: the cost of the first run stays
   std::sort(costs.begin(), costs.end());
   point.cost = median(costs);
   point.cost_low = costs.front();
   point.cost_high = costs.back();
 }
 
-/// The same pieces with the ends of a family's own fine run.
+/// The same pieces, ending where the family's own fine run ends.
 struct OwnReference {
   Reference reference;
   double apart = 0.0, error = 0.0;  ///< MeasuredFamily::own_apart, own_error
@@ -92,9 +92,9 @@ OwnReference own_reference(const Scene& scene, const Plan& plan, const Reference
   return own;
 }
 
-/// What comes of a setting, its time apart.
+/// Result of one setting, without its time.
 struct Measurement {
-  std::string refused;  ///< why its family cannot be run; then nothing else
+  std::string refused;  ///< why its family cannot run; then nothing else is set
   std::optional<double> own_apart = {}, own_error = {};
   Point point;
 
@@ -125,7 +125,7 @@ struct Measurement {
   }
 };
 
-/// One thread that measures errors. All that it is given must outlive it.
+/// Worker of one thread that measures errors. All arguments must outlive it.
 class ErrorWorker {
  public:
   ErrorWorker(const Scene& scene, const Plan& plan, const Reference& reference,
@@ -144,7 +144,7 @@ class ErrorWorker {
         reference = &own.reference;
       }
       measure(family.settings[place.point], *reference, out.point);
-    } catch (const std::runtime_error& why) {  // the engine lacks what the scene needs
+    } catch (const std::runtime_error& why) {  // the engine cannot simulate this scene
       out.refused = why.what();
     }
     return out;
@@ -165,7 +165,7 @@ class ErrorWorker {
         std::abs(setting.engine->options.time_step / plan_.time_step - 1.0) < 1e-9;
     if (at_scene_step) add_physics(scene_, plan_, reference, options_, point);
   }
-  /// Once for all settings of the family that come to this thread.
+  /// Computed once for all settings of the family that this thread measures.
   const OwnReference& own_of(size_t family) {
     const auto known = own_.find(family);
     if (known != own_.end()) return known->second;
@@ -189,14 +189,14 @@ bool same_settings(const Family& a, const Family& b) {
              [](const Setting& x, const Setting& y) { return !x.key.empty() && x.key == y.key; });
 }
 
-/// Round after round over all of them, so that what else the machine does meets all alike.
+/// Times all settings in rounds, so that other load on the machine affects all alike.
 void run_rounds(const Plan& plan, const Reference& reference, const MeasureOptions& options,
                 std::vector<Timing>& timings) {
   Progress progress("timing", options.repeats * static_cast<int>(timings.size()));
   int done = 0;
   for (Timing& timing : timings) timing.adapter->stop_when(options.stop);
   try {
-    for (Timing& timing : timings)  // to warm up
+    for (Timing& timing : timings)  // warm-up
       timing.adapter->advance(reference.pieces.front().start, plan.length);
     for (int round = 0; round < options.repeats; ++round) {
       for (Timing& timing : timings) {
@@ -204,12 +204,12 @@ void run_rounds(const Plan& plan, const Reference& reference, const MeasureOptio
         progress.update(++done);
       }
     }
-  } catch (const Stopped&) {  // the rounds so far stand
+  } catch (const Stopped&) {  // completed rounds are kept
   }
 }
 
-/// The settings that are measured, the first with each key, and by family and setting which of them
-/// it is.
+/// Settings to be measured, the first with each key; `numbers` maps each family and setting to
+/// them.
 struct DistinctSettings {
   std::vector<Place> places;
   std::vector<std::vector<size_t>> numbers;
@@ -231,7 +231,7 @@ struct DistinctSettings {
   }
 };
 
-/// The family of what there is of it.
+/// Collects the measurements of a family that are available.
 MeasuredFamily gather(const Family& family, const std::vector<size_t>& numbers,
                       const std::vector<std::optional<Measurement>>& measurements) {
   MeasuredFamily out{family, {}, {}, {}};

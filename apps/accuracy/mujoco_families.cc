@@ -19,7 +19,8 @@ Scene at_step(const Scene& scene, double h) {
 
 class MujocoAdapter : public EngineAdapter {
  public:
-  /// What follows the time step in MuJoCo's settings is written into its model: one model a step.
+  /// Settings that depend on the time step are stored in MuJoCo's model, so each time step has its
+  /// own model.
   MujocoAdapter(const Scene& scene, MujocoSettings settings, double h)
       : time_step_(h), mujoco_(at_step(scene, h), settings) {}
 

@@ -7,9 +7,9 @@
 
 namespace counterpoint::apps::accuracy {
 
-/// Curves over the time steps [s]: as it comes, with its Runge-Kutta method, and set up for
-/// accuracy (peers/mujoco.h). With constraints each is measured against its own fine run: its
-/// contact model has another limit. Without MuJoCo the item is left out.
+/// Adds curves over the time steps [s]: MuJoCo's defaults, its Runge-Kutta method, and its most
+/// accurate settings (peers/mujoco.h). With constraints each is measured against its own fine run,
+/// because its contact model converges to another limit. Without MuJoCo the item is left out.
 void add_mujoco(const Scene& scene, const std::vector<double>& time_steps, bool constrained,
                 Families& out);
 

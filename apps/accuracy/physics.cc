@@ -15,7 +15,7 @@
 namespace counterpoint::apps::accuracy {
 namespace {
 
-/// The steps of a piece, looked at one by one.
+/// Examines the steps of a piece one by one.
 class Examiner {
  public:
   Examiner(const Scene& scene, const EngineSetting& setting)
@@ -30,7 +30,7 @@ class Examiner {
         forward_(scene.model),
         backward_(scene.model),
         scale_(weight(scene.model)) {
-    // What the normal velocity is measured against: gap, recovery, restitution; no shift.
+    // Reference of the normal velocity: gap, recovery and restitution, without De Saxce's shift.
     options_.contact.friction_model = FrictionModel::kConvex;
     if (has_inverse()) return;
     physics_.inverse_error = std::numeric_limits<double>::quiet_NaN();
@@ -61,7 +61,8 @@ class Examiner {
   }
 
  private:
-  /// Below it forces count as rounding: those of a free swing add up to nothing.
+  /// Weight of the scene [N], the least force scale: forces below it count as round-off, because
+  /// the forces of a free swing cancel.
   static double weight(const Model& model) {
     const double weight = total_mass(model) * model.gravity().norm();
     return weight > 0.0 ? weight : 1.0;
@@ -79,7 +80,8 @@ class Examiner {
     if (!inverse_.contacts.empty()) look_at_contacts(now, next);
   }
 
-  /// There the inverse returns the force on the limit, which is not the one applied.
+  /// Ignores motors at their effort limit: there the inverse returns the force at the limit, not
+  /// the force applied.
   void leave_out_motors_at_their_limit() {
     for (size_t i = 0; i < model_.servos().size(); ++i) {
       const int joint = model_.servos()[i].joint, v = model_.body(joint + 1).v_index;
@@ -91,7 +93,7 @@ class Examiner {
   }
 
   void look_at_contacts(const State& now, const State& next) {
-    VectorX displacement(model_.nv());  // per second
+    VectorX displacement(model_.nv());  // divided by the time step below: mean velocity
     configuration_difference(model_, now.q, next.q, displacement);
     displacement /= setting_.options.time_step;
     const bool midpoint = setting_.options.integrator == Integrator::kImplicitMidpoint;
@@ -127,7 +129,7 @@ class Examiner {
                                       v_before, fall.dot(c.normal));
     const contact::Law law = make_contact_law(
         law_options(options_), h, {pair, alpha, c.gap, Vector3(v_before, 0.0, 0.0), bounce});
-    // An overlap may be recovered by displacement alone.
+    // An overlap may be recovered by displacement without velocity.
     const double parting = relative(displacement_, a.body, b.body, c.position).dot(c.normal) +
                            gap_bias(options_.contact, h, c.gap);
     const Vector3 v = relative(velocity_, a.body, b.body, c.position);
@@ -150,7 +152,7 @@ class Examiner {
   InverseWeights weights_;
   std::vector<Vector3> fall_;
   Workspace forward_, backward_;
-  Input known_;  ///< of the step that is inverted: how it was softened
+  Input known_;  ///< softening of the step that is inverted
   Inverse inverse_;
   Physics physics_;
   ContactResiduals residuals_;

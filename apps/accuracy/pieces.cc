@@ -10,7 +10,7 @@
 namespace counterpoint::apps::accuracy {
 namespace {
 
-constexpr long kRoom = 16;  // time steps up to 16 times the scene's
+constexpr long kRoom = 16;  // pieces allow time steps up to 16 times the scene's
 
 int twos_in(long n) {
   int count = 0;
@@ -21,7 +21,8 @@ int twos_in(long n) {
   return count;
 }
 
-/// As many steps as there is room for, of those numbers that can be halved most often.
+/// Largest number of steps up to `room` that is a multiple of 16, or of the largest power of two in
+/// `room`.
 long steps_of_piece(long room) {
   long unit = kRoom;
   while (unit > room) unit /= 2;

@@ -30,7 +30,7 @@ std::string cost_text(double cost) {
 
 std::optional<Order> fit_order(const std::vector<double>& time_steps,
                                const std::vector<double>& errors, double reference_error) {
-  std::vector<std::pair<double, double>> usable;  // log h, log error, from the finest
+  std::vector<std::pair<double, double>> usable;  // (log h, log error), finest first
   for (size_t i = 0; i < time_steps.size(); ++i)
     if (std::isfinite(errors[i]) && errors[i] > kAboveReference * reference_error)
       usable.emplace_back(std::log(time_steps[i]), std::log(errors[i]));

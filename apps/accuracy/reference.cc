@@ -14,12 +14,12 @@
 namespace counterpoint::apps::accuracy {
 namespace {
 
-/// A closed form and a run that agree are no farther apart than this many times the run's own
-/// error (1 for a method of first order), or than what rounding can do.
+/// A closed form and a run agree if they differ by at most this multiple of the run's own error (1
+/// for a first-order method) plus the round-off bound kRounding.
 constexpr double kDoubt = 5.0;
 constexpr double kRounding = 1e-10;
 
-/// Rounding of a closed form, evaluated in double.
+/// Round-off of a closed form evaluated in double precision.
 constexpr double kClosedFormError = 1e-14;
 
 EngineSetting fine_setting(const Scene& scene, Integrator integrator, double h) {
@@ -27,7 +27,7 @@ EngineSetting fine_setting(const Scene& scene, Integrator integrator, double h) 
   setting.options.time_step = h;
   setting.options.step_control.reset();
   setting.options.integrator = integrator;
-  // All friction models have the same limit; this one is nearest.
+  // All friction models have the same limit; this one is closest to it.
   setting.options.contact.friction_model = FrictionModel::kCoulomb;
   return setting;
 }
@@ -55,7 +55,7 @@ std::vector<State> ends(const Scene& scene, const Plan& plan, const std::vector<
   return out;
 }
 
-/// The whole motion in one run, cut into pieces.
+/// Computes the whole motion in one run and cuts it into pieces.
 std::vector<Piece> trajectory(const Scene& scene, const Plan& plan, Integrator integrator,
                               double h) {
   const auto adapter = counterpoint_adapter(scene, fine_setting(scene, integrator, h));
@@ -90,12 +90,12 @@ std::vector<State> ends_of(const std::vector<Piece>& pieces) {
   return out;
 }
 
-/// Ends of given pieces as a fine run finds them.
+/// Ends of given pieces computed by a fine run.
 struct FineEnds {
   Integrator integrator = Integrator::kSemiImplicitEuler;
   std::vector<State> ends;
-  std::vector<double> piece_errors;  ///< to the ends at twice the step
-  double error = 0.0;                ///< their mean
+  std::vector<double> piece_errors;  ///< deviation from the ends at twice the step
+  double error = 0.0;                ///< mean of piece_errors
 };
 
 FineEnds fine_ends(const Scene& scene, const Plan& plan, const std::vector<Piece>& pieces,
@@ -112,7 +112,8 @@ Integrator first_choice(const Scene& scene) {
                                                           : Integrator::kSemiImplicitEuler;
 }
 
-/// With constraints two integrators are candidates. `warning` is set where they do not agree.
+/// Chooses the better of two integrators if there are constraints. Sets `warning` where they
+/// disagree.
 FineEnds best_ends(const Scene& scene, const Plan& plan, const std::vector<Piece>& pieces, double h,
                    std::optional<std::vector<State>> known, std::string& warning) {
   FineEnds first = fine_ends(scene, plan, pieces, first_choice(scene), h, std::move(known));

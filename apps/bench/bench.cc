@@ -1,5 +1,5 @@
-// Microseconds per forward step, per inverse step, and per run of each algorithm they are made of.
-// Usage: counterpoint_bench [--benchmark_filter=REGEX]; everything is registered in main.
+// Microseconds of a forward step, of an inverse step, and of each algorithm that they consist of.
+// Usage: counterpoint_bench [--benchmark_filter=REGEX]; all benchmarks are registered in main.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -26,10 +26,10 @@ constexpr const char* kScenes[] = {"cube_drop",     "pendulum",  "arm7",    "qua
                                    "grid_5",        "pack_4"};
 constexpr const char* kTrees[] = {"arm7", "quadruped_drop", "humanoid_drop"};
 
-/// A scene and its states over the scene's duration: what steps are timed on, impacts and rest
-/// alike.
+/// A scene and its states over its duration, with impacts and rest: the states that steps are timed
+/// on.
 struct Rollout {
-  /// Effects other than these are off.
+  /// Only these effects are on.
   explicit Rollout(const std::string& name, EffectSet effects = kDefaultEffects,
                    Integrator integrator = Integrator::kSemiImplicitEuler)
       : scene(load_scene(fs::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes" / (name + ".yaml"))) {
@@ -62,7 +62,7 @@ void label(benchmark::State& run, const Rollout& rollout) {
   run.counters["newton"] = rollout.iterations / steps;
 }
 
-/// One iteration is one step; the states of the rollout are gone through in turn.
+/// One iteration is one step, from the states of the rollout in turn.
 void forward_step(benchmark::State& run, const std::string& name,
                   EffectSet effects = kDefaultEffects) {
   const Rollout rollout(name, effects);
@@ -95,7 +95,8 @@ void inverse_step(benchmark::State& run, const std::string& name) {
   label(run, rollout);
 }
 
-/// Of implicit_midpoint: with the contact velocity solved for, or as poses have it.
+/// Inverse step of implicit_midpoint, with the contact velocity solved for (`solved`) or taken from
+/// the poses.
 void inverse_midpoint(benchmark::State& run, const std::string& name, bool solved) {
   const Rollout rollout(name, kDefaultEffects, Integrator::kImplicitMidpoint);
   const Model& model = rollout.scene.model;
@@ -116,7 +117,7 @@ void inverse_midpoint(benchmark::State& run, const std::string& name, bool solve
   label(run, rollout);
 }
 
-/// Steps from where a scene is after a second, on and on; with sleeping or without.
+/// Continues to step a scene after its first second, with or without sleeping.
 void after_a_second(benchmark::State& run, const std::string& name, bool sleeping) {
   Scene scene = load_scene(fs::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes" / (name + ".yaml"));
   Simulator simulator(scene);
@@ -129,7 +130,7 @@ void after_a_second(benchmark::State& run, const std::string& name, bool sleepin
   run.counters["asleep"] = report.sleeping_bodies;
 }
 
-/// What the algorithms read and write.
+/// Arguments and results of the algorithms.
 struct Vectors {
   Vectors(int nq, int nv)
       : in(VectorX::Constant(nv, 0.1)),
@@ -141,7 +142,8 @@ struct Vectors {
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M;
 };
 
-/// An algorithm on the start of a scene, kinematics computed before unless it is what is timed.
+/// Times an algorithm at the start of a scene; kinematics are computed before, unless they are
+/// timed.
 template <class Algorithm>
 void algorithm(benchmark::State& run, const std::string& name, Algorithm compute) {
   const Scene scene =
@@ -174,8 +176,8 @@ void register_algorithms(const std::string& name) {
   add("aba", [](const Scene& scene, Data& data, Vectors& x) {
     aba(scene.model, x.in, x.zero, scene.model.gravity(), moving_bodies(scene.model), data, x.out);
   });
-  // What a step without contacts, limits and friction cannot do without; forward_step/arm7_bare
-  // beside it.
+  // The least work of a step without contacts, limits and friction, to compare with
+  // forward_step/arm7_bare.
   add("aba_and_integration", [](const Scene& scene, Data& data, Vectors& x) {
     const Model& model = scene.model;
     compute_poses(model, scene.q, data);
@@ -188,7 +190,7 @@ void register_algorithms(const std::string& name) {
   add("crba", [](const Scene& scene, Data& data, Vectors& x) { crba(scene.model, data, x.M); });
 }
 
-/// Rollouts of 100 steps from the scene's start, 16 on so many threads; wall time.
+/// Wall time of 16 rollouts of 100 steps from the scene's start, on `threads` threads.
 void batch_rollouts(benchmark::State& run, const std::string& name, int threads) {
   constexpr int kRollouts = 16, kSteps = 100;
   const Scene scene =

@@ -1,4 +1,5 @@
-// Time of the broad phase, alone and in the collider, for 10 to 10,000 bodies at the same density.
+// Time of the broad phase, alone and within the collider, for 10 to 10,000 bodies at constant
+// density.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -18,12 +19,12 @@ using Method = collision::Broadphase::Method;
 
 struct Layout {
   const char* name;
-  int dimensions;  // of the grid
-  double pitch;    // of boxes of 0.2 m [m]
-  int group = 1;   // boxes at each place of the grid, in two rows that touch
+  int dimensions;  // dimensions of the grid
+  double pitch;    // between boxes of 0.2 m [m]
+  int group = 1;   // boxes at each grid point, in two rows that touch
 };
 
-// Centres that move a little every step.
+// Centres of the bodies, which move a little every step.
 class Crowd {
  public:
   Crowd(int size, const Layout& layout) : center_(size), swing_(size) {
@@ -44,10 +45,11 @@ class Crowd {
   std::vector<Vector3> center_, swing_;
 };
 
-// The same few positions however often a step is repeated.
+// Displacement factor of a step; its period of 16 steps makes the mean independent of the number of
+// repetitions.
 double swing_at(int step) { return std::sin(0.4 * (step % 16)); }
 
-// The counters are what a body and what a pair costs.
+// Counters: time per body and time per pair.
 void count(benchmark::State& state, double pairs) {
   const auto flags = benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert;
   state.counters["pairs_per_body"] = pairs / static_cast<double>(state.range(0));
@@ -75,8 +77,8 @@ void broadphase(benchmark::State& state, Method method, Layout layout) {
   count(state, found / static_cast<double>(state.iterations()));
 }
 
-// The whole collider over a plane: balls of the layout's pitch that come close to their neighbours,
-// out of the reach of the plane.
+// Times the whole collider with balls above a plane, at the layout's pitch close to their
+// neighbours and out of the reach of the plane.
 void collider(benchmark::State& state, Layout layout) {
   const int size = static_cast<int>(state.range(0));
   ModelBuilder builder;
@@ -121,7 +123,7 @@ int main(int argc, char** argv) {
   const Layout layouts[] = {{"floor", 2, 0.25},
                             {"pile", 1, 0.2},
                             {"heap", 3, 0.2},
-                            // As many neighbours a box whatever the number of boxes.
+                            // Constant number of neighbours per box.
                             {"groups", 3, 1.5, 10}};
   const std::pair<const char*, Method> methods[] = {{"automatic", Method::kAutomatic},
                                                     {"grid", Method::kGrid},

@@ -1,5 +1,4 @@
-// Time of every pair function, near contact, beside FCL's; of the broad phase, and of a large
-// scene.
+// Time of every pair function near contact, compared with FCL's, and of a large scene.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -17,7 +16,7 @@
 namespace counterpoint {
 namespace {
 
-// Of points on an ellipsoid.
+// Convex hull of points on an ellipsoid.
 Shape hull(int num_points) {
   std::vector<Vector3> points = test::sphere_points(num_points);
   for (Vector3& p : points) p = p.cwiseProduct(Vector3(0.4, 0.3, 0.35));
@@ -43,7 +42,7 @@ std::vector<Named> shapes() {
 
 using Poses = std::vector<std::pair<Pose, Pose>>;
 
-// Random attitudes, moved along the centre line until the least gap is `gap`.
+// Draws random attitudes and moves the shapes along the centre line until the least gap is `gap`.
 Poses draw_poses(const Shape& a, const Shape& b, double gap) {
   std::mt19937 rng(1);
   std::normal_distribution<double> normal;
@@ -72,13 +71,13 @@ Poses draw_poses(const Shape& a, const Shape& b, double gap) {
   return poses;
 }
 
-// Every benchmark has the same counters: comma-separated output knows one table.
+// Sets the same counters for every benchmark: comma-separated output has a single table.
 void count(benchmark::State& state, double boxes, double points) {
   state.counters["boxes"] = boxes;
   state.counters["points"] = points;
 }
 
-// All contact points within 1 cm.
+// Times the search for all contact points within 1 cm.
 void pair(benchmark::State& state, const Shape& a, const Shape& b, double gap) {
   const Poses poses = draw_poses(a, b, gap);
   collision::Manifold m;
@@ -96,7 +95,8 @@ void pair(benchmark::State& state, const Shape& a, const Shape& b, double gap) {
   count(state, 0, static_cast<double>(points) / static_cast<double>(poses.size()));
 }
 
-// FCL at its defaults: the distance of separated shapes, up to four contacts of overlapping ones.
+// Times FCL at its defaults: the distance of separated shapes, up to four contacts of overlapping
+// ones.
 void fcl_pair(benchmark::State& state, const Shape& a, const Shape& b, double gap) {
   const Poses poses = draw_poses(a, b, gap);
   std::vector<std::pair<fcl::Transform3d, fcl::Transform3d>> placed;
@@ -140,7 +140,7 @@ void register_pairs() {
   }
 }
 
-// A heap of boxes on a plane, about three contacts' reach each.
+// Times the collider on a heap of touching boxes on a plane.
 void heap(benchmark::State& state) {
   const int side = static_cast<int>(state.range(0));
   ModelBuilder builder;

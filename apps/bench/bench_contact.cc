@@ -1,6 +1,6 @@
-// Microseconds of the linear algebra of a Newton step in contact: loading an island, assembling and
-// factoring M + J'GJ, solving, products with J and M.
-// Usage: counterpoint_bench_contact [--benchmark_filter=REGEX]; everything is registered in main.
+// Microseconds of the linear algebra of a Newton step of the contact solver: loading an island,
+// assembling and factoring M + J'GJ, solving, products with J and M. Usage:
+// counterpoint_bench_contact [--benchmark_filter=REGEX]; all benchmarks are registered in main.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -41,7 +41,7 @@ double signed_unit(std::mt19937& random) {
   return 2.0 * static_cast<double>(random()) / 4294967295.0 - 1.0;
 }
 
-/// A contact of random normal and point on one or both of two free bodies.
+/// Adds a contact with random normal and point on one or two free bodies.
 void add_contact(std::mt19937& random, int a, int b, contact::Problem& problem) {
   contact::Law law;
   law.type = contact::LawType::kFrictionCone;
@@ -56,7 +56,7 @@ void add_contact(std::mt19937& random, int a, int b, contact::Problem& problem) 
   }
 }
 
-/// side^3 bodies on a lattice, four contacts a body, as many as a pile of boxes and balls has.
+/// side^3 bodies on a lattice with about four contacts per body, as in a pile of boxes and balls.
 contact::Problem pile(int side) {
   std::mt19937 random(1);
   contact::Problem problem;
@@ -126,7 +126,7 @@ void register_problem(const std::string& name, contact::Problem problem) {
   const auto island = std::make_shared<Island>(std::move(problem));
   add(name, "load", island, [](Island& i) { i.load(); });
   add(name, "two_loads_changed", island, [](Island& i) {
-    for (int k = 0; k < 2; ++k) {  // another structure every time, at last the old one
+    for (int k = 0; k < 2; ++k) {  // a new structure each time; the second restores the first
       std::swap(i.constraints.front(), i.constraints.back());
       i.load();
     }

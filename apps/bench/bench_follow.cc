@@ -1,6 +1,6 @@
-// A recording explained row by row: milliseconds a row in a window of 30 rows, on one core, of
-// robots that drop, 100 rows a second, 1 mm and 1 mrad of noise.
-// Usage: counterpoint_bench_follow [--benchmark_filter=REGEX]
+// Milliseconds per row of following a recording in a window of 30 rows, on one core: robots that
+// drop, 100 rows per second, noise of 1 mm and 1 mrad. Usage: counterpoint_bench_follow
+// [--benchmark_filter=REGEX]
 #include <benchmark/benchmark.h>
 
 #include <random>

@@ -1,6 +1,6 @@
 // Trajectory optimization: milliseconds of a full Newton step (derivatives, assembly,
-// factorization, trials) by problem, frames and threads, of its parts, of a whole half gait;
-// inverse evaluations a second. Usage: counterpoint_bench_optimize [--benchmark_filter=REGEX]
+// factorization, trials) by problem, frames and threads, of its parts, and of a whole half gait;
+// inverse evaluations per second. Usage: counterpoint_bench_optimize [--benchmark_filter=REGEX]
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -21,10 +21,10 @@ namespace fs = std::filesystem;
 namespace opt = optimization;
 
 const fs::path kProblems = fs::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes/optimize";
-/// Contacts act and are smooth: the middle of a continuation [m].
+/// Smoothing in the middle of a continuation [m]: contacts act and are smooth.
 constexpr double kMiddle = 1e-2;
 
-/// A problem after a few steps, so that contacts carry what they do in a run.
+/// A problem after a few iterations, so that its contacts carry loads as in a run.
 struct Prepared {
   opt::ProblemFile file;
   std::unique_ptr<opt::Newton> newton;
@@ -41,8 +41,8 @@ struct Prepared {
   }
 };
 
-/// One Newton step over and over, from the same frames with the damping that a run has there; where
-/// its time goes, into the counters. Returns the sum of its parts [ms].
+/// Repeats one Newton step from the same frames, with the damping that a run has there. Writes the
+/// time of its parts into the counters and returns their sum [ms].
 double repeat_step(benchmark::State& state, opt::Newton& newton,
                    const std::vector<VectorX>& variables, double damping, const opt::Stage& stage) {
   double linearize = 0.0, factor = 0.0, trial = 0.0;
@@ -69,7 +69,7 @@ double repeat_step(benchmark::State& state, opt::Newton& newton,
   return linearize + factor + trial;
 }
 
-/// Of a problem, from the middle of its continuation.
+/// Times a Newton step of a problem in the middle of its continuation.
 void newton_step(benchmark::State& state, const fs::path& problem, std::optional<int> steps,
                  int threads) {
   Prepared prepared(problem, steps, threads);
@@ -80,7 +80,7 @@ void newton_step(benchmark::State& state, const fs::path& problem, std::optional
       benchmark::Counter(parts / prepared.file.problem.steps, benchmark::Counter::kAvgIterations);
 }
 
-/// From the plain start to a smoothing of 1e-6 m.
+/// Times an optimization from the initial guess to a smoothing of 1e-6 m.
 void whole_run(benchmark::State& state, const char* problem, int threads) {
   const opt::ProblemFile file = opt::load_problem(kProblems / problem);
   opt::Settings settings = file.settings;
@@ -93,7 +93,7 @@ void whole_run(benchmark::State& state, const char* problem, int threads) {
   state.SetLabel(opt::outcome_name(result.outcome));
 }
 
-/// step_inverse along the frames of the humanoid's gait in the middle of its continuation.
+/// Times step_inverse along the frames of the humanoid's gait in the middle of its continuation.
 void inverse_evaluations(benchmark::State& state, int threads) {
   const Prepared prepared(kProblems / "humanoid_walk.yaml", {}, 1);
   const opt::Problem& problem = prepared.file.problem;
@@ -122,7 +122,7 @@ void inverse_evaluations(benchmark::State& state, int threads) {
       benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate);
 }
 
-/// An open chain of `links` revolute joints, swung by its motors.
+/// An open chain of `links` revolute joints with motors.
 Model chain(int links) {
   RobotSpec robot;
   robot.name = "chain";
@@ -147,7 +147,7 @@ Model chain(int links) {
   return builder.build();
 }
 
-/// A step of 40 frames of a chain: terms of its coordinates only.
+/// Times a Newton step of a chain over 40 frames; its terms depend on its coordinates only.
 void chain_step(benchmark::State& state) {
   const Model model = chain(static_cast<int>(state.range(0)));
   opt::Problem problem;
@@ -188,7 +188,7 @@ void register_all() {
   for (const int frames : {30, 120, 250, 500, 1000})
     add_newton_step("humanoid", humanoid, frames, 1);
   add_newton_step("quadruped", kProblems / "quadruped.yaml", 20, 1);
-  // As many steps as IDTO's examples of the same kind have.
+  // Same numbers of steps as in IDTO's examples of the same kind.
   for (const auto& [name, steps] :
        {std::pair("acrobot", 40), std::pair("spinner", 40), std::pair("hopper", 40),
         std::pair("push_box", 40), std::pair("roll_ball", 10), std::pair("sizes/two_arms", 20),

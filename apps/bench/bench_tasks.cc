@@ -1,9 +1,8 @@
-// What tasks cost beside themselves, alone and under mpirun (docs/measurements/tasks.md):
-//   counterpoint_bench_tasks [FOLDER]            overhead of a task, in memory and with journals in
-//   FOLDER,
-//                                                memory of each rank, tasks of 1 ms over threads
-//   mpirun -n 2 counterpoint_bench_tasks         the same over ranks, requests that rank 0 answers
-//   counterpoint_bench_tasks scaling             the tasks of 1 ms alone, over 2 threads or 2 ranks
+// Overhead of tasks, alone and under mpirun (docs/measurements/tasks.md):
+//   counterpoint_bench_tasks [FOLDER]      overhead of a task, in memory and with journals in
+//                                          FOLDER; memory of each rank; tasks of 1 ms over threads
+//   mpirun -n 2 counterpoint_bench_tasks   the same over ranks; requests that rank 0 answers
+//   counterpoint_bench_tasks scaling       only the tasks of 1 ms, over 2 threads or 2 ranks
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -63,7 +62,7 @@ void overhead(World& world, const std::filesystem::path& folder) {
   }
 }
 
-/// Requests of the others, answered by rank 0 as fast as it can.
+/// Rate at which rank 0 answers requests of the other ranks.
 void requests(World& world) {
   constexpr int kEach = 100'000;
   if (world.size() == 1) return;
@@ -84,7 +83,7 @@ void requests(World& world) {
              kEach * (world.size() - 1) / since(start), world.size() - 1);
 }
 
-/// A number of every rank, on rank 0.
+/// Gathers one number of every rank on rank 0.
 std::vector<double> gathered(World& world, double mine) {
   std::vector<double> all(static_cast<std::size_t>(world.size()), mine);
   if (!world.is_root()) world.send(0, Channel::kTogether, BytesWriter().put(mine).take());
@@ -109,7 +108,7 @@ double processor_seconds() {
   return seconds(used.ru_utime) + seconds(used.ru_stime);
 }
 
-/// The most that each rank has held, after lists of rising length whose results go to journals.
+/// Peak memory of each rank, after lists of increasing length with results in journals.
 void memory(World& world, const std::filesystem::path& folder) {
   if (folder.empty()) return;
   for (const std::int64_t count : {1000, 1'000'000}) {
@@ -120,7 +119,7 @@ void memory(World& world, const std::filesystem::path& folder) {
   }
 }
 
-/// Tasks of about a millisecond.
+/// Throughput of tasks of about a millisecond.
 void scaling(World& world, int threads) {
   constexpr int kSine = 60'000;
   const double before = processor_seconds();

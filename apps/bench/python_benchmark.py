@@ -1,8 +1,8 @@
-"""What Python costs: a call over the C++ step, a rollout over the C++ batch, two threads over one.
+"""Measures the overhead of Python: a call over the C++ step, a rollout over the C++ batch, two threads over one.
 
 Usage: PYTHONPATH=build/release/python apps/bench/python_benchmark.py [COMMAND]   (COMMAND: build/release/bin/counterpoint)
 
-Both sides of a ratio run in turn in one process or right after each other, and the median of the ratios counts.
+The two sides of a ratio run in turns in one process or directly after each other; the result is the median ratio.
 """
 import json
 import os
@@ -35,7 +35,7 @@ def show(what, values, unit):
 
 
 def call_overhead(count=100_000, rounds=15):
-    """Time of a step called from Python less that of the same step within C++."""
+    """Time of a step called from Python minus the time of the same step within C++."""
     sim = cp.Simulator(cp.load_scene(SCENES / "pendulum.yaml"))
     step, inside, over, bare = sim.step, [], [], []
 
@@ -78,7 +78,7 @@ def access_costs(count=200_000, rounds=7):
 
 
 def rollouts(command, count=1000, steps=25, rounds=5):
-    """cp.rollout of many humanoids, and `counterpoint rollout` of as many, which times its batch alone."""
+    """cp.rollout of many humanoids compared with `counterpoint rollout`, which times only its batch."""
     file = SCENES / "humanoid_drop.yaml"
     scene = cp.load_scene(file)
     batch = cp.Batch(scene)
@@ -96,7 +96,7 @@ def rollouts(command, count=1000, steps=25, rounds=5):
                 return json.load(stream)["wall_seconds"]
 
         for _ in range(rounds):
-            # Cpp, Python, Python, C++: what the machine does meanwhile falls on both.
+            # C++, Python, Python, C++: other load on the machine affects both.
             before = theirs()
             mine = [seconds(lambda: batch.rollout(starts, steps=steps, out=out)) for _ in range(2)]
             after = theirs()
@@ -107,7 +107,7 @@ def rollouts(command, count=1000, steps=25, rounds=5):
 
 
 class Run:
-    """What a call cost the thread that ran it."""
+    """Resources that a call took from the thread that ran it."""
 
     def __init__(self, call):
         before, start = resource.getrusage(resource.RUSAGE_THREAD), time.thread_time()
@@ -117,8 +117,8 @@ class Run:
 
 
 def two_threads(steps=1500, rounds=9):
-    """Two simulators, one after the other and side by side. Wall time is also what other programs leave of the cores;
-    processor time and waits are the module's own."""
+    """Two simulators, one after the other and in parallel. Wall time depends on the load of other programs; processor time
+    and waits depend on the module only."""
     scene = cp.load_scene(SCENES / "humanoid_drop.yaml")
     sims = [cp.Simulator(scene) for _ in range(2)]
 
@@ -127,7 +127,7 @@ def two_threads(steps=1500, rounds=9):
         for _ in range(steps):
             sim.step()
 
-    def within(sim):  # the same steps without Python in between: what the machine has to give
+    def within(sim):  # the same steps without Python in between: the speed-up that the machine allows
         sim.reset()
         sim.advance(steps)
 

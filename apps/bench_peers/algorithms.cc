@@ -1,5 +1,5 @@
-// The recursive algorithms against Pinocchio's, each from coordinates to result: kinematics and
-// whatever else it needs included on both sides.
+// Recursive algorithms compared with Pinocchio's, each from coordinates to result: kinematics and
+// other prerequisites are included on both sides.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ using peers::PinocchioAlgorithm;
 using peers::PinocchioConvention;
 using peers::PinocchioRobot;
 
-/// Our side: from coordinates to the result of one algorithm.
+/// Our side: computes the result of one algorithm from the coordinates.
 class OurAlgorithms {
  public:
   explicit OurAlgorithms(const Model& model)
@@ -63,7 +63,7 @@ class OurAlgorithms {
   MatrixX M_;
 };
 
-/// Largest difference of the two results over all states, as a share of the largest entry.
+/// Largest difference of the two results over all states, relative to the largest entry.
 double difference(const Model& model, PinocchioAlgorithm algorithm, const States& states,
                   const Pair& pair, OurAlgorithms& ours, PinocchioRobot& peer) {
   const int nv = model.nv();
@@ -79,7 +79,8 @@ double difference(const Model& model, PinocchioAlgorithm algorithm, const States
       mine.resize(3 * model.num_joints());
       for (std::size_t f = 0; f < model.frames().size(); ++f) {
         const Frame& frame = model.frames()[f];
-        // Of the link that a joint moves, whose origin is the joint's; not of what is fixed to it.
+        // Compare the frame of the link that a joint moves, whose origin is the joint's, and no
+        // frame fixed to it.
         if (frame.body == 0 || !frame.X_BF.translation.isZero()) continue;
         mine.segment<3>(3 * pair.joint(frame.body).index) = ours.position(static_cast<int>(f));
       }

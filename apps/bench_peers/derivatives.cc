@@ -1,5 +1,5 @@
-// Derivatives of inverse and forward dynamics against Pinocchio's, from coordinates to all three
-// matrices: kinematics included on both sides.
+// Derivatives of inverse and forward dynamics compared with Pinocchio's, from coordinates to all
+// three matrices; kinematics are included on both sides.
 #include <algorithm>
 #include <stdexcept>
 
@@ -14,7 +14,7 @@ using peers::PinocchioAlgorithm;
 using peers::PinocchioConvention;
 using peers::PinocchioRobot;
 
-/// Derivatives of the result by q, v and x, nv x nv each.
+/// Derivatives of the result with respect to q, v and x, nv x nv each.
 struct Matrices {
   MatrixX q, v, x;
 };
@@ -40,7 +40,7 @@ class OurDerivatives {
       throw std::runtime_error("aba: singular");
   }
 
-  /// Of the last evaluation.
+  /// Result of the last evaluation.
   Matrices result(PinocchioAlgorithm algorithm) const {
     if (algorithm == PinocchioAlgorithm::kRneaDerivatives)
       return {of_rnea_.dq, of_rnea_.dv, of_rnea_.da};
@@ -54,8 +54,8 @@ class OurDerivatives {
   VectorX zero_;
 };
 
-/// Pinocchio's at one state, in our coordinates: theirs are y_p = T(q) y, and accelerations
-/// a_p = T a - (omega x v)_p, where T turns a free base's linear part by R'.
+/// Pinocchio's derivatives at one state in our coordinates: y_p = T(q) y, and accelerations
+/// a_p = T a - (omega x v)_p, where T rotates a free base's linear part by R'.
 class Translated {
  public:
   Translated(const Model& model, const Pair& pair, PinocchioRobot& peer)
@@ -91,7 +91,7 @@ class Translated {
   }
 
  private:
-  /// omega x v of free bases, linear.
+  /// omega x v in the linear part of every free base.
   VectorX spin(const VectorX& omega, const VectorX& v) const {
     VectorX out = VectorX::Zero(model_.nv());
     for (int i = 1; i < model_.num_bodies(); ++i) {
@@ -101,7 +101,7 @@ class Translated {
     return out;
   }
 
-  /// dT x by our coordinate k, from T x.
+  /// (dT / dq_k) x, computed from x_p = T x.
   VectorX turned(int k, const VectorX& x_p) const {
     VectorX out = VectorX::Zero(model_.nv());
     for (int i = 1; i < model_.num_bodies(); ++i) {
@@ -117,7 +117,7 @@ class Translated {
   PinocchioRobot& peer_;
 };
 
-/// Largest difference of any entry over all states, as a share of its matrix's largest entry.
+/// Largest difference of any entry over all states, relative to its matrix's largest entry.
 double difference(PinocchioAlgorithm algorithm, const States& states, OurDerivatives& ours,
                   Translated& theirs) {
   double worst = 0.0;

@@ -1,5 +1,5 @@
-// Our trajectory optimization beside MuJoCo MPC's `Direct` on one least-squares problem: a humanoid
-// is to follow a glide over the ground that no forces allow, so that contacts have to be found.
+// Our trajectory optimization compared with MuJoCo MPC's `Direct` on one least-squares problem: a
+// humanoid follows a glide over the ground that no forces allow, so that contacts have to be found.
 // Usage: counterpoint_bench_direct [STEPS ...]
 #include <fmt/format.h>
 
@@ -18,25 +18,25 @@ namespace {
 
 namespace opt = optimization;
 
-constexpr int kMost = 200;  ///< iterations of either
+constexpr int kMost = 200;  ///< iterations of either method
 constexpr double kLever =
-    0.5;  ///< [m]: torques over weight times this, as unactuated_weights has it
+    0.5;  ///< [m]: torques are divided by weight times this, as in unactuated_weights
 constexpr double kPosture = 1.0;      ///< [1/m, 1/rad]
-constexpr double kBaseWeight = 30.0;  ///< of the base's force over weight
-constexpr double kMotorWeight = 2.0;  ///< of forces over effort limits
-/// Smoothing [m] and compliance: contacts about as soft as MuJoCo's defaults.
+constexpr double kBaseWeight = 30.0;  ///< weight of the base's force over the scene's weight
+constexpr double kMotorWeight = 2.0;  ///< weight of joint forces over effort limits
+/// Smoothing [m] and compliance that make contacts about as soft as MuJoCo's defaults.
 constexpr double kSmoothing = 1e-3, kCompliance = 0.1;
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// What a method came to, iteration by iteration.
+/// Progress of a method, iteration by iteration, and its final result.
 struct Course {
   std::vector<double> cost;
   double seconds = 0.0, base = 0.0, forward = 0.0;
 
-  /// Iterations until the cost is within a hundredth of the last one.
+  /// Iterations until the cost is within 1 % of the last cost.
   int iterations() const {
     const auto found =
         std::find_if(cost.begin(), cost.end(), [&](double c) { return c <= 1.01 * cost.back(); });
@@ -114,7 +114,7 @@ Course theirs(const peers::DirectTask& task, double weight) {
   }
   course.base = std::max(by_steps.base_force(), by_steps.base_torque() / kLever) / weight;
   course.forward = by_steps.forward_check();
-  // In one go, for its time.
+  // Repeated in a single call to measure its time.
   peers::MujocoDirect in_one(task);
   const double start = now();
   const int done = in_one.iterate(static_cast<int>(course.cost.size()));

@@ -1,5 +1,5 @@
-// Counterpoint beside MuJoCo and Pinocchio: the same models, in turn, in one process.
-// docs/measurements/performance.md says how to run it and what it found.
+// Counterpoint compared with MuJoCo and Pinocchio on the same models, in turn, in one process.
+// docs/measurements/performance.md gives the commands and the results.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -35,7 +35,7 @@ std::vector<std::string> table_names() {
   return names;
 }
 
-/// Time over the number of velocities, a curve an engine and quantity.
+/// Draws time over the number of velocities, one curve for each engine and quantity.
 void write_svg(const std::filesystem::path& file, const std::vector<PeerRow>& rows) {
   Chart chart;
   chart.title = "One thread, medians: time over velocities";

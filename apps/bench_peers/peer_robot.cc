@@ -52,7 +52,7 @@ Pair::Pair(const Model& model, peers::PinocchioRobot& peer) : model_(model), pee
         fmt::format("{} velocities here, {} in Pinocchio", model.nv(), peer.nv()));
 }
 
-/// R of the body that a floating joint carries.
+/// Rotation R_WB of the body on a floating joint.
 Matrix3 Pair::turn(int i, const VectorX& q) const {
   const double* p = q.data() + model_.body(i).q_index + 3;
   return Quaternion(p[0], p[1], p[2], p[3]).toRotationMatrix();

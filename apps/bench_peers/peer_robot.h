@@ -1,5 +1,5 @@
-// The robots that algorithms are timed on, ours and Pinocchio's, and how their coordinates go
-// together.
+// Robots that algorithms are timed on, in our model and in Pinocchio's, and the map between their
+// coordinates.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@
 
 namespace counterpoint::apps {
 
-/// Gone through in turn: branches and sines differ from one to the next.
+/// States used in turn, so that branches and sines differ from one evaluation to the next.
 constexpr int kStates = 64;
 
 /// Random coordinates, velocities and accelerations (or forces) in our order.
@@ -23,21 +23,22 @@ struct States {
 
 States random_states(const Model& model);
 
-/// The same robot in both engines, and how their coordinates go together: theirs are T ours, with
-/// the linear velocity of a free base in axes of the body.
+/// The same robot in both engines, and the map between their coordinates: theirs are T ours, with
+/// the linear velocity of a free base in the body-fixed frame.
 class Pair {
  public:
-  /// Both must live as long. @throws std::runtime_error if the peer lacks a joint.
+  /// Both must outlive it. @throws std::runtime_error if the peer lacks a joint.
   Pair(const Model& model, peers::PinocchioRobot& peer);
 
   VectorX coordinates(const VectorX& q) const;
-  /// T x, of velocities or forces; and back.
+  /// T x for velocities or forces, and its inverse.
   VectorX mapped(const VectorX& q, const VectorX& x) const;
   VectorX mapped_back(const VectorX& q, const VectorX& x) const;
-  /// Accelerations: the body's axes turn, theirs is the rate of change seen from them.
+  /// Accelerations in Pinocchio's sense: the rate of change seen from the rotating body-fixed
+  /// frame.
   VectorX mapped_acceleration(const VectorX& q, const VectorX& v, const VectorX& a) const;
 
-  /// Gives the peer all states, x as accelerations or as forces.
+  /// Passes all states to the peer, with x as accelerations or as forces.
   void set_states(const States& states, bool accelerations);
 
   const peers::PinocchioJoint& joint(int i) const {
@@ -53,8 +54,8 @@ class Pair {
   std::vector<peers::PinocchioJoint> joints_;
 };
 
-/// Calls compare(model, load, label) for each robot whose URDF is below options.robots, where
-/// load(convention) gives Pinocchio's. What is missing is skipped, and said.
+/// Calls compare(model, load, label) for each robot whose URDF is below options.robots;
+/// load(convention) returns Pinocchio's model. Missing robots are skipped with a message.
 using LoadPinocchio =
     std::function<std::unique_ptr<peers::PinocchioRobot>(peers::PinocchioConvention)>;
 void for_each_robot(

@@ -1,4 +1,4 @@
-// Steps of random piles and of many robots, at our own softness and at MuJoCo's.
+// Steps of random piles and of many robots, at our default softness and at MuJoCo's.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,8 +23,8 @@ struct Named {
   Scene scene;
 };
 
-/// Of every folder right below `folder` (robots/X: of X) the URDF of the shortest name, by that of
-/// the folder.
+/// Maps each folder directly below `folder` (robots/X counts as X) to its URDF with the shortest
+/// file name.
 std::map<std::string, fs::path> one_urdf_a_robot(const fs::path& folder) {
   std::map<std::string, fs::path> chosen;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -46,7 +46,7 @@ bool touches_ground(const Scene& scene) {
                      [](const Geometry& g) { return g.body != 0; });
 }
 
-/// Robots below options.robots that can be dropped on the ground, options.robot_count at most.
+/// Robots below options.robots that can be dropped on the ground; options.robot_count at most.
 std::vector<Named> robots(const PeerOptions& options) {
   std::vector<Named> found;
   if (!fs::is_directory(options.robots)) {

@@ -21,12 +21,13 @@ using peers::Mujoco;
 using peers::MujocoMoment;
 using peers::MujocoSettings;
 
-constexpr int kChunk = 25;  ///< steps at a time
-/// Velocities up to which MuJoCo is run: its time a body grows beyond some hundred.
+constexpr int kChunk = 25;  ///< steps per turn
+/// Largest number of velocities that MuJoCo is run with: its time per body grows beyond some
+/// hundred.
 constexpr int kLargestForPeers = 6000;
 
-/// The largest force that the inverse finds where none was applied, over the largest at work in all
-/// of the run: in free flight there is none at all.
+/// Largest force that the inverse finds where none was applied, divided by the largest force at
+/// work during the whole run (the force of a single step is zero in free flight).
 class Unexplained {
  public:
   void add(double found, double scale) {
@@ -51,7 +52,7 @@ class OurRunner final : public Runner {
         scene_(scene),
         workspace_(scene_.model),
         input_{VectorX::Zero(scene.model.nv()), {}} {
-    // What sleeps costs nothing; here all is computed, as MuJoCo does by default.
+    // Sleeping is off, so that all bodies are computed, as in MuJoCo by default.
     scene_.options.effects.set(Effect::kSleeping, false);
     reset();
   }
@@ -125,9 +126,9 @@ class OurRunner final : public Runner {
   Workspace workspace_;
   Input input_;
   State state_, next_;
-  Softening softening_;  ///< of the last step
+  Softening softening_;  ///< softening of the last step
   std::vector<State> states_;
-  std::vector<Softening> softenings_;  ///< of the step from each state
+  std::vector<Softening> softenings_;  ///< softening of the step from each state
   Input known_;
   Inverse inverse_;
   Unexplained unexplained_;
@@ -235,8 +236,9 @@ void time_them(const Runners& runners, const Wanted& wanted, const std::string& 
                inverse ? std::numeric_limits<double>::quiet_NaN() : iterations[i]});
 }
 
-/// Ours first. Each is gone through before the next is made: memory is what was allocated
-/// meanwhile. Returns how many steps all of them can do.
+/// Makes the runners, ours first. Each records its trajectory before the next is made, because
+/// memory is measured as the allocation in between. Returns the number of steps that all of them
+/// can do.
 int make_runners(const Scene& scene, const Wanted& wanted, Runners& runners) {
   int steps = wanted.steps;
   const auto add = [&](std::unique_ptr<Runner> runner) {
@@ -263,7 +265,7 @@ void compare_scene(const Scene& scene, Wanted wanted, PeerTable& table) {
   Runners runners;
   const int asked = wanted.steps;
   wanted.steps = make_runners(scene, wanted, runners);
-  // Iterations and overlap are of the steps that are timed.
+  // Records again, so that iterations and overlap refer to the steps that are timed.
   for (const auto& runner : runners)
     if (wanted.steps < asked) runner->record(wanted.steps, wanted.inverse, 1e9);
   const int nv = scene.model.nv();

@@ -1,5 +1,5 @@
-// Derivatives of steps, inverse and forward: closed forms, central differences of our own inverse,
-// and MuJoCo's mjd_inverseFD and mjd_transitionFD, each engine along its own trajectory.
+// Derivatives of steps, inverse and forward: closed forms, central differences of our inverse, and
+// MuJoCo's mjd_inverseFD and mjd_transitionFD, each engine along its own trajectory.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,9 +18,9 @@ namespace {
 
 using peers::MujocoMoment;
 
-constexpr int kMoments = 32;  ///< of a trajectory's second half, gone through in turn
+constexpr int kMoments = 32;  ///< states from the second half of a trajectory, used in turn
 
-/// Every so many steps of the second half.
+/// True for kMoments evenly spaced steps of the second half.
 bool is_moment(int step, int steps) {
   const int first = steps / 2, every = std::max(1, (steps - first) / kMoments);
   return step >= first && (step - first) % every == 0;
@@ -73,7 +73,7 @@ class OurDerivatives {
     });
   }
 
-  /// Of `method`, off from `reference`, over the largest entry of its matrix.
+  /// Error of `method` against `reference`, relative to the largest entry of each matrix.
   Errors errors(DerivativeMethod method, DerivativeMethod reference) {
     Errors out;
     for (const OurMoment& m : moments_) {
@@ -180,8 +180,9 @@ void add_mujoco(Theirs& peer, std::vector<Row>& rows) {
   rows.push_back(transition(true));
 }
 
-/// One scene. `label` says what is special about it; differences of ours are a reference if its
-/// contacts are soft: with hard ones forces bend within less than differences can tell.
+/// Compares one scene. `label` names the scene and its softness. Differences of our inverse serve
+/// as a reference only if the contacts are soft: with hard ones the forces bend within less than a
+/// difference can resolve.
 void compare_scene(const Scene& scene, const std::string& label, bool soft,
                    const PeerOptions& options, PeerTable& table) {
   const int steps = steps_of(scene, options), nv = scene.model.nv();
@@ -206,7 +207,7 @@ void compare_scene(const Scene& scene, const std::string& label, bool soft,
   if (theirs) add_mujoco(*theirs, rows);
   std::vector<Contender> contenders;
   for (const Row& row : rows) contenders.push_back({row.engine, row.run});
-  constexpr std::size_t kForward = 2;  // ours, which forward ones are compared with
+  constexpr std::size_t kForward = 2;  // row of our engine that the forward rows are compared with
   const Timing timing = take_turns(contenders, options.step_rounds, options.slice);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const bool forward = rows[i].quantity == std::string("forward derivatives");
@@ -217,7 +218,7 @@ void compare_scene(const Scene& scene, const std::string& label, bool soft,
   }
 }
 
-/// As the scene is, and softened as optimization starts with.
+/// Compares the scene as it is, and softened as at the start of an optimization.
 void compare_both(const Scene& scene, const std::string& label, const PeerOptions& options,
                   PeerTable& table) {
   Scene soft = scene;

@@ -1,5 +1,5 @@
-// Steps forward and inverse against MuJoCo's mj_step and mj_inverse: each engine along its own
-// trajectory of the same scene, a few steps of one, then of the next.
+// Steps forward and inverse compared with MuJoCo's mj_step and mj_inverse: each engine along its
+// own trajectory of the same scene, in turns of a few steps.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -12,8 +12,9 @@
 namespace counterpoint::apps {
 namespace {
 
-/// So many of our robots, in rows of ten at most: place(row, size) says where each stands. The
-/// ground has their friction: MuJoCo then chooses pairs by itself, without a list of all of them.
+/// Scene of `count` of our robots, in rows of at most ten: place(row, size) returns the position of
+/// a row. The ground has the robots' friction, so that MuJoCo can choose pairs without an explicit
+/// list of all of them.
 template <class Place>
 Scene many(const PeerOptions& options, const std::string& robot, double friction, int count,
            Place place) {
@@ -39,7 +40,7 @@ Scene humanoids(const PeerOptions& options, int count) {
   });
 }
 
-/// Columns of ten.
+/// Columns of ten boxes.
 Scene boxes(const PeerOptions& options, int count) {
   return many(options, "cube.urdf", 0.5, count, [](int row, int size) {
     return fmt::format("position: [{:.1f}, {:.1f}, 0.101], count: {}, spacing: [0, 0, 0.201]",
@@ -68,7 +69,8 @@ void compare_steps(const PeerOptions& options, PeerTable& table) {
 
 namespace {
 
-/// Ours in all sizes in turn, a few steps of each: seconds for one of `counts`, and over the first.
+/// Steps our engine in all sizes in turns of a few steps: seconds per robot, and the ratio to the
+/// first size.
 void compare_sizes(const char* what, const std::vector<int>& counts, int steps,
                    Scene make(const PeerOptions&, int), const PeerOptions& options,
                    PeerTable& table) {

@@ -14,7 +14,7 @@ double seconds_each(const Contender& contender, int count) {
   return (thread_seconds() - start) / count;
 }
 
-/// So many times take about `slice` seconds.
+/// Number of evaluations that take about `slice` seconds.
 int times_in(const Contender& contender, double slice) {
   int count = 1;
   while (count < (1 << 24)) {

@@ -1,4 +1,4 @@
-// The texts that are made from the commands' options: help, man page, completion, reference.
+// Texts generated from the options of the commands: help, man page, completion, reference.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -41,7 +41,8 @@ _counterpoint() {
 complete -F _counterpoint counterpoint
 )bash";
 
-/// Words in lines of at most kWidth columns; all but the first begin after `indent` spaces.
+/// Breaks text into lines of at most kWidth columns. The first line continues at column `at`; the
+/// others begin after `indent` spaces.
 std::string wrapped(const std::string& text, size_t indent, size_t at) {
   std::string out;
   std::istringstream words(text);
@@ -68,7 +69,7 @@ std::string entry(const std::string& name, const std::string& description) {
   return line + wrapped(description, kNames, line.size()) + "\n";
 }
 
-/// For troff: no character that means something there.
+/// Escapes the characters that have a meaning in troff.
 std::string troff(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -84,7 +85,7 @@ std::string troff(const std::string& text) {
   return out;
 }
 
-/// For a cell of a Markdown table.
+/// Escapes text for a cell of a Markdown table.
 std::string cell(const std::string& text) {
   std::string out;
   for (const char c : text) {

@@ -29,7 +29,7 @@ struct Inner<std::vector<T>> {
   using Type = T;
 };
 
-/// What stands for a value of this type in the help.
+/// Default placeholder in the help for a value of type T.
 template <typename T>
 std::string type_word() {
   using Value = typename Inner<T>::Type;

@@ -1,5 +1,5 @@
-// Subcommands and their options. CLI11 parses them, in command_line.cc and nowhere else: its
-// header adds about ten seconds of compile time to every file that includes it.
+// Subcommands and their options. Only command_line.cc includes CLI11, which parses them: its header
+// adds about ten seconds of compile time to every file that includes it.
 #pragma once
 
 #include <functional>
@@ -18,19 +18,19 @@ namespace counterpoint::apps {
 class Option {
  public:
   Option& required();
-  /// What stands for the value in the help: "FILE".
+  /// Sets the placeholder of the value in the help, such as "FILE".
   Option& type_name(const std::string& name);
   Option& one_of(const std::vector<std::string>& words);
   Option& range(double low, double high);
   Option& positive();
   Option& not_negative();
-  Option& one_value_each();   ///< given several times, each time with one value
-  Option& comma_separated();  ///< a list: 1,2,3
+  Option& one_value_each();   ///< the option may be repeated, with one value each time
+  Option& comma_separated();  ///< the value is a list: 1,2,3
   Option& needs(const Option& other);
-  /// The word given is replaced before it is kept; may throw InputError.
+  /// Replaces the given word by resolve(word) before it is stored; `resolve` may throw InputError.
   Option& becomes(std::string (*resolve)(const std::string&));
-  Option& show_default();  ///< the help names the variable's value
-  /// Seldom wanted: `--help-all` lists it, `--help` does not, which then fits one screen.
+  Option& show_default();  ///< adds the variable's present value to the help text
+  /// Hides the option from `--help`, so that this fits on one screen; `--help-all` lists it.
   Option& seldom();
 
  private:
@@ -42,22 +42,22 @@ class Option {
   bool flag_ = false, required_ = false, seldom_ = false;
 };
 
-/// A subcommand. Variables given to it must outlive the parsing.
+/// A subcommand. Variables bound to its options must outlive the parsing.
 class Command {
  public:
   Command(CLI::App& app, std::string name, std::string description);
-  /// "--name" or, of a positional argument, "NAME". T: bool, int, long, double, string, path, their
-  /// optionals and vectors (see command_line.cc).
+  /// `name`: "--name", or "NAME" for a positional argument. T: bool, int, long, double, string,
+  /// path, their optionals and vectors (instantiated in command_line.cc).
   template <typename T>
   Option& add_option(const std::string& name, T& value, const std::string& description);
   Option& add_flag(const std::string& name, bool& value, const std::string& description);
   void footer(const std::string& text) { footer_ = text; }
-  /// What the command does; returns the exit code.
+  /// Sets the function that runs the command; it returns the exit code.
   void action(std::function<int()> run) { action_ = std::move(run); }
 
   const std::string& name() const { return name_; }
   const std::string& description() const { return description_; }
-  /// Help of at most 100 columns; `all`: with what is seldom wanted.
+  /// Help text of at most 100 columns; `all` includes the options marked seldom().
   std::string help(bool all) const;
 
  private:
@@ -74,18 +74,19 @@ class Command {
   std::function<int()> action_;
 };
 
-/// The whole command line: `counterpoint COMMAND ...`, `counterpoint help TOPIC`.
+/// The whole command line: `counterpoint COMMAND ...` and `counterpoint help TOPIC`.
 class CommandLine {
  public:
   CommandLine(const std::string& description, const std::string& footer);
   ~CommandLine();
   Command& add(const std::string& name, const std::string& description);
-  /// A text that `help NAME` shows.
+  /// Adds a text that `help NAME` shows.
   void add_topic(const std::string& name, const std::string& description, const std::string& text);
-  /// What --version prints.
+  /// Sets the text that --version prints.
   void version(std::function<std::string()> text) { version_ = std::move(text); }
 
-  /// Parses and runs. What cannot be parsed is said on standard error, exit code 2.
+  /// Parses the arguments and runs the command; returns its exit code. Reports a parse error on
+  /// standard error and returns 2.
   int run(int argc, char** argv);
 
   std::string help() const;
@@ -109,7 +110,8 @@ class CommandLine {
   std::function<std::string()> version_;
 };
 
-/// ", did you mean 'simulate'?", or nothing where no name is near `word`.
+/// Returns "; did you mean 'simulate'?" with the nearest name by edit distance, or an empty string
+/// if no name is near `word`.
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& names);
 
 }  // namespace counterpoint::apps

@@ -4,7 +4,7 @@
 
 namespace counterpoint::apps {
 
-/// What `counterpoint help TOPIC` shows beside the commands.
+/// Adds the topics of `counterpoint help TOPIC`.
 void add_topics(CommandLine& line);
 
 }  // namespace counterpoint::apps

@@ -12,7 +12,7 @@
 namespace counterpoint::apps {
 namespace {
 
-/// Of the extensions that matter here, those that this processor has.
+/// Lists the instruction sets of this processor, among those that matter for speed here.
 std::string processor() {
 #if defined(__x86_64__) && defined(__GNUC__)
   std::string found = "x86-64";

@@ -4,7 +4,8 @@
 
 namespace counterpoint::apps {
 
-/// Version, build type, compiler, flags, what this processor has, optional parts; a line each.
+/// Returns version, build type, compiler, flags, instruction sets of this processor, and optional
+/// parts, a line each.
 std::string version_text();
 
 }  // namespace counterpoint::apps

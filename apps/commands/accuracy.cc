@@ -1,4 +1,4 @@
-// counterpoint accuracy: what accuracy costs in time on a scene, and which setting to take.
+// counterpoint accuracy: measures what accuracy costs in time on a scene, and recommends a setting.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -53,7 +53,8 @@ accuracy::ReferenceKind reference_kind(const std::string& name) {
   return name == "fine" ? accuracy::ReferenceKind::kFine : accuracy::ReferenceKind::kAutomatic;
 }
 
-/// The whole motion at a setting, some 100 frames a second, as far as it goes.
+/// Returns the motion at a setting with about 100 frames per second, up to the end or the first
+/// failure.
 view::Clip clip_at(const Scene& scene, const accuracy::Setting& setting, double time_step) {
   const double h = setting.engine ? setting.engine->options.time_step : time_step;
   const double frame = h * std::max(1.0, std::round(1.0 / (view::kDefaultRate * h)));
@@ -70,11 +71,12 @@ view::Clip clip_at(const Scene& scene, const accuracy::Setting& setting, double 
   return clip;
 }
 
-/// The recommended setting, and beside it those for other errors, the most accurate and the
-/// cheapest of the front. Returns the page's name; empty where there is nothing to show.
+/// Writes a replay of the recommended setting. Its ghosts are the recommendations for other errors
+/// and the most accurate and the cheapest setting of the Pareto front. Returns the page's name;
+/// empty if there is nothing to show.
 std::string write_settings_replay(const AccuracyArguments& arguments,
                                   const accuracy::Findings& findings) {
-  constexpr double kMostSeconds = 60.0;  // of computing, for one ghost
+  constexpr double kMostSeconds = 60.0;  // limit on the computing time of a ghost [s]
   const Scene& scene = findings.scene;
   if (!view::can_make_pages() || !findings.recommendations[0].place) return "";
   std::vector<accuracy::Place> places;
@@ -145,10 +147,10 @@ int run(AccuracyArguments& arguments, tasks::World& world) {
   options.contacts = accuracy::rows_of(scene).contacts;
   options.run = series.runner();
   options.fingerprint = fingerprint(arguments, scene);
-  // Every process computes it: what needs it need not wait for another.
+  // Every process computes the reference, so that none has to wait for another.
   const accuracy::Reference reference =
       accuracy::make_reference(scene, plan, reference_kind(arguments.reference), arguments.finer);
-  const Interrupt interrupt;  // while a reference is computed there is nothing to keep
+  const Interrupt interrupt;  // not earlier: before, there are no results to keep
   options.stop = Interrupt::wanted;
   std::vector<accuracy::MeasuredFamily> measured =
       accuracy::measure_errors(scene, plan, reference, families.families, options);

@@ -1,12 +1,13 @@
-// The subcommands of `counterpoint`, one file each. To add one: write add_<name>, list it here and
-// in main.cc.
+// The subcommands of `counterpoint`, in one file each. To add one, write add_<name> and list it
+// here and in main.cc.
 #pragma once
 
 #include "command_line/command_line.h"
 
 namespace counterpoint::apps {
 
-/// Exit codes. Bad input is what the user can correct: an InputError, or a wrong command line.
+/// Exit codes. kBadInput is for errors that the user can correct: an InputError or a wrong command
+/// line.
 enum ExitCode { kSuccess = 0, kFailed = 1, kBadInput = 2 };
 
 void add_simulate(CommandLine& line);

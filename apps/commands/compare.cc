@@ -1,4 +1,4 @@
-// counterpoint compare: predicts recordings by simulation, and measures the distance to them.
+// counterpoint compare: predicts recordings by simulation and measures the distance to them.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -71,7 +71,7 @@ std::vector<const Recording*> pointers(const std::vector<Recording>& recordings)
   return out;
 }
 
-/// What is left by coordinate, over all recordings.
+/// Reports the residual forces by coordinate, over all recordings.
 void report_coordinates(const std::vector<CoordinateFigures>& coordinates, Report& report) {
   report["coordinates"] = coordinate_list(coordinates);
   for (const CoordinateFigures& one : coordinates)
@@ -79,7 +79,7 @@ void report_coordinates(const std::vector<CoordinateFigures>& coordinates, Repor
                one.r2 ? fmt::format(", R2 {:.4f}", *one.r2) : "");
 }
 
-/// Ctrl-C has left some out: says so, in the report and to the user. Exit code.
+/// Reports, to the user too, that Ctrl-C left some recordings out. Returns the exit code.
 int end_early(size_t done, size_t given, const CompareArguments& arguments, Report& report) {
   const std::string message =
       fmt::format("stopped by Ctrl-C or SIGTERM: {} of {} recordings were compared", done, given);
@@ -92,7 +92,7 @@ int end_early(size_t done, size_t given, const CompareArguments& arguments, Repo
   return kFailed;
 }
 
-/// Forces row by row, in a table.
+/// Table of the forces, row by row.
 class ForceRows {
  public:
   ForceRows(const std::string& file, const Model& model) {
@@ -121,7 +121,7 @@ class ForceRows {
   std::unique_ptr<TableWriter> table_;
 };
 
-/// Until Ctrl-C; those that are done.
+/// Explains recordings until Ctrl-C; returns the finished ones.
 std::vector<ExplainedRecording> explain_all(Explainer& explainer, const ColumnMap& map,
                                             const std::vector<Recording>& recordings,
                                             ForceRows& rows) {
@@ -142,7 +142,7 @@ std::vector<ExplainedRecording> explain_all(Explainer& explainer, const ColumnMa
   return all;
 }
 
-/// Per recording, and the medians.
+/// Reports each recording, and the medians over all.
 void report_explained(const std::vector<ExplainedRecording>& all, Report& report) {
   Json list = Json::array(), medians = Json::object();
   for (const ExplainedRecording& explained : all) {
@@ -198,7 +198,7 @@ int compare_inverse(CompareArguments& arguments) {
   return exit_code;
 }
 
-/// What a page shows.
+/// Contents of the report page.
 struct Compilation {
   const CompareArguments& arguments;
   const Scene& scene;
@@ -208,8 +208,8 @@ struct Compilation {
   const Replays& replays;
 };
 
-/// The curves of one recording, as a page beside the report, with its replay where one can be had.
-/// Links of both.
+/// Writes the curves of one recording as a page beside the report, and its replay if possible.
+/// Returns the links to both.
 std::vector<std::pair<std::string, std::string>> write_recording(const Compilation& of,
                                                                  size_t number, size_t index) {
   const auto& [arguments, scene, map, recordings, predictions, replays] = of;

@@ -29,7 +29,7 @@ struct ContactProblemArguments {
   Report report;
 };
 
-/// The folder itself if it is a problem, else its subfolders that are, by name.
+/// Returns the folder itself if it is a problem, else its subfolders that are, sorted by name.
 std::vector<fs::path> find_problems(const fs::path& folder) {
   if (fs::exists(folder / "q_mu.csv")) return {folder};
   std::vector<fs::path> found;
@@ -50,7 +50,7 @@ std::vector<fs::path> find_problems(const fs::path& folder) {
   return found;
 }
 
-/// Largest difference between c and what the inverse makes of v, over what c and A f sum.
+/// Largest difference between c and the c that the inverse finds for v, relative to |c| + |A| |f|.
 double inverse_error(const contact::ContactSpaceProblem& problem,
                      const contact::ContactSpaceSolution& solution,
                      const contact::ContactSpaceOptions& options) {
@@ -68,7 +68,8 @@ Json solve(const std::string& name, const contact::ContactSpaceProblem& problem,
   const contact::ContactSpaceSolution solution =
       solve_contact_space(problem, options, arguments.settings);
   const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
-  // Checked against the symmetric part, which is what was solved, and against A as given.
+  // Residuals are checked against the symmetric part of A, for which the problem was solved, and
+  // against A as given.
   contact::ContactSpaceProblem symmetric = problem;
   symmetric.A = 0.5 * (problem.A + problem.A.transpose());
   const auto residuals = contact_space_residuals(symmetric, solution.f, coulomb);

@@ -1,4 +1,4 @@
-// counterpoint convert: a motion, or any other table, in another format.
+// counterpoint convert: converts a motion, or any other table, to another format.
 #include <fmt/format.h>
 
 #include <filesystem>

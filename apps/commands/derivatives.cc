@@ -1,4 +1,4 @@
-// counterpoint derivatives: how the forces behind each step of a motion change with it.
+// counterpoint derivatives: derivatives of the forces behind each step of a motion.
 #include "counterpoint/engine/derivatives.h"
 
 #include <fmt/format.h>
@@ -35,9 +35,9 @@ struct NamedBlock {
   const MatrixX* matrix;
 };
 
-/// Where closed forms and differences are farthest apart.
+/// Entry with the largest difference between closed form and finite difference.
 struct Worst {
-  double relative = 0.0;  ///< of the block's largest entry
+  double relative = 0.0;  ///< difference relative to the block's largest entry
   int step = 0, row = 0, column = 0;
   const char* block = "";
   double exact = 0.0, difference = 0.0;
@@ -58,7 +58,7 @@ void compare(int step, const NamedBlock& exact, const MatrixX& reference, double
            reference(row, column)};
 }
 
-/// A row of the table for each row of a matrix.
+/// Table with a row for each row of a matrix.
 class DerivativesOutput {
  public:
   DerivativesOutput(const std::string& file, const Model& model) : names_(coordinate_names(model)) {
@@ -88,7 +88,7 @@ class DerivativesOutput {
   std::unique_ptr<TableWriter> table_;
 };
 
-/// The scene's own first step, where no trajectory is given.
+/// Computes the scene's first step, for use if no trajectory is given.
 Trajectory first_step(const Scene& scene) {
   Workspace workspace(scene.model);
   const State start{0.0, scene.q, scene.v};
@@ -108,7 +108,7 @@ Trajectory first_step(const Scene& scene) {
   return out;
 }
 
-/// The commands' work on one step after the other.
+/// Computes, times and checks the derivatives step by step.
 class DerivativesRun {
  public:
   DerivativesRun(const DerivativesArguments& arguments, const Scene& scene)
@@ -117,7 +117,7 @@ class DerivativesRun {
         workspace_(scene.model),
         output_(arguments.output, scene.model) {}
 
-  /// False where the forces of the step are not known: see `inverse`.
+  /// Processes step k; returns false if the forces of the step cannot be found (see `inverse`).
   bool step(int k, const Trajectory& trajectory, const SimulationOptions& options) {
     const Model& model = scene_.model;
     trajectory.set_known(model, k, known_);
@@ -149,7 +149,7 @@ class DerivativesRun {
     step_inverse_derivatives(model, options, q, v, q_next, v_next, known_, workspace_, inverse,
                              reference_, DerivativeMethod::kExtrapolated,
                              arguments_.difference_step);
-    // A block may vanish altogether, as du/dq of a free body.
+    // A block may be zero, such as du/dq of a free body; this keeps the relative difference finite.
     const double floor = 0.05 * reference_.dv_next.cwiseAbs().maxCoeff();
     const MatrixX* references[] = {&reference_.dq, &reference_.dv, &reference_.dv_next};
     for (int i = 0; i < 3; ++i) compare(k, blocks[i], *references[i], floor, worst);

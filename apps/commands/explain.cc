@@ -1,4 +1,4 @@
-// counterpoint explain: noisy recordings in, the motions behind them and their forces out.
+// counterpoint explain: estimates the motions behind noisy recordings, and their forces.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -35,7 +35,7 @@ struct ExplainArguments {
   Report report;
 };
 
-/// The rows between the times asked for; times are sums of steps, and rounded.
+/// Returns the rows between --from and --to, with slack because times are rounded sums of steps.
 Recording between(const Recording& whole, const ExplainArguments& arguments) {
   const std::vector<double>& time = whole.time;
   const auto slack = [](double t) { return 1e-9 * (1.0 + std::abs(t)); };
@@ -52,7 +52,7 @@ Recording between(const Recording& whole, const ExplainArguments& arguments) {
   return rows_of(whole, static_cast<int>(begin - time.begin()), static_cast<int>(end - begin));
 }
 
-/// Files of the map's sources by name, from NAME=FILE.
+/// Parses NAME=FILE arguments: the files of the column map's sources, by name.
 std::map<std::string, std::string> source_files(const std::vector<std::string>& arguments) {
   std::map<std::string, std::string> out;
   for (const std::string& one : arguments) {
@@ -65,7 +65,8 @@ std::map<std::string, std::string> source_files(const std::vector<std::string>& 
   return out;
 }
 
-/// The recordings, with the readings of other files, between the times asked for.
+/// Reads the recordings and the readings in other files, and selects the rows between --from and
+/// --to.
 std::vector<Recording> read_recorded(const ExplainArguments& arguments, const ColumnMap& map,
                                      const Scene& scene) {
   std::vector<Recording> out = read_with_notes(arguments.recordings, map, scene);
@@ -91,7 +92,8 @@ MotionEstimateOptions estimate_options(const ExplainArguments& arguments, const 
   return options;
 }
 
-/// Until Ctrl-C; the last one may then be stopped, with the best that was found.
+/// Estimates motions until Ctrl-C. The last one may be stopped early, with the best motion found so
+/// far.
 std::vector<MotionEstimate> estimate_all(const ExplainArguments& arguments, const Scene& scene,
                                          const ColumnMap& map,
                                          const std::vector<Recording>& recordings) {
@@ -105,7 +107,7 @@ std::vector<MotionEstimate> estimate_all(const ExplainArguments& arguments, cons
   options.stop = [&] {
     progress.show_time();
     if (!Interrupt::wanted()) return false;
-    Interrupt::end();  // forces and deviations of what was found take their time
+    Interrupt::end();  // forces and deviations still take time: signals now end the program
     return true;
   };
   for (const Recording& recording : recordings) {
@@ -116,7 +118,7 @@ std::vector<MotionEstimate> estimate_all(const ExplainArguments& arguments, cons
   return all;
 }
 
-/// Writes the tables asked for, and returns the names of their files.
+/// Writes the requested tables and returns their file names.
 std::vector<std::string> write_tables(const ExplainArguments& arguments,
                                       const ExplainedMotions& motions, std::size_t given) {
   std::vector<std::string> files;
@@ -135,7 +137,8 @@ std::vector<std::string> write_tables(const ExplainArguments& arguments,
   return files;
 }
 
-/// The report, and what people are told. Exit code: is every estimate to be trusted?
+/// Writes the report and prints the results. Returns kSuccess if every estimate can be
+/// trusted.
 int tell(const ExplainedMotions& motions, const std::vector<ExplainedFigures>& figures,
          Report& report) {
   const Model& model = motions.scene.model;
@@ -156,7 +159,7 @@ int tell(const ExplainedMotions& motions, const std::vector<ExplainedFigures>& f
   return exit_code;
 }
 
-/// Ctrl-C: what is there, in the report and to the user. Exit code.
+/// After Ctrl-C: reports the results so far, to the user too. Returns the exit code.
 int end_stopped(const ExplainedMotions& motions, std::size_t given,
                 const std::vector<std::string>& files, Report& report) {
   const MotionEstimate& last = motions.estimates.back();
@@ -176,7 +179,7 @@ int end_stopped(const ExplainedMotions& motions, std::size_t given,
   return kFailed;
 }
 
-/// Refuses, in words, what --follow cannot do.
+/// Rejects option combinations that --follow does not support.
 void check_follow(const ExplainArguments& arguments) {
   if (arguments.recordings.size() != 1) throw InputError("--follow: one recording is expected");
   const std::string& file = arguments.recordings.front();
@@ -259,7 +262,7 @@ int explain(ExplainArguments& arguments) {
 
 }  // namespace
 
-// Long: a list of options.
+// Long: a declaration of each option.
 void add_explain(CommandLine& line) {
   auto arguments = std::make_shared<ExplainArguments>();
   Command& command =

@@ -1,4 +1,4 @@
-// counterpoint export: a scene for other programs, as MJCF or URDF.
+// counterpoint export: writes a scene for other programs, as MJCF or URDF.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -20,7 +20,7 @@ struct ExportArguments {
 };
 
 void write_with_folder(const std::filesystem::path& path, const std::string& text) {
-  std::error_code failed;  // which the writing then meets
+  std::error_code failed;  // an error shows again when the file is written
   if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), failed);
   write_file(path, text);
 }

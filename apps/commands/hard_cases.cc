@@ -1,5 +1,5 @@
-// counterpoint hard-cases: cases of mechanics that are hard for engines, against what is known of
-// them.
+// counterpoint hard-cases: mechanics problems that are hard for engines, compared with their known
+// properties.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -75,7 +75,7 @@ fs::path scene_folder(const HardCasesArguments& arguments) {
   return arguments.long_run ? scenes : scenes / "hard";
 }
 
-/// DIR/replays.html, which leads to all of them, with their curves.
+/// Writes DIR/replays.html, which links to all replays and shows their curves.
 void write_replay_list(const fs::path& folder, const std::vector<Result>& results) {
   HtmlPage page("Hard cases: replays");
   page.paragraph("The first run of each case on Counterpoint, at most 1000 frames of it.");
@@ -139,7 +139,7 @@ int hard_cases(HardCasesArguments& arguments, tasks::World& world) {
   if (arguments.list) return list_cases(cases);
   if (!arguments.no_peers && !arguments.long_run)
     settings.engines.insert(settings.engines.end(), {Engine::kMujocoDefault, Engine::kMujocoBest});
-  // A long run watches the memory of its process.
+  // A long run measures the memory of its process, so it uses one thread.
   if (arguments.long_run) arguments.tasks.set_threads(1);
   if (!arguments.folder.empty()) make_report_folder(arguments.folder);
   arguments.report.begin("hard-cases", settings.scenes.string());

@@ -52,12 +52,12 @@ Experiment make_experiment(const IdentifyArguments& arguments) {
   return e;
 }
 
-/// Which recordings are fitted and which are predicted with what was found.
+/// Indices of the recordings to fit, and of those to predict with the parameters found.
 struct Split {
   std::vector<int> train, test;
 };
 
-/// Evenly over the recordings in the order given, the same every time.
+/// Splits the recordings evenly in the given order, without random numbers.
 Split split(const IdentifyArguments& arguments, const Experiment& e) {
   Split out;
   const int given = e.num_given;
@@ -85,7 +85,7 @@ Json json_figures(const std::vector<Prediction>& predictions, Compared by) {
   return out;
 }
 
-/// Whole rollouts of some recordings, by the scene as it is and as found.
+/// Predictions of whole recordings, by the scene before and after the fit.
 struct Rollouts {
   std::vector<Prediction> before, after;
 };
@@ -192,7 +192,7 @@ void fill_report(const std::vector<Parameter>& parameters, const VectorX& start,
   report["linearizations"] = found.linearizations;
 }
 
-/// Errors over time of these rollouts.
+/// Writes the page with the parameters and the errors over time of these rollouts.
 void write_page_of(const IdentifyArguments& arguments, const Rollouts& rollouts, Compared by,
                    const Json& report) {
   const auto& [before, after] = rollouts;
@@ -238,7 +238,7 @@ std::uint64_t fingerprint(const IdentifyArguments& a, const Experiment& e) {
   return hash.value();
 }
 
-/// Ctrl-C ended the search or the scores. Exit code.
+/// Reports that Ctrl-C ended the search or the scoring. Returns the exit code.
 int end_early(const char* figures, Report& report) {
   report["status"] = "stopped";
   report.write();
@@ -246,7 +246,7 @@ int end_early(const char* figures, Report& report) {
   return kFailed;
 }
 
-/// Figures with which predictions are best. Every rank has a part in it.
+/// Finds the parameters with the best predictions. Every rank takes part.
 Fit predicted_best(IdentifyArguments& arguments, const Experiment& e,
                    const std::vector<Parameter>& parameters, const std::vector<int>& which,
                    tasks::World& world) {
@@ -263,7 +263,7 @@ Fit predicted_best(IdentifyArguments& arguments, const Experiment& e,
   return found;
 }
 
-/// Figures and motions that explain the recordings: one problem, which rank 0 solves alone.
+/// Finds the parameters and motions that explain the recordings, as one problem on rank 0.
 Fit explained_best(IdentifyArguments& arguments, const Experiment& e,
                    const std::vector<Parameter>& parameters, const std::vector<int>& which,
                    tasks::World& world) {
@@ -308,7 +308,7 @@ int identify(IdentifyArguments& arguments, tasks::World& world) {
   if (found.stopped) return end_early("the best found so far, without intervals or scores", report);
   const Scene after = with_parameters(e.scene, parameters, found.values());
   const Compared by = compared(e.map);
-  Rollouts shown;  // of the recordings that were not fitted; of all if all were
+  Rollouts shown;  // the recordings that were not fitted, or all if all were fitted
   for (const auto& [name, which] :
        {std::pair{"train", &parts.train}, std::pair{"test", &parts.test}}) {
     if (which->empty()) continue;

@@ -1,4 +1,4 @@
-// counterpoint inspect: what is in a scene.
+// counterpoint inspect: lists the contents of a scene.
 #include <fmt/format.h>
 
 #include <array>
@@ -23,8 +23,8 @@ struct InspectArguments {
   Report report;
 };
 
-/// Vertices and volume of a hull; how much larger than its mesh it is, how far it stands off it,
-/// and how much smaller than the full hull a limit of vertices made it.
+/// Vertices and volume of a hull; the ratio of its volume to its mesh's, its distance from the
+/// mesh, and its distance within the full hull if a vertex limit reduced it.
 std::string hull_size(const ConvexMesh& hull) {
   std::string text = fmt::format("{} vertices, {:.4g} m^3", hull.vertices.size(), hull.volume);
   text += hull.source_volume > 0.0
@@ -35,8 +35,7 @@ std::string hull_size(const ConvexMesh& hull) {
   return text;
 }
 
-/// The numbers that make up a shape [m]: lengths as in a URDF (full, not half), or its vertex
-/// count.
+/// Dimensions of a shape [m] as in a URDF (full lengths, not half), or the vertex count.
 std::string shape_size(const Shape& shape) {
   const Vector3& s = shape.size;
   switch (shape.type) {
@@ -68,7 +67,7 @@ Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : 
 
 Json vector_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
-/// Spring and servo of a joint; null where there is none.
+/// Spring and servo of a joint; null if it has none.
 Json joint_forces_json(const Model& model, int joint) {
   Json json = {{"stiffness", nullptr},       {"reference", nullptr},
                {"servo_stiffness", nullptr}, {"servo_damping", nullptr},
@@ -101,7 +100,7 @@ void inspect_compensations(const Model& model, Report& report) {
   report["gravity_compensations"] = all;
 }
 
-/// Springs, servos and drag: each only if the scene has any.
+/// Reports springs, servos and drag, each only if the scene has any.
 void inspect_forces(const Model& model, Report& report) {
   if (!model.springs().empty()) fmt::print(report.text(), "\nsprings:\n");
   for (const JointSpring& spring : model.springs()) {
@@ -226,7 +225,7 @@ void inspect_closures(const Model& model, const VectorX& q, Report& report) {
   report["closures"] = closures;
 }
 
-/// A pair of geometries that is never tested.
+/// Reports a pair of geometries that is never tested.
 void list_pair(const Model& model, const std::pair<int, int>& pair, const std::string& reason,
                const Report& report, Json& list) {
   const std::string& a = model.geometries()[pair.first].name;
@@ -256,11 +255,11 @@ void inspect_pairs(const Model& model, const collision::Collider& collider, Repo
   report["overlapping_pairs"] = overlapping;
 }
 
-/// Pairs of geometries that may touch, by the material they end up with.
+/// Reports the pairs of geometries that may touch, grouped by their combined material.
 void inspect_surfaces(const Model& model, const collision::Collider& collider, Report& report) {
   struct Surface {
     Material material;
-    int pairs, a, b;  // how many, and the first
+    int pairs, a, b;  // number of pairs, and the first pair
   };
   std::map<std::array<double, 4>, Surface> surfaces;
   const int count = static_cast<int>(model.geometries().size());

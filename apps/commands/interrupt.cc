@@ -7,9 +7,9 @@
 namespace counterpoint::apps {
 namespace {
 
-/// A command that has not ended its computation by then is in the middle of something that nothing
-/// else ends.
-constexpr suseconds_t kPatience = 900'000;  // microseconds
+/// Time from the signal until the program is ended by force, unless the computation ends itself
+/// [us].
+constexpr suseconds_t kPatience = 900'000;
 
 volatile sig_atomic_t noted = 0;
 
@@ -24,7 +24,8 @@ void note(int signal) {
   set_timer(kPatience);
 }
 
-/// Only what is safe in a signal handler. Tables are on disk as far as their last full block.
+/// Uses only functions that are safe in a signal handler. Tables are on disk up to their last full
+/// block.
 void end_now(int) {
   const char text[] =
       "\nerror: stopped by Ctrl-C or SIGTERM in the middle of a long computation: tables hold what "

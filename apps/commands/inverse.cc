@@ -1,4 +1,4 @@
-// counterpoint inverse: a trajectory in, the forces behind it out.
+// counterpoint inverse: recovers the forces behind a trajectory.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,19 +30,19 @@ struct InverseArguments {
   Report report;
 };
 
-/// The extremes over all steps and coordinates [N or N m].
+/// Largest values over all steps and coordinates [N or N m].
 struct Extremes {
   double error = 0.0;       ///< |recovered - recorded|
   double recorded = 0.0;    ///< |recorded applied force|
   double scale = 0.0;       ///< Inverse::force_scale
-  double unactuated = 0.0;  ///< |recovered| where nothing is actuated
-  /// |(q_next (-) q) / h - v_next| [m/s, rad/s], which semi_implicit_euler leaves zero but for
-  /// the translation of free trees.
+  double unactuated = 0.0;  ///< |recovered| on coordinates without actuator
+  /// |(q_next (-) q) / h - v_next| [m/s, rad/s]: zero for semi_implicit_euler, except for the
+  /// translation of free trees.
   double mismatch = 0.0;
   long contacts = 0;
 };
 
-/// Extremes::mismatch of one step.
+/// Computes Extremes::mismatch of one step.
 double velocity_mismatch(const Model& model, const Trajectory& trajectory, int step,
                          double time_step, std::span<const int> free_trees) {
   VectorX velocity(model.nv());
@@ -60,7 +60,7 @@ void add_extremes(const Model& model, const Trajectory& trajectory, int step,
   if (trajectory.applied_force.size() > 0) {
     const auto recorded = trajectory.applied_force.col(step);
     const double error = (inverse.applied_force - recorded).lpNorm<Eigen::Infinity>();
-    // Written so that a NaN is kept, not lost in a comparison.
+    // Written so that NaN is kept: every comparison with NaN is false.
     if (!(error <= extremes.error)) extremes.error = error;
     extremes.recorded = std::max(extremes.recorded, recorded.lpNorm<Eigen::Infinity>());
   }
@@ -72,7 +72,7 @@ void add_extremes(const Model& model, const Trajectory& trajectory, int step,
   }
 }
 
-/// The two tables of the inverse, each only if asked for.
+/// The two tables of the inverse, each only if requested.
 class Output {
  public:
   Output(const InverseArguments& arguments, const Model& model) {
@@ -105,7 +105,7 @@ class Output {
   std::unique_ptr<ContactTable> contacts_;
 };
 
-/// What a run that is stopped leaves behind.
+/// Lists the files that a stopped run leaves.
 std::string kept(const InverseArguments& arguments) {
   std::vector<std::string> files;
   for (const std::string& file : {arguments.output, arguments.contacts})
@@ -116,12 +116,12 @@ std::string kept(const InverseArguments& arguments) {
 
 struct Recovered {
   int steps = 0;
-  bool stopped = false;  ///< by Ctrl-C
+  bool stopped = false;  ///< ended by Ctrl-C
   Extremes extremes;
   std::optional<FailedStep> failed;
 };
 
-/// Step by step, into the files, until one fails or Ctrl-C.
+/// Recovers forces step by step and writes them, until a step fails or Ctrl-C.
 Recovered recover(const InverseArguments& arguments, const Scene& scene,
                   const Trajectory& trajectory, const std::vector<double>& steps) {
   const Model& model = scene.model;
@@ -157,12 +157,12 @@ Recovered recover(const InverseArguments& arguments, const Scene& scene,
   return out;
 }
 
-/// Why the forces found may not be those that acted; empty: nothing speaks for it. What simulate
-/// wrote is exact to the bit; of other rows a force where nothing is actuated, or velocities that
-/// do not lead from row to row, tell.
+/// Returns a reason why the forces found may not be those that acted; empty if there is none. Rows
+/// written by simulate are exact to the bit. Other rows are suspect if a coordinate without
+/// actuator needs a force, or if velocities do not lead from row to row.
 std::string doubt(const Scene& scene, const Trajectory& trajectory, const Extremes& extremes) {
-  constexpr double kForce = 1e-6;      // of the largest force at work; our own motions leave 1e-8
-  constexpr double kVelocity = 1e-10;  // [m/s, rad/s]; our own leave 1e-13 m over a step
+  constexpr double kForce = 1e-6;      // relative to the largest force; our own motions leave 1e-8
+  constexpr double kVelocity = 1e-10;  // [m/s, rad/s]; our own motions leave 1e-13 m over a step
   if (trajectory.is_as_written()) return {};
   std::string why;
   if (trajectory.altered_rows > 0)

@@ -1,5 +1,5 @@
-// counterpoint list: what comes with the command. counterpoint generate: texts made from its
-// options.
+// counterpoint list: lists the bundled data. counterpoint generate: generates texts from the
+// command's options.
 #include <fmt/format.h>
 
 #include <memory>

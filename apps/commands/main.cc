@@ -1,4 +1,4 @@
-// counterpoint: simulate a scene, recover the forces behind a motion, compare with recordings.
+// counterpoint: simulates a scene, recovers the forces behind a motion, compares with recordings.
 #include <fmt/format.h>
 
 #include <cstdio>

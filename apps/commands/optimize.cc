@@ -1,4 +1,4 @@
-// counterpoint optimize: motions of robots that push against the world, from a problem file.
+// counterpoint optimize: finds motions of robots with contact, from a problem file.
 #include "counterpoint/engine/optimize/optimize.h"
 
 #include <fmt/format.h>
@@ -35,7 +35,7 @@ struct OptimizeArguments {
   Report report;
 };
 
-/// One line that is written over and over, where a person looks on; else a line for every stage.
+/// Shows progress: on a terminal in one line that is overwritten, else in a line per stage.
 class ProgressLine {
  public:
   explicit ProgressLine(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
@@ -68,7 +68,7 @@ class ProgressLine {
   std::string last_;
 };
 
-/// Beside the motion: how far its continuation had come.
+/// Returns the file, beside the motion, that records how far the continuation has come.
 std::string resume_file(const OptimizeArguments& arguments) {
   return arguments.output + ".resume.json";
 }
@@ -97,7 +97,7 @@ void apply(const OptimizeArguments& arguments, opt::ProblemFile& file) {
     settings.derivatives = DerivativeMethod::kCentralDifferences;
 }
 
-/// Writes what there is, so that a run that is stopped has it.
+/// Saves the motion so far, so that a stopped run has it.
 void keep(const OptimizeArguments& arguments, const opt::ProblemFile& file,
           const opt::Result& result) {
   if (arguments.output.empty()) return;
@@ -131,13 +131,13 @@ OptimizedStart run_start(const OptimizeArguments& arguments, const opt::ProblemF
       from.empty() ? opt::seeded_guess(file, seed) : frames_from(from, file.problem);
   start.seed = seed;
   start.result = opt::optimize(file.problem, guess, settings);
-  if (Interrupt::wanted()) Interrupt::end();  // what there is, is verified and kept
+  if (Interrupt::wanted()) Interrupt::end();  // the next signal ends verifying and saving
   start.verification = opt::verify(*file.problem.model, start.result.options, file.problem.motors,
                                    start.result.q, start.result.v.front());
   return start;
 }
 
-/// Frames h [s] apart, with the forces that the inverse finds for them or without.
+/// Returns a clip of frames h [s] apart; `forces`: with the contact forces that the inverse finds.
 view::Clip clip_of(const Scene& scene, double h, const std::vector<VectorX>& q,
                    const std::vector<VectorX>& v, const std::vector<VectorX>& applied_force,
                    bool forces) {
@@ -151,7 +151,7 @@ view::Clip clip_of(const Scene& scene, double h, const std::vector<VectorX>& q,
   return recorder.finish(state(q.size() - 1));
 }
 
-/// A few of the stages that led to the motion, the first among them.
+/// Returns clips of at most kMost stages that led to the motion, the first among them.
 std::vector<view::Clip> stage_clips(const Scene& scene, double h, const OptimizedStart& best) {
   constexpr std::size_t kMost = 6;
   std::vector<view::Clip> clips;
@@ -165,7 +165,7 @@ std::vector<view::Clip> stage_clips(const Scene& scene, double h, const Optimize
   return clips;
 }
 
-/// The motion as often as asked for, its feedback, and its replay, with stages as ghosts.
+/// Writes the motion repeated as requested, its feedback, and its replay with the stages as ghosts.
 void write_outputs(const OptimizeArguments& arguments, const opt::ProblemFile& file,
                    const OptimizedStart& best, Json& json) {
   std::optional<opt::Feedback> feedback;
@@ -215,7 +215,7 @@ void print_start(const Report& report, const OptimizedStart& start) {
              v.landing_slip_max, 100.0 * v.effort_max);
 }
 
-/// The starts, a task each. Both arguments must outlive it.
+/// Returns the list of starts, a task each. Both arguments must outlive it.
 tasks::TaskList task_list(const OptimizeArguments& arguments, const opt::ProblemFile& file) {
   tasks::TaskList list;
   list.name = "starts";
@@ -241,7 +241,8 @@ tasks::TaskList task_list(const OptimizeArguments& arguments, const opt::Problem
   return list;
 }
 
-/// Threads that starts leave over work on each of them: the bits are the same.
+/// Gives the threads left over by the starts to the work within each; results are the same to the
+/// bit.
 void deal_threads(OptimizeArguments& arguments, const tasks::World& world,
                   opt::Settings& settings) {
   const int threads = arguments.tasks.threads(world);
@@ -252,12 +253,12 @@ void deal_threads(OptimizeArguments& arguments, const tasks::World& world,
   settings.threads = threads / at_once;
 }
 
-/// All of them, on rank 0; where it was stopped those that were begun.
+/// Runs all starts; returns them on rank 0. After Ctrl-C these are the starts that were begun.
 std::vector<OptimizedStart> run_starts(OptimizeArguments& arguments, tasks::World& world,
                                        opt::ProblemFile& file) {
   deal_threads(arguments, world, file.settings);
   std::vector<OptimizedStart> starts;
-  if (arguments.starts == 1) {  // it shows how it gets on
+  if (arguments.starts == 1) {  // a single start shows its progress
     if (world.is_root()) starts.push_back(run_start(arguments, file, arguments.seed));
     return starts;
   }

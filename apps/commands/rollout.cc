@@ -1,4 +1,5 @@
-// counterpoint rollout: many trajectories of one scene at once, over all cores and ranks.
+// counterpoint rollout: computes many trajectories of one scene in parallel, over all cores and
+// ranks.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,20 +27,20 @@ struct RolloutArguments {
   int count = 16;
   tasks::TaskArguments tasks;
   std::vector<std::string> inputs;
-  InputArguments random;  ///< its seed is that of rollout 0
+  InputArguments random;  ///< its seed is the one of rollout 0
   bool invert = false;
   std::string output;
   Report report;
 };
 
-/// One trajectory: where it ended, and how well the inverse gave its forces back.
+/// Result of one trajectory: its end, and the error of the forces that the inverse recovers.
 struct Rollout {
   State end;
   long steps = 0, softened = 0;
-  double force_error = 0.0, force_scale = 0.0;  ///< largest [N, N m], with --invert
-  std::string failure, failure_json;  ///< why a step failed, in words and for the report; or empty
+  double force_error = 0.0, force_scale = 0.0;  ///< largest values [N, N m], with --invert
+  std::string failure, failure_json;  ///< reason of a failed step (text, report), or empty
   bool begun = false,
-       stopped = false;  ///< by Ctrl-C: none of its steps, or the last ones are missing
+       stopped = false;  ///< Ctrl-C ended it before the first step or the last
   bool failed() const { return !failure.empty(); }
 
   std::string bytes() const {
@@ -128,7 +129,7 @@ Rollout roll_out(const RolloutArguments& arguments, int index, Simulator& simula
   return result;
 }
 
-/// A row for each rollout: its last good state.
+/// Writes a row for each rollout, with its last good state.
 void write_ends(const std::string& file, const Model& model, const std::vector<Rollout>& rollouts) {
   const CoordinateNames names = coordinate_names(model);
   std::vector<Column> columns{"rollout", "failed", "steps", "time"};
@@ -157,7 +158,7 @@ const char* status_of(const Rollout& rollout) {
   return rollout.stopped ? "stopped" : "ok";
 }
 
-/// What is counted over all rollouts.
+/// Counts over all rollouts.
 struct Tally {
   long steps = 0, softened = 0, failures = 0, stopped = 0, begun = 0;
   double wall_seconds = 0.0, force_error = 0.0, force_scale = 0.0;
@@ -179,7 +180,7 @@ struct Tally {
   }
 };
 
-/// Of all that the rollouts depend on.
+/// Hash of everything that the rollouts depend on.
 std::uint64_t fingerprint(const RolloutArguments& arguments, const Scene& scene) {
   tasks::Fingerprint hash;
   hash.add_scene(scene);

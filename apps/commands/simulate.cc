@@ -1,4 +1,4 @@
-// counterpoint simulate: a scene and applied forces in, a trajectory out.
+// counterpoint simulate: computes a trajectory from a scene and applied forces.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ namespace {
 struct SimulateArguments {
   SceneArguments scene;
   std::optional<double> duration, time_step;
-  std::string adaptive;  ///< tolerance, "off", or empty: as the scene says
+  std::string adaptive;  ///< tolerance, "off", or empty: keep the scene's setting
   std::optional<double> event_tolerance, wall_limit;
   std::string output, contacts, save_state, resume;
   bool changed_scene = false, strict = false;
@@ -43,12 +43,12 @@ void apply_overrides(const SimulateArguments& arguments, SimulationOptions& opti
   override_times(arguments.duration, arguments.time_step, options);
 }
 
-/// Where the steps go, each only if asked for.
+/// Destinations of the steps, each only if requested.
 struct Outputs {
   std::unique_ptr<TrajectoryWriter> writer;
   std::unique_ptr<view::ClipRecorder> recorder;
   std::unique_ptr<ContactTable> contacts;
-  Input known;  ///< of the step
+  Input known;  ///< input of the step
   bool any() const { return writer || recorder; }
 
   void step(const State& before, const Input& input, double h, const State& after,
@@ -82,7 +82,7 @@ std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Outpu
   return failed;
 }
 
-/// Why the run ended before its time without a step that failed; empty: it did not.
+/// Returns the reason why the run was stopped early without a failed step; empty if it was not.
 std::string stopped(const RunTally& tally, const Simulator& simulator) {
   if (tally.interrupted)
     return fmt::format("stopped at {:.6g} s by Ctrl-C or SIGTERM", simulator.state().time);
@@ -91,8 +91,8 @@ std::string stopped(const RunTally& tally, const Simulator& simulator) {
                      simulator.state().time, tally.wall_limit);
 }
 
-/// Where no report is asked for, so many looks at energy and closures are enough for a word about
-/// them.
+/// Interval in steps between checks of energy and closures when no report is requested: about 500
+/// checks per run suffice for a warning.
 long looks_every(const Simulator& simulator) {
   constexpr double kLooks = 500.0;
   const SimulationOptions& options = simulator.options();
@@ -144,7 +144,7 @@ void print_figures(const Report& report, const Simulator& simulator, double simu
     fmt::print(report.text(), "{}\n", step_control_text(tally.control));
 }
 
-/// From the start of a motion, by its steps, as long as it takes.
+/// Sets the simulator to the start, time step and duration of the followed motion.
 void follow(const SimulateArguments& arguments, const Follower& motion, Simulator& simulator) {
   if (simulator.options().step_control || arguments.time_step)
     throw InputError("--follow steps as the motion does: leave --adaptive and --timestep out");

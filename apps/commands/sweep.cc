@@ -1,5 +1,5 @@
-// counterpoint sweep: a study of many runs into one table, on this machine or on many. counterpoint
-// merge: shares of a job array joined.
+// counterpoint sweep: runs a study of many runs into one table, on one machine or many.
+// counterpoint merge: joins the shares of a job array.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -80,7 +80,7 @@ int run_sweep(SweepArguments& arguments, tasks::World& world) {
   return world.is_root() ? finish(study, results, arguments) : kSuccess;
 }
 
-/// Journals of the other folders are put into the first.
+/// Copies the journals of the other folders into the first.
 void gather_parts(const std::vector<std::string>& folders) {
   for (std::size_t i = 1; i < folders.size(); ++i) {
     for (const auto& entry : fs::directory_iterator(folders[i])) {
@@ -102,7 +102,7 @@ int merge(const std::vector<std::string>& folders, CommandLine& line) {
   std::vector<std::string> words{"counterpoint"};
   words.insert(words.end(), kept.words.begin(), kept.words.end());
   words.insert(words.end(), {"--join", "--parts", fs::absolute(folders.front()).string()});
-  // Files that the command names are found from where it ran.
+  // Relative file names of the stored command refer to the folder where it ran.
   std::error_code error;
   fs::current_path(kept.folder, error);
   std::vector<char*> argv;

@@ -1,4 +1,4 @@
-// counterpoint view: a motion in, a page out that plays it anywhere.
+// counterpoint view: makes a page that plays a motion.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -31,7 +31,7 @@ struct ViewArguments {
   Report report;
 };
 
-/// WIDTHxHEIGHT [pixels].
+/// Parses WIDTHxHEIGHT [pixels].
 void set_size(const std::string& text, view::Pictures& pictures) {
   if (text.empty()) return;
   int end = 0;
@@ -42,7 +42,7 @@ void set_size(const std::string& text, view::Pictures& pictures) {
     throw InputError(fmt::format("--size {}: expected WIDTHxHEIGHT, 16 ... 8192 pixels", text));
 }
 
-/// Start, end [s] and frames a second; nothing where nothing is asked for.
+/// Returns start [s], end [s] and frames per second; nothing if the option is not given.
 std::optional<std::vector<double>> moving(const char* option, const std::vector<double>& numbers,
                                           int most) {
   if (numbers.empty()) return std::nullopt;
@@ -53,7 +53,7 @@ std::optional<std::vector<double>> moving(const char* option, const std::vector<
       fmt::format("{}: expected START,END,FRAMES_PER_SECOND, fewer than {} frames", option, most));
 }
 
-/// Refuses what can be refused before anything is computed.
+/// Reports errors in the arguments before the computation starts.
 void check(ViewArguments& arguments) {
   if (!view::can_make_pages()) throw InputError(view::why_no_pages());
   set_size(arguments.size, arguments.pictures);
@@ -117,7 +117,7 @@ view::Replay make_replay(const ViewArguments& arguments, const Scene& scene) {
   return replay;
 }
 
-/// replay.html -> replay_1.25.png ... replay.gif, replay.webm.
+/// Writes replay_1.25.png ... replay.gif, replay.webm for replay.html.
 std::vector<std::string> write_pictures(const ViewArguments& arguments) {
   std::vector<std::string> names;
   if (!arguments.pictures.any()) return names;

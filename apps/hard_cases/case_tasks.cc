@@ -104,7 +104,7 @@ void keep_files(const CaseSettings& settings, const HardCase& hard_case, Trial& 
   if (settings.views) trial.keep_replay_in(settings.folder / (hard_case.name + ".html"));
 }
 
-/// @throws Stopped.
+/// @throws Stopped
 Run run_on(Engine engine, const HardCase& hard_case, const CaseSettings& settings) {
   const bool ours = engine == Engine::kCounterpoint;
   const double allowed = ours ? std::numeric_limits<double>::infinity() : settings.peer_seconds;
@@ -127,7 +127,7 @@ Run run_on(Engine engine, const HardCase& hard_case, const CaseSettings& setting
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   try {
     run.replay = run.trial.write_replay();
-  } catch (const InputError& error) {  // no reason to fail a case
+  } catch (const InputError& error) {  // does not fail the case
     fmt::print(stderr, "note: {}: no replay: {}\n", hard_case.name, error.what());
   }
   run.trial.unload();
@@ -178,7 +178,7 @@ std::vector<Result> case_results(const std::vector<HardCase>& cases, const CaseS
   const std::size_t engines = settings.engines.size();
   results.for_each([&](std::int64_t i, std::string&& bytes) {
     const auto number = static_cast<std::size_t>(i);
-    if (!bytes.empty())  // else it was stopped
+    if (!bytes.empty())  // empty: it was stopped
       runs[number / engines].push_back(run_of(settings.engines[number % engines], bytes));
   });
   std::vector<Result> out;

@@ -1,4 +1,4 @@
-// Hard cases as tasks: one is a case on one engine.
+// Hard cases as tasks; a task is one case on one engine.
 #pragma once
 
 #include <filesystem>
@@ -9,21 +9,21 @@
 
 namespace counterpoint::apps {
 
-/// What cases are run with.
+/// Settings of a run of cases.
 struct CaseSettings {
   std::filesystem::path scenes;
   std::vector<Engine> engines;   ///< ours first
-  double seconds = 0.0;          ///< simulated, of long runs
-  double peer_seconds = 0.0;     ///< wall time of a peer's run of a case, at most
-  std::filesystem::path folder;  ///< of last good states and replays; empty: nowhere
-  bool views = false;            ///< replays
+  double seconds = 0.0;          ///< simulated time of long runs [s]
+  double peer_seconds = 0.0;     ///< largest wall time of another engine's run of a case [s]
+  std::filesystem::path folder;  ///< folder for last good states and replays; empty: none
+  bool views = false;            ///< write replays
   bool (*stop)() = nullptr;
 };
 
-/// Task i: case i / engines, on engine i % engines. Both arguments must outlive it.
+/// Task i is case i / engines on engine i % engines. Both arguments must outlive it.
 tasks::TaskList case_tasks(const std::vector<HardCase>& cases, const CaseSettings& settings);
 
-/// The cases that were run on all engines, in their order.
+/// Results of the cases that ran on all engines, in order.
 std::vector<Result> case_results(const std::vector<HardCase>& cases, const CaseSettings& settings,
                                  const tasks::Results& results);
 

@@ -1,4 +1,4 @@
-// Friction: inside the cone, outside, and where it turns from one to the other.
+// Friction inside the cone, outside it, and at the transition.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,14 +9,14 @@
 namespace counterpoint::apps {
 namespace {
 
-/// tan(theta) = 0.4 < mu = 0.5.
+/// Rests: tan(theta) = 0.4 < mu = 0.5.
 void slope_rest(Trial& trial) {
   Runner& sim = trial.load("slope_rest");
   const ContactOptions& options = sim.options().contact;
   const double h = sim.options().time_step, sine = 0.4 / std::hypot(1.0, 0.4);
   const int q = q_of(sim.model(), "block/body"), v = v_of(sim.model(), "block/body");
-  // The regularizer's eps g h sin(theta) and the smoothing's delta / h; 1 % for the latter's
-  // factor.
+  // Sum of the regularizer's eps g h sin(theta) and the smoothing's delta / h; 1 % for the factor
+  // of the latter.
   const double bound =
       1.01 * (options.compliance * kCaseGravity * h * sine + options.smoothing / h);
   trial.chart.y_label = "speed [m/s]";
@@ -33,7 +33,7 @@ void slope_rest(Trial& trial) {
       "rigid Coulomb: 0; of this law, docs/explanation/concepts.md: eps g h sin(theta) + delta/h");
 }
 
-/// tan(theta) = 0.6 > mu = 0.5.
+/// Slides: tan(theta) = 0.6 > mu = 0.5.
 void slope_slide(Trial& trial) {
   Runner& sim = trial.load("slope_slide");
   const double cosine = 1.0 / std::hypot(1.0, 0.6), sine = 0.6 * cosine;
@@ -48,7 +48,7 @@ void slope_slide(Trial& trial) {
     hover = std::max(hover, s.state().q.segment<3>(q).dot(normal) - 0.1);
     trial.chart.curves[0].add(s.state().time, s.state().v.segment<3>(v).norm());
   });
-  // A constant force: the scheme's velocities are exact; what remains is smoothing and compliance.
+  // The force is constant, so the scheme's velocities are exact up to smoothing and compliance.
   trial.equal("speed after 1 s", "m/s", sim.state().v.segment<3>(v).norm(), a, 1e-6,
               "Newton and Coulomb: a = g (sin - mu cos)");
   trial.at_most("hover, largest", "m", hover, 1e-9, "exact Coulomb friction does not hop");
@@ -67,7 +67,7 @@ void sliding_stop(Trial& trial) {
     hover = std::max(hover, s.state().q[q + 2] - 0.1);
     trial.chart.curves[0].add(s.state().time, s.state().q[q]);
   });
-  // Each step moves with the velocity at its end: h v0 / 2 short, and within the last step.
+  // Each step moves with the velocity at its end: h v0 / 2 less, and an error within the last step.
   trial.equal("stopping distance", "m", sim.state().q[q], way - 0.5 * h * v0,
               h * h * mu * kCaseGravity / 8.0 + 1e-8,
               "Coulomb: v0^2/(2 mu g), less the scheme's h v0/2");
@@ -81,7 +81,7 @@ void seams(Trial& trial) {
   const double way = v0 * v0 / (2.0 * mu * kCaseGravity);
   const Model& model = sim.model();
   const std::array<const char*, 3> names = {"block", "plate", "can"};
-  std::array<int, 3> q{};  // of each
+  std::array<int, 3> q{};  // first coordinate of each
   for (std::size_t k = 0; k < names.size(); ++k)
     q[k] = q_of(model, std::string(names[k]) + "/body");
   const VectorX start = sim.state().q;
@@ -99,7 +99,7 @@ void seams(Trial& trial) {
                 "as on one plane: v0^2/(2 mu g), less the scheme's h v0/2");
   }
   trial.at_most("rise, largest", "m", rise, 1e-9, "tiles of one height are one plane");
-  // The ball's edge contact ahead is off level by what a step goes over its radius.
+  // The ball's edge contact ahead is tilted by about the distance of a step divided by its radius.
   trial.equal("speed of the ball", "m/s", sim.state().v[v_of(model, "ball/body")], 5.0 / 7.0 * v0,
               0.01 * v0, "5 v0/7 when rolling; 1 % of v0 by agreement");
 }
@@ -139,7 +139,7 @@ void push_ramp(Trial& trial) {
   trial.chart.curves.resize(1);
   const long steps = std::lround(1.0 / h);
   for (long k = 0; k < steps; ++k) {
-    sim.input().applied_force[v] = 20.0 * (static_cast<double>(k) + 0.5) * h;  // the step's mean
+    sim.input().applied_force[v] = 20.0 * (static_cast<double>(k) + 0.5) * h;  // mean of the step
     trial.step(sim);
     const double speed = sim.state().v[v];
     if (slipped < 0.0 && speed > 1e-5) slipped = sim.state().time;
@@ -177,7 +177,8 @@ void sphere_rolls(Trial& trial) {
   trial.equal("speed when rolling", "m/s", sim.state().v[v], speed, 1e-6, "5 v0/7");
 }
 
-/// mu = 1.5 and 3 at 1 rad, where the bound is 1.37; towards and away from its lean.
+/// Friction 1.5 and 3 at a lean of 1 rad, where Painleve's bound is 1.37; sliding towards and away
+/// from the lean.
 void painleve_rod(Trial& trial) {
   Runner& sim = trial.load("painleve_rod");
   View view(sim);

@@ -23,8 +23,8 @@ void bouncing(Trial& trial) {
     if (std::abs(speed) > 1e-3) stopped = s.state().time;
     trial.chart.curves[0].add(s.state().time, s.state().q[2] - radius);
   });
-  // An impact is met up to a step early, from a gap of up to h v: each changes the height by up to
-  // h v, v = sqrt(2 g h_n), and so all that follow.
+  // An impact happens up to a step early, from a gap of up to h v. Each changes the height by up to
+  // h v, v = sqrt(2 g h_n), and thereby all later ones.
   double off = 0.0;
   for (int n = 1; n <= 5; ++n) {
     const double known = std::pow(e, 2 * n) * height;
@@ -71,7 +71,7 @@ void fast_thin(Trial& trial) {
     trial.chart.curves[0].add(s.state().time, x);
   });
   trial.chart.levels = {{"front of the wall", -0.0005}};
-  // Half a thickness of the plate, the smaller.
+  // The bound is half the thickness of the plate, the thinner body.
   trial.at_most("farthest centre, behind the wall's front", "m", deepest + 0.0005, 0.0,
                 "a wall is a wall; up to 0.6 m a step against 1 mm");
   View view(sim);
@@ -94,7 +94,8 @@ void rolling_box(Trial& trial) {
     trial.chart.curves[0].add(s.state().time, view.velocity(1).norm());
     trial.chart.curves[1].add(s.state().time, view.velocity(2).norm());
   });
-  // F - mu (M + n m) g = (M + 2/7 n m) a; a ball on a plate accelerates at 2/7 of it.
+  // Balance: F - mu (M + n m) g = (M + 2/7 n m) a; a ball rolling on a plate accelerates at 2/7 of
+  // the plate's rate.
   const double a = (150.0 - 0.4 * 35.0 * kCaseGravity) / (10.0 + 25.0 * 2.0 / 7.0);
   double off = 0.0;
   for (int i = 2; i <= 26; ++i)
@@ -118,7 +119,8 @@ void cradle(Trial& trial, const char* scene, bool apart) {
   });
   const VectorX& v = sim.state().v;
   const double momentum = v[0] + v[6] + v[12] + v[18] + v[24];
-  // An impact is solved to rounding of velocities, 1.1e-16 m/s, over the compliance of 1e-6.
+  // An impact is solved to the round-off of velocities, 1.1e-16 m/s, divided by the compliance of
+  // 1e-6.
   trial.equal("momentum", "kg m/s", momentum, 1.0, 1e-10, "Newton's third law");
   View view(sim);
   trial.at_most("kinetic energy", "J", view.kinetic(), 0.5 + 1e-9, "restitution gains none");

@@ -19,8 +19,8 @@ void chain(Trial& trial, int n) {
     const Vector3 tension = forces.closures[static_cast<std::size_t>(k)].force.force;
     error = std::max(error, std::abs(std::abs(tension.z()) / known - 1.0));
   }
-  // Each closure yields r F h^2 / beta, r = 100 eps alpha, alpha at most (2 + 2 * 12 / 4) / m with
-  // what a rod's turning adds; summed over the links above.
+  // Each closure yields r F h^2 / beta with r = 100 eps alpha; alpha is at most (2 + 2 * 12 / 4) /
+  // m including the rotation of a rod. Summed over the links above.
   const double h = sim.options().time_step;
   const ContactOptions& options = sim.options().contact;
   const double yield = 100.0 * options.compliance * 8.0 / 0.1 * 0.1 * kCaseGravity * h * h /
@@ -95,7 +95,7 @@ void gripper(Trial& trial) {
     trial.chart.curves[0].add(s.state().time, 1.0 - s.state().q[q + 2]);
   });
   const double slip = 1.0 - sim.state().q[q + 2];
-  // r f of eight contacts, alpha = 1/0.2 + 1/10; 10 % for the smoothing near the cone's edge.
+  // Creep r f of eight contacts, alpha = 1/0.2 + 1/10; 10 % for the smoothing near the cone's edge.
   const double creep = 1.1 * sim.options().contact.compliance * (5.0 + 0.1) * mass * kCaseGravity /
                        8.0 * sim.options().time_step;
   trial.chart.levels = {{"creep of the law", 60.0 * creep}};
@@ -105,7 +105,7 @@ void gripper(Trial& trial) {
   squeeze(0.95);
   const double time = 0.3;
   trial.run(sim, time);
-  // What friction leaves of gravity: 5 %.
+  // The difference of gravity and friction is 5 % of gravity.
   trial.equal("fall within 0.3 s, squeezed by 0.95 of it", "m", 1.0 - sim.state().q[q + 2],
               0.5 * 0.05 * kCaseGravity * time * (time + sim.options().time_step), 1e-5,
               "Coulomb: a = 0.05 g");

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Memory that this process holds [MB]; 0 where /proc is not there.
+/// Resident memory of this process [MB]; 0 without /proc.
 double resident_megabytes() {
   std::ifstream statm("/proc/self/statm");
   double pages = 0.0, resident = 0.0;
@@ -23,7 +23,7 @@ double resident_megabytes() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1048576.0;
 }
 
-/// What a run looks at as it goes on; energy and speed every kEvery steps.
+/// Quantities observed during a run; energy and speed every kEvery steps.
 class Watch {
  public:
   static constexpr long kEvery = 20;
@@ -38,7 +38,7 @@ class Watch {
   }
 
   void after_step() {
-    // Past what is made once: workspaces, the largest number of contacts.
+    // Measured after one-time allocations: workspaces, the largest number of contacts.
     if (count_ == steps_ / 10) memory_ = resident_megabytes();
     if (++count_ % kEvery != 0) return;
     view_.look();
@@ -55,7 +55,7 @@ class Watch {
   void report(bool driven) {
     trial_.at_most("values that are not finite", "1", finite_ ? 0.0 : 1.0, 0.0, "physics");
     if (driven) {
-      // Free fall within the reach of a body and then some; no motion of ours is faster.
+      // Bound: a free fall within the height of the scene is slower, and so is every driven motion.
       trial_.at_most("fastest coordinate", "m/s|rad/s", fastest_, 1000.0,
                      "it is held by its forces");
     } else {
@@ -87,7 +87,7 @@ void left_for_long(Trial& trial, const std::string& name, double seconds) {
 void driven_for_long(Trial& trial, const std::string& name, long steps) {
   Runner& sim = trial.load(name);
   const double h = sim.options().time_step;
-  // Half of the effort limits, a quarter of the weight: it kicks about.
+  // Half of the effort limits and a quarter of the weight, so that the body is thrown about.
   RandomForces random(sim.model(), 0.5, 0.25, 1);
   Watch watch(trial, sim, steps);
   for (long i = 0; i < steps; ++i) {

@@ -1,4 +1,4 @@
-// Cards and arches: they stand or fall by friction and geometry alone.
+// Cards and arches, which stand or fall by friction and geometry alone.
 #include <algorithm>
 #include <cmath>
 

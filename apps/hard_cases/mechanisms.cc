@@ -11,7 +11,7 @@
 namespace counterpoint::apps {
 namespace {
 
-// How far what holds a mechanism together is off [m or rad, the larger].
+// Violation of the constraints of a mechanism [m or rad, the larger].
 
 double closures_off(const Model& model, const VectorX& q) {
   const std::vector<Pose> X_WB = body_poses(model, q);
@@ -41,7 +41,7 @@ double limits_off(const Model& model, const VectorX& q) {
   return most;
 }
 
-/// Length of quaternions less one.
+/// Largest deviation of a quaternion's norm from one.
 double quaternions_off(const Model& model, const VectorX& q) {
   double most = 0.0;
   for (const Body& body : model.bodies()) {
@@ -57,7 +57,8 @@ struct ErrorKind {
   const char* unit;
   double (*off)(const Model& model, const VectorX& q);
   double allowed;
-  /// What its law has to stop [m/s, rad/s], at which it yields by h times compliance.
+  /// Largest speed that the constraint has to stop [m/s, rad/s]; it yields by h times compliance
+  /// times this.
   double stopped;
   const char* why;
 };
@@ -76,7 +77,7 @@ Errors errors(const Model& model, const VectorX& q) {
   return off;
 }
 
-/// What a tenth of a run had.
+/// Sums over a tenth of a run.
 struct Tenth {
   Errors squares{};
   double energy = 0.0;
@@ -96,11 +97,11 @@ struct Mechanism {
   const char* name;
   const char* scene;  ///< under data/scenes, without .yaml
   const char* hard;
-  double shaken = 0.0;  ///< by random forces of this scale; 0: nothing acts but gravity
+  double shaken = 0.0;  ///< scale of the random forces; 0: only gravity acts
   const char* known_failure = nullptr;
 };
 
-/// Both are largest at extremes of a motion that is chaotic: half as much again.
+/// Both quantities are largest at extremes of a chaotic motion, so a ratio of 1.5 is allowed.
 constexpr double kGrowth = 1.5;
 
 void compare_errors(Trial& trial, const SimulationOptions& options, const Errors& most,

@@ -1,4 +1,4 @@
-// Mechanisms stepped for long: the errors of their constraints must not grow from start to end.
+// Mechanisms in long runs: the errors of their constraints must not grow from start to end.
 #pragma once
 
 #include <string>
@@ -8,12 +8,12 @@
 
 namespace counterpoint::apps {
 
-/// Steps of the short version, and of the long one for a day.
+/// Steps of the short version, and of the full run of a day.
 inline constexpr long kMechanismSteps = 20'000, kMechanismStepsADay = 1'000'000;
 
-/// A pendulum, chains, linkages that close, gears, an arm on its limits: each for `steps` steps.
-/// Compared are the first and the last tenth: how far closures, gears and limits are off, energy.
-/// `scenes`: from the folder of the trial to data/scenes, "" or ending in "/".
+/// A pendulum, chains, closed linkages, gears and an arm at its limits, `steps` steps each. The
+/// first and the last tenth are compared: errors of closures, gears and limits, and energy.
+/// `scenes`: path from the folder of the trial to data/scenes, "" or ending in "/".
 std::vector<HardCase> mechanism_cases(const std::string& scenes, long steps, bool slow);
 
 }  // namespace counterpoint::apps

@@ -1,5 +1,5 @@
-// Random piles: bodies of mixed shapes fall into a heap. Their motion is nobody's to know; that it
-// goes on, gains no energy, stays above the ground and ends is.
+// Random piles: bodies of mixed shapes fall into a heap. Their motion is not known, but it must go
+// on without failure, gain no energy, stay above the ground and come to rest.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,20 +10,22 @@
 namespace counterpoint::apps {
 namespace {
 
-/// [s]. What has edges and leans on a ball follows it for as long as that rolls: 11 s in pile_64.
+/// Durations [s]. Bodies with edges that lean on a ball move until it stops rolling: 11 s in
+/// pile_64.
 constexpr double kDuration = 10.0, kUntilRest = 15.0;
 
-/// In the last second [m]: what is near the limit of its friction creeps (contact/README.md). Of 16
-/// starts of pile_64 0.11 mm at most.
+/// Largest motion in the last second [m]: contacts near their friction limit creep
+/// (contact/README.md). At most 0.11 mm in 16 starts of pile_64.
 constexpr double kCreeps = 2e-4;
 
 struct Bounds {
-  double energy = 0.0;  ///< that parting overlaps may add, over the energy at the start
-  double depth = 1e-3;  ///< below the ground at the end [m]
-  bool rests = true;    ///< are boxes and hulls at rest in the last second?
+  double energy = 0.0;  ///< energy that separating overlaps may add, relative to the energy at the
+                        ///< start
+  double depth = 1e-3;  ///< largest depth below the ground at the end [m]
+  bool rests = true;    ///< boxes and hulls must be at rest in the last second
 };
 
-/// How far the lowest point of any body is below z = 0 [m].
+/// Depth of the lowest point of all bodies below z = 0 [m].
 double depth_below_ground(const Runner& sim, const View& view) {
   double lowest = 0.0;
   const std::vector<Geometry>& geometries = sim.model().geometries();
@@ -35,7 +37,7 @@ double depth_below_ground(const Runner& sim, const View& view) {
   return -lowest;
 }
 
-/// The farthest that a body with edges has moved [m]: without rolling friction nothing else need
+/// Largest displacement of a body with edges [m]; without rolling friction other bodies need not
 /// come to rest.
 double edges_moved(const Model& model, const VectorX& q, const VectorX& q_start) {
   double most = 0.0;
@@ -48,7 +50,7 @@ double edges_moved(const Model& model, const VectorX& q, const VectorX& q_start)
   return most;
 }
 
-/// What is looked at after every step.
+/// Quantities observed after every step.
 class PileWatch {
  public:
   PileWatch(Trial& trial, Runner& sim)

@@ -1,5 +1,5 @@
-// A scene that is stepped by one engine or another and read in Counterpoint's terms, so that a case
-// is written once.
+// A scene that is stepped by any of the engines and read in Counterpoint's terms, so that a case is
+// written once.
 #pragma once
 
 #include <memory>
@@ -14,17 +14,17 @@ namespace counterpoint::apps {
 
 enum class Engine { kCounterpoint, kMujocoDefault, kMujocoBest };
 
-/// "Counterpoint", "MuJoCo default", "MuJoCo best".
+/// Names: "Counterpoint", "MuJoCo default", "MuJoCo best".
 const char* engine_name(Engine engine);
 
-/// What a step took.
+/// Figures of a step.
 struct StepFigures {
-  long iterations = 0;           ///< of the solver
+  long iterations = 0;           ///< solver iterations
   double max_penetration = 0.0;  ///< at the start of the step [m]
-  std::string failure;           ///< empty: it succeeded
+  std::string failure;           ///< empty: the step succeeded
 };
 
-/// Forces within a step, on geometry B and body B, in W [N]; valid until the next step.
+/// Forces during a step, on geometry B and body B, in W [N]; valid until the next step.
 struct Forces {
   const std::vector<ContactForce>& contacts;
   const std::vector<ClosureForce>& closures;
@@ -39,9 +39,9 @@ class Runner {
   virtual void set_time_step(double h) = 0;  ///< [s]
   virtual const State& state() const = 0;    ///< in the coordinates of the model
   virtual Input& input() = 0;                ///< kept until changed; zero at first
-  virtual void reset() = 0;                  ///< back to the scene's start
-  virtual StepFigures step() = 0;            ///< if it fails the state is left as it was
-  virtual Forces forces() = 0;               ///< of the last step
+  virtual void reset() = 0;                  ///< returns to the scene's start
+  virtual StepFigures step() = 0;            ///< if it fails, the state is unchanged
+  virtual Forces forces() = 0;               ///< forces of the last step
 };
 
 /// @throws peers::NotExpressible if the engine lacks what the scene needs, or is not there.

@@ -9,7 +9,7 @@
 namespace counterpoint::apps {
 namespace {
 
-/// Positions over size, 3 x steps, of a drop scene.
+/// Positions divided by the size, one for each of 1000 steps of a drop scene.
 std::vector<Vector3> dimensionless(Trial& trial, const std::string& scene, double size) {
   Runner& sim = trial.load(scene);
   std::vector<Vector3> out;
@@ -36,7 +36,7 @@ void similarity_size(Trial& trial) {
   double most = 0.0;
   std::string unscaled;
   for (int exponent = -3; exponent <= 3; ++exponent) {
-    if (exponent == 0) continue;  // what the others are compared with
+    if (exponent == 0) continue;  // the reference of the others
     const double size = std::pow(10.0, exponent);
     const double scaled_off =
         apart(dimensionless(trial, fmt::format("drop_size_1e{}", exponent), size), one);

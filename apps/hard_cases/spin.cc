@@ -8,7 +8,7 @@
 namespace counterpoint::apps {
 namespace {
 
-// The heavy top of data/robots/hard/top.urdf, about its tip.
+// Moments of inertia per mass about the tip, of the heavy top of data/robots/hard/top.urdf.
 constexpr double kAcross = (3 * 0.1 * 0.1 + 0.02 * 0.02) / 12 + 0.1 * 0.1, kAxial = 0.5 * 0.1 * 0.1;
 
 void top_steady(Trial& trial) {
@@ -63,7 +63,7 @@ void dzhanibekov(Trial& trial) {
   View view(sim);
   const double energy = view.kinetic();
   const Vector3 momentum = view.momentum().torque;
-  // Moments, ascending; Landau and Lifshitz, Mechanics, section 37.
+  // Principal moments in ascending order; Landau and Lifshitz, Mechanics, section 37.
   double A = 0.05 / 3, B = 0.1 / 3, C = 0.13 / 3;
   const double L2 = momentum.squaredNorm();
   if (L2 < 2.0 * energy * B) std::swap(A, C);
@@ -100,8 +100,8 @@ void dzhanibekov(Trial& trial) {
               "4 K(k) sqrt(ABC / ((C - B)(L^2 - 2EA))), Landau & Lifshitz section 37; 1 %");
 }
 
-/// Steps a scene and returns the largest energy reached, less that at the start, over its kinetic
-/// part.
+/// Steps a scene and returns the largest gain of energy over the start, divided by the kinetic
+/// energy at the start.
 template <class After>
 double energy_gain(Trial& trial, Runner& sim, View& view, After after) {
   const double start = view.energy(), scale = view.kinetic();

@@ -1,4 +1,4 @@
-// Stacks and mass ratios: what the solver has to carry through many contacts.
+// Stacks and mass ratios: loads that pass through many contacts.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,9 +17,9 @@ void mass_ratio(Trial& trial) {
   const VectorX settled = sim.state().q;
   trial.run(sim, 1.0);
   const double jitter = drift(model, sim.state().q, settled);
-  // The heaviest load yields: eps alpha F h^2 / (4 beta), of four contacts the friction's mu^2 =
-  // 1/4 of it, alpha = 1 / m of the light box and F = 1e6 m g; below and above it alike, 1 % for
-  // its upper side.
+  // Sinking under the heaviest load: eps alpha F h^2 / (4 beta) for four contacts, times mu^2 = 1/4
+  // for the friction, with alpha = 1 / m of the light box and F = 1e6 m g. The contacts below and
+  // above it sink alike; 1 % for its upper side.
   const ContactOptions& options = sim.options().contact;
   const double h = sim.options().time_step;
   const double sink = 1.01 * 2.0 * 0.25 * options.compliance * 1e6 * kCaseGravity * h * h / 4.0 /

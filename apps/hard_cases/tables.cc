@@ -15,14 +15,14 @@ const char* verdict(const Result& result, bool passed) {
   return result.hard_case.known_failure ? "FAIL (known)" : "FAIL";
 }
 
-/// Every run, ours first.
+/// All runs, ours first.
 std::vector<const Run*> all_runs(const Result& result) {
   std::vector<const Run*> runs = {&result.ours};
   for (const Run& peer : result.peers) runs.push_back(&peer);
   return runs;
 }
 
-/// The checks of a run that came to its end: what is measured is the same for all.
+/// Checks of a run that reached its end; all engines measure the same quantities.
 const std::vector<Check>& rows(const Result& result) {
   for (const Run* run : all_runs(result)) {
     if (run->failure.empty() && run->lacking.empty()) return run->trial.checks;
@@ -30,7 +30,7 @@ const std::vector<Check>& rows(const Result& result) {
   return result.ours.trial.checks;
 }
 
-/// For a cell of a Markdown table.
+/// Escapes text for a cell of a Markdown table.
 std::string cell(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -40,7 +40,7 @@ std::string cell(const std::string& text) {
   return out;
 }
 
-/// What stands for a peer in row i: its figure, or in the first why there is none.
+/// Cell of another engine in row i: its figure, or in row 0 the reason why there is none.
 std::string peer_cell(const Run& peer, std::size_t i) {
   if (!peer.lacking.empty()) return i == 0 ? "- (" + cell(peer.lacking) + ")" : "-";
   if (i < peer.trial.checks.size()) {
@@ -57,7 +57,7 @@ std::string wall(const Result& result) {
   return out;
 }
 
-/// The lines of one case.
+/// Table rows of one case.
 std::string case_rows(const Result& result) {
   const Run& ours = result.ours;
   const std::vector<Check>& all = rows(result);

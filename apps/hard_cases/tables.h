@@ -1,4 +1,4 @@
-// Results of hard cases: as text, as Markdown, for machines.
+// Results of hard cases as text, Markdown and JSON.
 #pragma once
 
 #include <cstdio>
@@ -10,13 +10,13 @@
 
 namespace counterpoint::apps {
 
-/// A line for the case, one for each figure, and under it those of the peers.
+/// Prints one line for the case and one for each figure, then those of the other engines.
 void print_result(std::FILE* out, const Result& result);
 
-/// A table of all figures and what is said about each case.
+/// Table of all figures, and the remarks on each case.
 std::string markdown(const std::vector<Result>& results);
 
-/// One entry of `cases` (docs/reference/json-reports.md).
+/// JSON entry of `cases` (docs/reference/json-reports.md).
 Json json_case(const Result& result);
 
 }  // namespace counterpoint::apps

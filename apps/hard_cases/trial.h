@@ -1,4 +1,4 @@
-// A hard case: a scene, what is known about its motion, what is measured.
+// A hard case: a scene, known facts about its motion, and the measured quantities.
 #pragma once
 
 #include <chrono>
@@ -18,62 +18,63 @@
 
 namespace counterpoint::apps {
 
-/// g of the scenes of hard cases [m/s^2].
+/// Gravity of the scenes of hard cases [m/s^2].
 inline constexpr double kCaseGravity = 9.81;
 
-/// One figure against what is known about it: lower <= measured <= upper.
+/// A measured figure and its bounds: lower <= measured <= upper.
 struct Check {
   std::string quantity, unit;
   double measured = 0.0;
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
   std::string known;   ///< the answer or bound, as text
-  std::string source;  ///< where it comes from
+  std::string source;  ///< source of the answer or bound
   bool passed() const { return measured >= lower && measured <= upper; }
 };
 
-/// Which step failed, when, and the solver's status.
+/// Thrown if a step fails; tells the step, its time and the solver's status.
 class StepFailure : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A case is not to be gone on with.
+/// Thrown if a case is interrupted.
 class Stopped : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What a case does its work with, and what it leaves behind.
+/// Context of a case, and its results.
 class Trial {
  public:
-  /// `allowed`: seconds of wall time, after which a step fails.
+  /// `allowed`: wall time [s] after which a step fails.
   Trial(std::filesystem::path scenes, Engine engine,
         double allowed = std::numeric_limits<double>::infinity())
       : scenes_(std::move(scenes)), engine_(engine), allowed_(allowed) {}
 
-  /// The scene NAME.yaml, to be run by the engine of the trial; valid as long as the trial.
-  /// @throws InputError as load_scene does, peers::NotExpressible as make_runner does.
+  /// Loads the scene NAME.yaml for the engine of the trial; valid as long as the trial. @throws
+  /// InputError as load_scene does, peers::NotExpressible as make_runner does.
   Runner& load(const std::string& name);
 
-  /// Lets go of what was loaded; figures and chart stay.
+  /// Releases the loaded scenes; figures and chart stay.
   void unload() { runners_.clear(); }
 
-  /// Asked before every step; a step throws Stopped where it says so. Empty: never.
+  /// `wanted` is called before every step; a step throws Stopped where it returns true. Empty:
+  /// never.
   void stop_when(std::function<bool()> wanted) { stop_wanted_ = std::move(wanted); }
 
-  /// Where the last good state goes if a step fails (docs/reference/trajectory-format.md); empty:
-  /// nowhere.
+  /// File for the last good state if a step fails (docs/reference/trajectory-format.md); empty:
+  /// none.
   void keep_state_in(std::filesystem::path file) { state_file_ = std::move(file); }
 
-  /// Where a replay of what is loaded first goes, up to a reset; empty: nowhere.
+  /// File for a replay of the first loaded scene up to a reset; empty: none.
   void keep_replay_in(std::filesystem::path file) { replay_file_ = std::move(file); }
-  /// Writes it; before unload. False if there is none. @throws InputError.
+  /// Writes the replay; call it before unload. False if there is none. @throws InputError
   bool write_replay();
 
-  /// One step. @throws StepFailure, Stopped.
+  /// Takes one step. @throws StepFailure, Stopped
   void step(Runner& sim);
-  /// One step, and the forces within it.
+  /// Takes one step and returns the forces during it.
   Forces step_and_recover(Runner& sim);
-  /// Steps for that long [s]; after each, `after(sim)`.
+  /// Steps for `seconds` and calls after(sim) after each step.
   template <class After>
   void run(Runner& sim, double seconds, After after) {
     const long count = std::lround(seconds / sim.options().time_step);
@@ -86,8 +87,8 @@ class Trial {
     run(sim, seconds, [](const Runner&) {});
   }
 
-  /// Largest drift [m] within that long [s] of free bodies, called `what`, that are left alone;
-  /// drawn over time.
+  /// Largest drift [m] within `seconds` of undisturbed free bodies, named `what` in the chart over
+  /// time.
   double left_alone(Runner& sim, double seconds, const std::string& what);
 
   void equal(const std::string& quantity, const std::string& unit, double measured, double known,
@@ -99,7 +100,7 @@ class Trial {
 
   Chart chart;
   std::vector<Check> checks;
-  std::string remark;  ///< said beside the figures: what the law gives and why
+  std::string remark;  ///< remark beside the figures: result of the law and its reason
   long steps = 0, iterations = 0, iterations_max = 0;
   double max_penetration = 0.0;  ///< [m]
 
@@ -113,18 +114,18 @@ class Trial {
   std::vector<std::unique_ptr<Runner>> runners_;
   std::filesystem::path replay_file_;
   std::string replay_scene_;
-  std::unique_ptr<view::ClipRecorder> recorder_;  ///< of the first of runners_
-  State recorded_;                                ///< the last state that it has
+  std::unique_ptr<view::ClipRecorder> recorder_;  ///< recorder of the first of runners_
+  State recorded_;                                ///< last recorded state
 };
 
-/// A case on one engine.
+/// Result of a case on one engine.
 struct Run {
   Engine engine = Engine::kCounterpoint;
   Trial trial;
-  std::string failure;  ///< why it did not come to its end
+  std::string failure;  ///< why it did not reach its end
   std::string lacking;  ///< why the engine cannot run it at all
   double wall_seconds = 0.0;
-  bool replay = false;  ///< one was written
+  bool replay = false;  ///< a replay was written
 
   bool passed() const;
   double iterations_mean() const;
@@ -132,21 +133,21 @@ struct Run {
 
 struct HardCase {
   std::string name;
-  std::string hard;   ///< what makes it hard, one sentence
+  std::string hard;   ///< why the case is hard, one sentence
   std::string scene;  ///< file under data/scenes/hard, without .yaml; several: "a, b"
   std::function<void(Trial&)> run;
-  bool slow = false;                    ///< not among the tests
-  const char* known_failure = nullptr;  ///< why it is known to fail, as measured
+  bool slow = false;                    ///< left out of the tests
+  const char* known_failure = nullptr;  ///< reason for a known failure, as measured
 };
 
-/// A case on Counterpoint, and on the peers.
+/// Results of a case on Counterpoint and on the other engines.
 struct Result {
   HardCase hard_case;
   Run ours;
   std::vector<Run> peers;
 };
 
-// By theme, one file each.
+// Cases by theme, one file each.
 std::vector<HardCase> friction_cases();
 std::vector<HardCase> stacking_cases();
 std::vector<HardCase> masonry_cases();
@@ -156,11 +157,11 @@ std::vector<HardCase> linkage_cases();
 std::vector<HardCase> scale_cases();
 std::vector<HardCase> pile_cases();
 
-/// What a case reads off the state of a runner, by name.
+/// Quantities derived from the state of a runner, by name.
 class View {
  public:
   explicit View(const Runner& sim);
-  /// From the state as it is now.
+  /// Updates to the current state.
   void look();
 
   /// Body index of a link. @throws InputError.
@@ -168,29 +169,29 @@ class View {
   Pose pose(const std::string& link) const;  ///< X_WF of a link
   Pose geometry_pose(int geometry) const { return dynamics_.geometry_pose(geometry); }  ///< X_WG
   Vector3 position(const std::string& link) const { return pose(link).translation; }
-  Vector3 center(int body) const;    ///< of mass, in W
-  Vector3 velocity(int body) const;  ///< of the centre of mass, in W
+  Vector3 center(int body) const;    ///< centre of mass, in W
+  Vector3 velocity(int body) const;  ///< velocity of the centre of mass, in W
   Vector3 spin(int body) const { return motion(body).angular_velocity; }
   double kinetic() const;
   double potential() const;
   double energy() const { return kinetic() + potential(); }
   double energy_with_springs() const;
-  /// What changes of energy are measured by: the kinetic energy now, and the weight (of at least
-  /// 1 m/s^2) raised by 1 m [J].
+  /// Scale of energy changes: the current kinetic energy plus the weight (at least 1 m/s^2) raised
+  /// by 1 m [J].
   double energy_scale() const;
   Force momentum() const;  ///< about the world's origin
 
  private:
-  /// Of a frame that is fixed to the body.
+  /// Motion of a frame that is fixed to the body.
   FrameMotion motion(int body) const {
     return dynamics_.frame(frame_of_[static_cast<std::size_t>(body)]);
   }
-  /// Of its centre of mass, seen from that frame's origin, in W [m].
+  /// Vector from that frame's origin to the centre of mass, in W [m].
   Vector3 center_arm(int body) const;
 
   const Runner& sim_;
   Dynamics dynamics_;
-  std::vector<int> frame_of_;  ///< by body, of Model::frames()
+  std::vector<int> frame_of_;  ///< index into Model::frames() by body
 };
 
 /// Sum of the contact forces on body `b` from body `a` [N], in W; body 0: the world.

@@ -53,7 +53,7 @@ void AppliedInputs::set(Simulator& simulator) {
   if (follower_) follower_->set(simulator);
   if (schedule_) schedule_->apply(simulator.model(), time, slack_, input);
   random_.add_to(time, slack_, input.applied_force);
-  // So that the trajectory says what acted.
+  // Limits the forces here too, so that the trajectory records the forces that acted.
   if (const EffectSet on = simulator.options().effects; on.has(Effect::kEffortLimits))
     limit_applied_forces(simulator.model(), on, input.applied_force);
 }

@@ -1,4 +1,4 @@
-// A motion that a simulation follows: its forces, and feedback on where the robot is.
+// A motion that a simulation follows: its forces, and feedback on the state of the robot.
 #pragma once
 
 #include <cstdint>
@@ -12,29 +12,29 @@ namespace counterpoint::apps {
 
 class Command;
 
-/// --follow, --feedback, --perturb of simulate.
+/// Arguments of --follow, --feedback and --perturb of simulate.
 struct FollowArguments {
   std::string motion;    ///< trajectory; empty: none
-  std::string feedback;  ///< gains as `optimize --feedback` writes them; empty: forces alone
-  /// Standard deviation of what is added to the first row's joint coordinates [rad, m] and, ten
-  /// times that, to all velocities.
+  std::string feedback;  ///< gains as `optimize --feedback` writes them; empty: no feedback
+  /// Standard deviation of the noise added to the first row's joint coordinates [rad, m]; ten times
+  /// this for all velocities.
   double perturb = 0.0;
 };
 
-/// --follow, --feedback, --perturb.
+/// Adds --follow, --feedback and --perturb.
 void add_follow(Command& command, FollowArguments& arguments);
 
 class Follower {
  public:
-  /// @throws InputError as read_trajectory, read_feedback, and where the motion has no applied
-  /// forces, or steps that are not all alike.
+  /// @throws InputError as read_trajectory and read_feedback do, and if the motion has no applied
+  /// forces or steps of different lengths.
   Follower(const FollowArguments& arguments, const Model& model);
 
   double time_step() const { return time_step_; }  ///< [s]
   double duration() const { return time_step_ * motion_.num_steps(); }
-  /// The first row, perturbed by a seed.
+  /// State of the first row, perturbed with this seed.
   State start(const Model& model, std::uint64_t seed) const;
-  /// Sets the applied force for the step from the simulator's state; after the end none.
+  /// Sets the applied force for the step from the simulator's state; zero after the end.
   void set(Simulator& simulator);
   /// Largest difference of a joint coordinate from the plan so far [rad, m].
   double error_max() const { return error_max_; }

@@ -40,7 +40,7 @@ InputSchedule::InputSchedule(const std::filesystem::path& file, const Model& mod
                       table.file(), name));
     }
     ++found;
-    table.column(name);  // refuses a name of several columns
+    table.column(name);  // refuses a name that several columns have
     for (int row = 0; row < table.num_rows(); ++row) {
       // The last row of a trajectory has empty force cells: no step starts from it.
       const double cell = table.cell(row, column);
@@ -93,7 +93,7 @@ RandomForces::RandomForces(const Model& model, double scale, double wrench_scale
 
 void RandomForces::draw() {
   for (int i = 0; i < force_.size(); ++i) {
-    // 53 random bits to [-1, 1): the standard's distributions are not the same in every library.
+    // Maps 53 random bits to [-1, 1): the distributions of the standard differ between libraries.
     const double unit = static_cast<double>(generator_() >> 11) * 0x1p-52 - 1.0;
     force_[i] = amplitude_[i] * unit;
   }

@@ -1,4 +1,4 @@
-// Where the applied forces of a simulation come from: a file, or a seeded random source.
+// Sources of the applied forces of a simulation: a file, or a seeded random source.
 #pragma once
 
 #include <cstdint>
@@ -10,20 +10,20 @@
 
 namespace counterpoint::apps {
 
-/// Inputs from a CSV file with the columns time and any of the scene's applied forces, servo
-/// targets and wrenches on links (the other columns of a trajectory may be there and are not used).
-/// A row holds from its time until the next.
+/// Inputs from a CSV file with the column time and any of the scene's applied forces, servo targets
+/// and wrenches on links (other columns of a trajectory are allowed and ignored). A row applies
+/// from its time until the next.
 class InputSchedule {
  public:
-  /// @throws InputError naming file, line and column.
+  /// @throws InputError naming file, line and column
   InputSchedule(const std::filesystem::path& file, const Model& model);
 
   /// Adds the applied force at a time [s] to that of `input` (nv) and sets targets and wrenches, if
-  /// the file has any; nothing before the first row. `slack` [s]: a row this little later than
-  /// `time` holds already (times are sums of steps, hence rounded).
+  /// the file has any; nothing before the first row. A row applies already if it is at most `slack`
+  /// [s] later than `time` (times are sums of steps and therefore rounded).
   void apply(const Model& model, double time, double slack, Input& input);
 
-  /// The time [s] of the first row later than `time`; infinity after the last.
+  /// Time [s] of the first row later than `time`; infinity after the last.
   double next_change(double time, double slack) const;
 
   const InputColumns& columns() const { return columns_; }
@@ -33,13 +33,12 @@ class InputSchedule {
   MatrixX force_;  // nv x rows
   InputColumns columns_;
   MatrixX known_;  // values of columns_ x rows
-  int row_ = -1;   // the one in force at the last time asked for
+  int row_ = -1;   // row that applies at the last time asked for
 };
 
-/// Random forces, constant for kHold: the tests of the inverse are driven by them. Uniform in
-/// +- scale * min(effort limit, weight carried by the joint [* 0.1 m where it turns]) on actuated
-/// joints, and +- wrench_scale * weight [* 0.1 m] on free bodies. The same seed gives the same
-/// bits.
+/// Random forces, constant for kHold; also used in tests of the inverse. Uniform in +- scale *
+/// min(effort limit, weight carried by the joint [* 0.1 m for rotations]) on actuated joints, and
+/// +- wrench_scale * weight [* 0.1 m] on free bodies. The same seed gives the same bits.
 class RandomForces {
  public:
   static constexpr double kHold = 0.02;  ///< [s]
@@ -47,9 +46,9 @@ class RandomForces {
 
   RandomForces(const Model& model, double scale, double wrench_scale, std::uint64_t seed);
 
-  /// Adds the force at a time [s], asked for in rising order.
+  /// Adds the force at a time [s]; call it with increasing times.
   void add_to(double time, double slack, VectorX& force);
-  /// When the next ones are drawn [s]; infinity where there are none.
+  /// Time of the next draw [s]; infinity if all forces are zero.
   double next_change(double time, double slack) const;
 
  private:
@@ -58,7 +57,7 @@ class RandomForces {
   VectorX amplitude_;  // nv
   VectorX force_;      // nv
   std::mt19937_64 generator_;
-  long held_ = -1;  // index of the period drawn last
+  long held_ = -1;  // index of the last period drawn
 };
 
 }  // namespace counterpoint::apps

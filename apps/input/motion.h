@@ -1,4 +1,4 @@
-// Motions that commands read, and recordings of them.
+// Reading of motions and recordings in commands.
 #pragma once
 
 #include <string>
@@ -9,10 +9,11 @@
 
 namespace counterpoint::apps {
 
-/// As read_trajectory, with the time that it takes on the terminal.
+/// Reads a trajectory as read_trajectory does and shows the elapsed time on the terminal.
 Trajectory read_motion(const std::string& file, const Model& model);
 
-/// As estimation::read_all; standard error has what it took for granted.
+/// Reads recordings as estimation::read_all does and prints its notes on assumptions to standard
+/// error.
 std::vector<Recording> read_with_notes(const std::vector<std::string>& files, const ColumnMap& map,
                                        const Scene& scene);
 

@@ -13,10 +13,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Matrices are dense: 6000 x 6000 take 288 MB.
+/// The matrices are dense: 6000 x 6000 take 288 MB.
 constexpr int kMaxContacts = 2000;
 
-/// c and mu, a row per contact. @throws InputError naming file and line.
+/// Reads c and mu, one row per contact. @throws InputError naming file and line
 void read_contacts(const fs::path& file, contact::ContactSpaceProblem& problem) {
   const Table table(file);
   const int columns[] = {table.column("q_n"), table.column("q_t1"), table.column("q_t2")};
@@ -43,7 +43,7 @@ void read_contacts(const fs::path& file, contact::ContactSpaceProblem& problem) 
   }
 }
 
-/// A by its entries that are not zero. @throws InputError naming file and line.
+/// Reads the nonzero entries of A. @throws InputError naming file and line
 void read_matrix(const fs::path& file, contact::ContactSpaceProblem& problem) {
   const Table table(file);
   const int n = static_cast<int>(problem.c.size());

@@ -11,7 +11,7 @@
 namespace counterpoint::apps {
 namespace {
 
-/// Of "0.001", "1e-3kg" or "1e-3 kg" [kg].
+/// Parses a mass [kg]: "0.001", "1e-3kg" or "1e-3 kg".
 double mass_of(const std::string& text) {
   double mass = 0.0;
   const char* end = text.data() + text.size();

@@ -1,4 +1,4 @@
-// SCENE and the options that go with it, the same in every subcommand.
+// The SCENE argument and its options, the same in every subcommand.
 #pragma once
 
 #include <filesystem>
@@ -17,16 +17,16 @@ struct SceneArguments {
   std::string base;
   bool ground = false;
   bool repair_inertias = false, repair_joints = false;
-  std::string fill_inertia;           ///< a mass, with or without "kg"
+  std::string fill_inertia;           ///< mass, with or without "kg"
   std::vector<std::string> packages;  ///< NAME=DIR
   std::string srdf;
   int hull_vertices = 0;
   std::string integrator, contact;
 
   void add_to(Command& command);
-  /// NAME and DIR of each. @throws InputError for one that is not NAME=DIR.
+  /// Folder of each package name. @throws InputError for an argument that is not NAME=DIR
   std::map<std::string, std::filesystem::path> package_folders() const;
-  /// @throws InputError as load_scene does, and for a package that is not NAME=DIR.
+  /// @throws InputError as load_scene does, and for a package that is not NAME=DIR
   Scene load() const;
 };
 

@@ -1,4 +1,4 @@
-// The median of a few numbers, the library's.
+// Median of a few numbers; the function of the estimation library.
 #pragma once
 
 #include "counterpoint/engine/estimate/recording.h"

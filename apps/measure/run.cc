@@ -14,7 +14,8 @@ bool stops(const RunHooks& hooks, RunTally& tally) {
   return tally.interrupted || tally.wall_seconds > tally.wall_limit;
 }
 
-/// Times one call of the simulator: wall time into the tally, processor time returned [s].
+/// Times one call of the simulator: adds wall time to the tally, returns processor time in
+/// `seconds` [s].
 template <class Step>
 auto timed(RunTally& tally, double& seconds, Step step) {
   const auto start = std::chrono::steady_clock::now();

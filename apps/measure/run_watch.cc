@@ -7,10 +7,10 @@
 namespace counterpoint::apps {
 namespace {
 
-/// Positions less apart are the same but for rounding [m, rad].
+/// Positions that differ by less are equal up to round-off [m, rad].
 constexpr double kMoved = 1e-13;
-/// What is said of a run: energy gained, as a share of what was moved, and closures that come open
-/// [m or rad].
+/// Thresholds of warnings: energy gained relative to the energy moved, and opening of closures [m
+/// or rad].
 constexpr double kGained = 0.02, kOpened = 1e-3;
 
 bool is_floating_linkage(const Model& model, const Tree& tree) {
@@ -34,12 +34,12 @@ RunWatch::RunWatch(Simulator& simulator, long every)
   look_at_closures(q_);
 }
 
-/// Servos and wrenches on links do work that is not counted.
+/// True if all work on the scene is counted; the work of servos and of wrenches on links is not.
 bool RunWatch::knows_work() const {
   return simulator_.model().servos().empty() && simulator_.input().wrenches.empty();
 }
 
-/// The first time what they start from.
+/// Updates the largest opening of the closures; the first call stores their openings at the start.
 void RunWatch::look_at_closures(const VectorX& q) {
   const std::vector<Closure>& closures = simulator_.model().closures();
   if (closures.empty() || !simulator_.options().effects.has(Effect::kClosures)) return;
@@ -76,7 +76,8 @@ Vector3 RunWatch::momentum_rows(const VectorX& q, const VectorX& v, int first) {
   return with_weight - momentum_.segment<3>(first);
 }
 
-/// The momentum of a tree that nothing outside touches belongs to the pose reached.
+/// Correction for trees without external contact, whose momentum belongs to the pose at the end of
+/// the step.
 double RunWatch::center_energy(const State& state) {
   const Model& model = simulator_.model();
   double energy = 0.0;
@@ -92,8 +93,9 @@ double RunWatch::center_energy(const State& state) {
   return energy;
 }
 
-// Semi-implicit Euler: the kinetic energy of a linkage that floats is that where the step's forces
-// acted, at the pose before. There it changes by their work alone (energy_projection.h).
+// With semi-implicit Euler, the kinetic energy of a floating linkage is evaluated at the pose at
+// the start of the step, where the step's forces acted: there it changes by their work alone
+// (energy_projection.h).
 double RunWatch::energy_left(const State& state) {
   if (simulator_.options().integrator != Integrator::kSemiImplicitEuler) return energy(state);
   const Model& model = simulator_.model();
@@ -110,8 +112,8 @@ double RunWatch::energy_left(const State& state) {
   return kinetic + center_energy(state) + potential(state.q);
 }
 
-// Semi-implicit Euler moves positions by h (v+ + d), d being the correction of overlaps. What the
-// weight and springs are given on the way from q (+) h v+ to the position reached is work of d.
+// Semi-implicit Euler moves positions by h (v+ + d) with the overlap correction d. The change of
+// potential and spring energy from q (+) h v+ to the final position is the work of d.
 void RunWatch::add_overlap_work(double h, const State& state) {
   if (simulator_.options().integrator != Integrator::kSemiImplicitEuler) return;
   if (q_moved_.size() != q_.size()) q_moved_.resize(q_.size());
@@ -126,7 +128,7 @@ void RunWatch::add_overlap_work(double h, const State& state) {
 }
 
 void RunWatch::after_step(double h, const State& state) {
-  // What a constant force adds to the kinetic energy of a step is its power at the mean velocity.
+  // The work of a constant force is h times its power at the mean velocity of the step.
   const VectorX& force = simulator_.input().applied_force;
   work_ += 0.5 * h * force.dot(v_ + state.v);
   path_work_ += h * force.dot(state.v);

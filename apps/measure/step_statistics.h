@@ -1,4 +1,5 @@
-// Quantiles of the cost of steps: a mean hides the longest step, which a controller waits for.
+// Quantiles of the cost of steps: a mean hides the longest step, for which a controller has to
+// wait.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +10,7 @@
 
 namespace counterpoint::apps {
 
-/// How often each whole number from 0 came up.
+/// Histogram of whole numbers from 0.
 class Counts {
  public:
   void add(long value) {
@@ -18,7 +19,7 @@ class Counts {
     ++counts_[index];
     ++total_;
   }
-  /// The smallest number that a share `p` of all is not above; 0 of none.
+  /// Smallest number that is at least as large as a share `p` of all numbers; 0 if there are none.
   long quantile(double p) const {
     const long wanted = std::max(1L, std::lround(std::ceil(p * static_cast<double>(total_))));
     long seen = 0;
@@ -35,7 +36,7 @@ class Counts {
 };
 
 /// Newton steps and processor time of every step. Memory does not grow with the length of a run:
-/// times are counted in classes 2 % wide.
+/// times are counted in classes that are 2 % wide.
 class StepStatistics {
  public:
   void add(long newton_iterations, double seconds) {

@@ -1,4 +1,4 @@
-// Processor time of the calling thread, which a busy machine changes little.
+// Processor time of the calling thread, which depends little on other load of the machine.
 #pragma once
 
 #include <ctime>

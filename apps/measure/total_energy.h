@@ -1,11 +1,11 @@
-// Energy of a whole scene, as reports give it.
+// Energy of a whole scene, for reports.
 #pragma once
 
 #include "counterpoint/engine/state.h"
 
 namespace counterpoint::apps {
 
-/// Kinetic and potential energy, that of springs included [J].
+/// Kinetic plus potential energy, including springs [J].
 double total_energy(const Model& model, const State& state);
 
 }  // namespace counterpoint::apps

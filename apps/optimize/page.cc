@@ -98,7 +98,8 @@ std::vector<Chart> motion_charts(const MotionFigures& figures) {
   return {contact, effort};
 }
 
-/// Which links bear how much in which step: '#' more than 5 % of the weight, '-' less.
+/// Contact schedule of the links by step: '#' more than kLoaded (5 %) of the weight, '-' less, '.'
+/// none.
 PageTable schedule(const MotionFigures& figures, double weight) {
   PageTable table{{"link", "steps in contact"}, {}};
   for (std::size_t i = 0; i < figures.links.size(); ++i) {

@@ -1,4 +1,4 @@
-// Results of optimize, as a folder with one HTML page: --report DIR.
+// Results of optimize as a folder with one HTML page, for --report DIR.
 #pragma once
 
 #include <filesystem>
@@ -10,18 +10,18 @@
 
 namespace counterpoint::apps {
 
-/// Forces and heights of a motion over time, from the inverse.
+/// Forces of a motion over time, computed by the inverse.
 struct MotionFigures {
-  std::vector<double> time;                ///< of steps [s]
-  std::vector<std::string> links;          ///< that touch something in some step
-  std::vector<std::vector<double>> force;  ///< by link and step: normal force [N]
-  std::vector<double> effort;              ///< by step: largest share of an effort limit
+  std::vector<double> time;                ///< start times of the steps [s]
+  std::vector<std::string> links;          ///< links that touch something in some step
+  std::vector<std::vector<double>> force;  ///< normal force by link and step [N]
+  std::vector<double> effort;              ///< largest share of an effort limit, by step
 };
 MotionFigures motion_figures(const optimization::ProblemFile& problem,
                              const optimization::Result& result);
 
-/// Writes DIR/index.html, iterations.csv, motion.csv and charts. replay: a page beside it, or
-/// empty. @throws InputError where the folder cannot be written.
+/// Writes DIR/index.html, iterations.csv, motion.csv and charts. replay: page beside it, or empty.
+/// @throws InputError if the folder cannot be written.
 void write_optimization_page(const std::filesystem::path& folder,
                              const optimization::ProblemFile& problem,
                              const std::vector<OptimizedStart>& starts, std::size_t best,

@@ -1,4 +1,4 @@
-// The optimization of a problem file, and what is written of it.
+// The optimization of a problem file, and the output of its results.
 #pragma once
 
 #include <optional>
@@ -10,20 +10,20 @@
 
 namespace counterpoint::apps {
 
-/// One start and what came of it.
+/// Result of the optimization from one start.
 struct OptimizedStart {
   std::uint64_t seed = 0;
   optimization::Result result;
   optimization::Verification verification;
-  std::vector<optimization::Result> stages;  ///< of the continuation, in their order
+  std::vector<optimization::Result> stages;  ///< stages of the continuation, in order
   bool feasible() const { return result.outcome == optimization::Outcome::kConverged; }
 };
 
-/// As bytes and back, to the bit.
+/// Serializes a start and restores it bitwise.
 std::string bytes_of(const OptimizedStart& start);
 OptimizedStart start_of(const std::string& bytes);
 
-/// Feasible ones before others, then the cheaper one.
+/// Feasible starts come before others, then lower cost before higher.
 bool is_better(const OptimizedStart& a, const OptimizedStart& b);
 
 /// Writes frames as a trajectory (docs/reference/trajectory-format.md).
@@ -32,17 +32,17 @@ void write_motion(const std::string& file, const optimization::ProblemFile& prob
 void write_motion(const std::string& file, const optimization::ProblemFile& problem,
                   const optimization::RepeatedMotion& motion);
 
-/// @throws InputError where the file is no JSON.
+/// @throws InputError if the file is not JSON
 Json read_json(const std::string& file);
 
-/// Frames of a trajectory as a start: taken as they are where their number fits, else by
-/// interpolation along the motion. @throws InputError as read_trajectory.
+/// Frames of a trajectory as an initial guess: unchanged if their number fits, else interpolated
+/// along the motion. @throws InputError as read_trajectory
 std::vector<VectorX> frames_from(const std::string& file, const optimization::Problem& problem);
 
-/// docs/reference/json-reports.md.
+/// Writes the figures of a start (docs/reference/json-reports.md).
 void fill_report(const OptimizedStart& start, Json& out);
 
-/// A row for each Newton step.
+/// Writes one row for each Newton step.
 void write_iterations(const std::string& file, const optimization::Result& result);
 
 }  // namespace counterpoint::apps

@@ -14,7 +14,7 @@
 namespace counterpoint::peers {
 namespace {
 
-/// Writes a document for one scene.
+/// Writes the document of one scene.
 class Writer {
  public:
   Writer(const Scene& scene, MujocoSettings settings, const std::string& integrator)
@@ -125,7 +125,7 @@ class Writer {
     line("</worldbody>");
   }
 
-  /// In principal axes: MuJoCo's own search for them stops at 1e-9.
+  /// Writes the inertia in principal axes, because MuJoCo's own search for them stops at 1e-9.
   void inertia(const SpatialInertia& I) {
     Pose axes{Matrix3::Identity(), I.center};
     Vector3 moments = I.rotational.diagonal();
@@ -137,7 +137,7 @@ class Writer {
     line("<inertial {} mass='{:.17g}' diaginertia='{}'/>", placed(axes), I.mass, text(moments));
   }
 
-  /// Shapes and the anchors of rods.
+  /// Writes the shapes of a body and the anchors of rods.
   void body_contents(int body) {
     const auto& geometries = model_.geometries();
     for (std::size_t i = 0; i < geometries.size(); ++i) {
@@ -231,7 +231,7 @@ class Writer {
     }
     const JointInfo& info = model_.joint(i);
     if (on_.has(Effect::kLimits) && (std::isfinite(info.lower) || std::isfinite(info.upper))) {
-      // One side without a limit: beyond what any joint reaches.
+      // A missing limit on one side is replaced by a value beyond any motion.
       more += fmt::format(" limited='true' range='{}'",
                           numbers({std::max(info.lower, -1e9), std::min(info.upper, 1e9)}));
     }
@@ -242,7 +242,8 @@ class Writer {
     return collider_.may_touch(static_cast<int>(a), static_cast<int>(b));
   }
 
-  /// Would MuJoCo's own friction of pairs be ours? It joins two surfaces by the larger friction.
+  /// True if all surfaces are equal, so that MuJoCo's friction of a pair (the larger of two) equals
+  /// ours.
   bool same_surfaces() const {
     const auto& g = model_.geometries();
     return std::all_of(g.begin(), g.end(), [&](const Geometry& geometry) {
@@ -250,9 +251,10 @@ class Writer {
     });
   }
 
-  /// Of surfaces that are all alike MuJoCo chooses the pairs itself; it leaves out parent and child
-  /// unless that is the world. It is told of bodies that do not meet in all of their geometries,
-  /// and which of these do; of other surfaces, of every pair.
+  /// Writes the pairs that can touch. If all surfaces are equal, MuJoCo chooses the pairs itself;
+  /// it leaves out parent and child unless the parent is the world. Bodies of which some geometries
+  /// must not touch are excluded, and their remaining pairs are listed. With different surfaces all
+  /// pairs are listed.
   void contacts() {
     if (!on_.has(Effect::kContacts)) return;
     line("<contact>");
@@ -286,13 +288,14 @@ class Writer {
 
   static std::string body_name(int i) { return i == 0 ? "world" : fmt::format("b{}", i); }
 
-  /// Anchors of ball closures are set in the compiled model: MJCF takes the second from the start.
+  /// Writes the closures and mimic joints. The anchors of ball closures are set in the compiled
+  /// model, because MJCF derives the second one from the start pose.
   void equalities() {
     line("<equality>");
     const auto& closures = model_.closures();
     for (std::size_t i = 0; on_.has(Effect::kClosures) && i < closures.size(); ++i) {
       const Closure& c = closures[i];
-      // MuJoCo has the world as the second body only.
+      // MuJoCo accepts the world as the second body only.
       const bool swapped = c.body_a == 0;
       const std::string between =
           fmt::format("name='c{}' body1='{}' body2='{}'", i,
@@ -316,7 +319,7 @@ class Writer {
     line("</equality>");
   }
 
-  /// Rods: tendons whose length is held.
+  /// Writes rods as tendons of constant length.
   void tendons() {
     const auto& closures = model_.closures();
     line("<tendon>");
@@ -327,7 +330,7 @@ class Writer {
     line("</tendon>");
   }
 
-  /// Servos: force = control - kp q - kd w, within the effort limit.
+  /// Writes servos: force = control - kp q - kd w, within the effort limit.
   void actuators() {
     line("<actuator>");
     for (const JointServo& servo : model_.servos()) {

@@ -1,5 +1,5 @@
 // A scene as MJCF, MuJoCo's own format: bodies b1, b2, ... and geometries g0, g1, ... by index,
-// joints in the order of ours, so that coordinates are numbered alike.
+// joints in the order of the model, so that coordinates have the same indices.
 #pragma once
 
 #include <string>
@@ -10,15 +10,16 @@
 
 namespace counterpoint::peers {
 
-/// The effects that run in a scene. Those that are switched off are left out of the MJCF.
+/// Effects that are active in a scene. Effects that are switched off are left out of the MJCF.
 EffectSet effects_of(const Scene& scene);
 
-/// Has it a free joint in MuJoCo? Floating joints within a tree become three slides and a ball.
+/// True if the body has a free joint in MuJoCo. Floating joints within a tree become three slides
+/// and a ball.
 bool is_free(const Body& body);
 
-/// The whole document but for <size>, which goes behind its first line. `integrator`: as the
-/// version of MuJoCo names the one that kBest is to use. Free bodies start where the scene puts
-/// them, other joints at zero. @throws NotExpressible.
+/// The whole document except <size>, which is inserted after its first line. `integrator`: name of
+/// the integrator for kBest in this version of MuJoCo. Free bodies start where the scene puts them,
+/// other joints at zero. @throws NotExpressible
 std::string mjcf(const Scene& scene, MujocoSettings settings, const std::string& integrator);
 
 }  // namespace counterpoint::peers

@@ -1,5 +1,6 @@
-// A collection of MJCF files, mujoco_menagerie say: what we read of it, how it moves, and how our
-// models compare with MuJoCo's. Writes docs/measurements/mjcf.md.
+// Checks a collection of MJCF files, such as mujoco_menagerie: whether our reader accepts each
+// file, whether it simulates, and how the models compare with MuJoCo's. Writes
+// docs/measurements/mjcf.md.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -25,7 +26,8 @@ std::string read_all(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// scene.xml before other scenes; their robots are what they include.
+/// Scene and robot file of a folder: scene.xml has priority over other scenes; the robot is the
+/// file that the scene includes.
 struct Folder {
   fs::path scene, robot;
 };
@@ -55,7 +57,7 @@ Folder files_of(const fs::path& folder) {
   return out;
 }
 
-/// "" if the command ran to its end, else its last line.
+/// Simulates a file; returns "" if the command succeeds, else its error or last line.
 std::string simulate(const std::string& command, const fs::path& file, double duration) {
   const std::string line = fmt::format("timeout 600 '{}' simulate '{}' --duration {} 2>&1", command,
                                        file.string(), duration);
@@ -82,7 +84,7 @@ MjcfOptions everything_left_out() {
   return options;
 }
 
-/// A scene of the robot without what the engine lacks.
+/// Writes a scene of the robot without the elements that the engine lacks.
 fs::path reduced_scene(const fs::path& robot) {
   std::string words;
   for (const LeaveOut what : kEverything)
@@ -95,7 +97,7 @@ fs::path reduced_scene(const fs::path& robot) {
 
 std::string figure(double x) { return x == 0.0 ? "0" : fmt::format("{:.0e}", x); }
 
-/// Without the folder that differs from machine to machine, in a cell of a table.
+/// Escapes text for a cell of a table and removes the folder, which differs between machines.
 std::string cell(std::string text, const fs::path& folder) {
   for (std::size_t at; (at = text.find(folder.string() + "/")) != std::string::npos;)
     text.erase(at, folder.string().size() + 1);
@@ -106,17 +108,17 @@ std::string cell(std::string text, const fs::path& folder) {
 
 struct Settings {
   fs::path folder;
-  int states;       ///< at which both are compared
-  double duration;  ///< of a simulation [s]
+  int states;       ///< random states at which both are compared
+  double duration;  ///< duration of a simulation [s]
   std::string command;
 };
 
-/// Of robots, and of scenes.
+/// Counts of robots and of scenes.
 struct Counts {
   int robots = 0, loaded = 0, ran = 0, reduced = 0, scenes_ran = 0, same = 0, near = 0;
 };
 
-/// What MuJoCo finds otherwise, eight cells of a table.
+/// Differences from MuJoCo, as eight cells of a table.
 std::string figures_of(const MjcfComparison& c, const fs::path& folder) {
   if (!c.refused.empty()) return " | | | | | | | ";
   if (!c.unreadable.empty()) return cell(c.unreadable, folder) + " | | | | | | | ";
@@ -125,7 +127,7 @@ std::string figures_of(const MjcfComparison& c, const fs::path& folder) {
                      figure(c.mass_with_theirs), figure(c.bias_with_theirs), c.notes);
 }
 
-/// Loads, compares and simulates one; its row.
+/// Loads, compares and simulates one robot; returns its row.
 std::string check_robot(const Settings& settings, const fs::path& one, bool stands_in,
                         Counts& counts) {
   const std::string name = one.filename().string();
@@ -164,7 +166,7 @@ std::string check_robot(const Settings& settings, const fs::path& one, bool stan
                      scene_fate.empty() ? "yes" : cell(scene_fate, settings.folder));
 }
 
-/// Whether the page could be written.
+/// Writes the page; false if it could not be written.
 bool write_page(const fs::path& out, const std::string& summary, int states,
                 const std::string& rows) {
   std::ofstream stream(out);

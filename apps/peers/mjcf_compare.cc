@@ -20,7 +20,7 @@ struct Free {
 using PeerModel = std::unique_ptr<mjModel, Free>;
 using PeerData = std::unique_ptr<mjData, Free>;
 
-/// Both at the same random states; MuJoCo's coordinates are ours in another order.
+/// Both models at the same random states; MuJoCo's coordinates are a permutation of ours.
 class Pair {
  public:
   Pair(const MjcfModel& read, const Model& model, const mjModel& m)
@@ -84,7 +84,7 @@ class Pair {
     MatrixX ours = MatrixX::Zero(nv, nv), theirs(nv, nv);
     dynamics_.mass_matrix(ours);
     ours.diagonal() += model_.armature();
-    // Unit accelerations one by one; not mj_fullM, whose arguments have changed between versions.
+    // Multiplies by unit vectors one by one; the arguments of mj_fullM differ between versions.
     std::vector<mjtNum> unit(static_cast<std::size_t>(nv)), column(static_cast<std::size_t>(nv));
     for (int k = 0; k < nv; ++k) {
       std::fill(unit.begin(), unit.end(), 0.0);
@@ -113,7 +113,7 @@ class Pair {
   }
 
   double joint_force_error() const {
-    constexpr double kSmall = 1e-6;  // [N, N m] beside which nothing is large
+    constexpr double kSmall = 1e-6;  // lower bound of the scale [N, N m]
     double worst = 0.0;
     int v = 0;
     for (const MjcfModel::Coordinate& c : read_.coordinates) {
@@ -150,10 +150,10 @@ class Pair {
   PeerData d_;
   Dynamics dynamics_;
   VectorX q_now_, v_now_;
-  std::vector<std::array<int, 2>> q_, v_;  // ours, MuJoCo's
+  std::vector<std::array<int, 2>> q_, v_;  // index pairs: ours, MuJoCo's
 };
 
-/// MuJoCo's inertia of a body, in the body's frame.
+/// MuJoCo's inertia of a body, in the body-fixed frame.
 SpatialInertia inertia_of(const mjModel& m, int id) {
   const mjtNum* q = m.body_iquat + 4 * id;
   const Matrix3 R = Quaternion(q[0], q[1], q[2], q[3]).toRotationMatrix();
@@ -161,7 +161,7 @@ SpatialInertia inertia_of(const mjModel& m, int id) {
   return {m.body_mass[id], center, R * moments.asDiagonal() * R.transpose()};
 }
 
-/// Gives the links MuJoCo's inertias; returns the largest difference.
+/// Replaces the inertias of the links by MuJoCo's; returns the largest relative difference.
 double take_inertias(const mjModel& m, RobotSpec& robot) {
   double worst = 0.0;
   for (LinkSpec& link : robot.links) {
@@ -176,7 +176,7 @@ double take_inertias(const mjModel& m, RobotSpec& robot) {
   return worst;
 }
 
-/// MuJoCo prints what it warns of; here it is no matter.
+/// Suppresses MuJoCo's printed warnings, which are irrelevant here.
 void stay_quiet() {
   mju_user_warning = [](const char*) {};
 }

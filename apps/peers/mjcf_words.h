@@ -1,4 +1,4 @@
-// Numbers, poses, surfaces and carried weight in the words of MJCF.
+// Numbers, poses, surfaces and gravity compensation as text in MJCF.
 #pragma once
 
 #include <fmt/format.h>
@@ -29,13 +29,13 @@ inline std::string placed(const Pose& pose) {
                      numbers({q.w(), q.x(), q.y(), q.z()}));
 }
 
-/// friction and condim of a geometry, or of a pair, which has one number for each direction;
-/// MuJoCo's units are ours.
+/// Attributes friction and condim of a geometry, or of a pair, which has one coefficient for each
+/// direction; the units are the same as ours.
 inline std::string surface(const Material& material, EffectSet on, bool pair = false) {
   const double slide = on.has(Effect::kFriction) ? material.friction : 0.0;
   const double spin = on.has(Effect::kTorsionalFriction) ? material.torsional_friction : 0.0;
   const double roll = on.has(Effect::kRollingFriction) ? material.rolling_friction : 0.0;
-  // Without friction the numbers mean nothing, but MuJoCo wants one that is positive.
+  // Without friction the coefficients have no effect, but MuJoCo requires positive ones.
   if (slide <= 0.0) return fmt::format("condim='1' friction='{}'", pair ? "1 1 0 0 0" : "1 0 0");
   const int dimensions = roll > 0.0 ? 6 : spin > 0.0 ? 4 : 3;
   return fmt::format(
@@ -43,9 +43,9 @@ inline std::string surface(const Material& material, EffectSet on, bool pair = f
       pair ? numbers({slide, slide, spin, roll, roll}) : numbers({slide, spin, roll}));
 }
 
-/// " gravcomp='...'" of a body, the share of its weight that is carried; "" if there is none, which
-/// MuJoCo before 2.3 knows. @throws NotExpressible where the
-/// force does not act at its centre of mass, to 1e-9 of the distances.
+/// Attribute gravcomp of a body, the share of its weight that is compensated; "" if none is,
+/// because MuJoCo before 2.3 does not know the attribute. @throws NotExpressible if the force does
+/// not act at the centre of mass, to 1e-9 of the distances.
 inline std::string gravcomp(const Model& model, int body) {
   double mass = 0.0;
   Vector3 moment = Vector3::Zero();

@@ -30,7 +30,7 @@ void Mujoco::Impl::set_state(const State& to) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
     if (!is_free(body)) continue;
-    // In the world's axes; ours are those of the joint's frame.
+    // MuJoCo uses the world's axes, ours are those of the joint's frame.
     const Pose X_WB = joint_pose(body.X_PJ, body.joint_type, to.q.data() + body.q_index);
     const Quaternion turn(X_WB.rotation);
     mjtNum* q = d->qpos + body.q_index;
@@ -63,7 +63,7 @@ void Mujoco::Impl::apply(const Input& input) {
   for (int i = 1; i < model.num_bodies() && input.applied_force.size() > 0; ++i) {
     const Body& body = model.body(i);
     const double limit = model.joint(i - 1).effort_limit;
-    // With a servo the limit is that of both together: see the controls below.
+    // With a servo the limit applies to the sum with its force: see the controls below.
     const bool cut = on.has(Effect::kEffortLimits) && model.find_servo(i - 1) < 0;
     for (int k = 0; k < joint_nv(body.joint_type); ++k) {
       const double u = input.applied_force[body.v_index + k];
@@ -87,7 +87,7 @@ void Mujoco::Impl::apply(const Input& input) {
   mj_kinematics(m, d);
   mj_comPos(m, d);
   for (const ExternalWrench& w : input.wrenches) {
-    // MuJoCo takes them at the centre of mass.
+    // MuJoCo applies wrenches at the centre of mass.
     const Vector3 arm =
         anchor(w.body, {Matrix3::Identity(), w.point}) - vector(d->xipos + 3 * w.body);
     const Vector3 torque = w.wrench.torque + arm.cross(w.wrench.force);
@@ -96,7 +96,7 @@ void Mujoco::Impl::apply(const Input& input) {
   }
 }
 
-/// How often MuJoCo warned of this since the last reset.
+/// True if MuJoCo gave one of these warnings since the last reset.
 bool Mujoco::Impl::warned(std::initializer_list<int> kinds) const {
   return std::any_of(kinds.begin(), kinds.end(),
                      [&](int kind) { return d->warning[kind].number > 0; });
@@ -111,7 +111,7 @@ std::string Mujoco::Impl::try_step(const Input& input) {
   return {};
 }
 
-/// Did the step lack room that more memory gives? Asks for twice as much then.
+/// True if the step failed for lack of memory; then the size for the next build is doubled.
 bool Mujoco::Impl::needs_room(const std::string& failure) {
   if (lacks_stack(failure)) {
     stack_factor *= 2.0;
@@ -204,20 +204,21 @@ void Mujoco::Impl::read_closure_forces() {
       const Vector3 a = anchor(c.body_a, c.X_AC), b = anchor(c.body_b, c.X_BC);
       closures[k].force.force = d->efc_force[row] * (b - a).normalized();
     } else if (at < 3) {
-      // On MuJoCo's first body, which is ours but for closures with the world.
+      // The force acts on MuJoCo's first body, which is A except for closures with the world.
       closures[k].force.force[at] = (c.body_a == 0 ? 1.0 : -1.0) * d->efc_force[row];
     }
     if (at == 0) closures[k].position = 0.5 * (anchor(c.body_a, c.X_AC) + anchor(c.body_b, c.X_BC));
   }
 }
 
-/// In W, at the start of the step.
+/// Anchor of a closure in W, at the start of the step.
 Vector3 Mujoco::Impl::anchor(int body, const Pose& X_BC) const {
   const Eigen::Map<const Eigen::Matrix<mjtNum, 3, 3, Eigen::RowMajor>> R(d->xmat + 9 * body);
   return vector(d->xpos + 3 * body) + R * X_BC.translation;
 }
 
-/// Everything of the state as it is now that does not touch contacts and their forces.
+/// Computes kinematics, velocities and inertias of the current state, without contacts and their
+/// forces.
 void Mujoco::Impl::look() {
   mj_kinematics(m, d);
   mj_comPos(m, d);
@@ -298,7 +299,7 @@ const std::vector<ClosureForce>& Mujoco::closures() const {
 }
 
 std::vector<Pose> Mujoco::poses() const {
-  impl_->read_forces();  // they need the poses at the start of the step
+  impl_->read_forces();  // needs the poses at the start of the step
   mj_kinematics(impl_->m, impl_->d);
   std::vector<Pose> X_WB;
   for (int i = 0; i < impl_->m->nbody; ++i) {
@@ -334,7 +335,7 @@ double Mujoco::energy() const {
 MatrixX Mujoco::mass_matrix() const {
   impl_->read_forces();
   impl_->look();
-  // Column by column: how MuJoCo stores it depends on the version.
+  // Column by column, because the storage of M depends on the version of MuJoCo.
   const int n = impl_->m->nv;
   MatrixX M(n, n);
   VectorX unit = VectorX::Zero(n);

@@ -1,5 +1,5 @@
-// MuJoCo as a peer: the same scene, state and units as ours on its way in and out, so that one
-// measurement serves both. Optional: without MuJoCo at build time every constructor throws.
+// MuJoCo with our scenes, states and units at its interface, so that one measurement serves both
+// engines. Optional: without MuJoCo at build time every constructor throws.
 #pragma once
 
 #include <memory>
@@ -16,26 +16,26 @@ struct mjData_;
 
 namespace counterpoint::peers {
 
-/// How MuJoCo is set up.
-///   kDefault  as it comes: time step and gravity of the scene, nothing else
-///   kBest     for accuracy: elliptic cones, impratio 100, solimp 0.9999, shortest solref that it
-///             allows, tolerance 1e-12, up to 1000 iterations, implicit integration, several points
-///             a pair of convex shapes
-///   kRungeKutta4  as kDefault, but for its Runge-Kutta method of order four
-///   kElliptic  as kDefault, but with elliptic cones of friction in place of pyramids
+/// Settings of MuJoCo.
+///   kDefault      its defaults, with the time step and gravity of the scene
+///   kBest         for accuracy: elliptic cones, impratio 100, solimp 0.9999, shortest solref that
+///                 it allows, tolerance 1e-12, up to 1000 iterations, implicit integration, several
+///                 points for each pair of convex shapes
+///   kRungeKutta4  kDefault with its Runge-Kutta method of order four
+///   kElliptic     kDefault with elliptic friction cones instead of pyramids
 enum class MujocoSettings { kDefault, kBest, kRungeKutta4, kElliptic };
 
-/// "2.2.2", or empty: MuJoCo was not found when this was built.
+/// Version, such as "2.2.2"; empty if MuJoCo was not found at build time.
 std::string mujoco_version();
 
-/// What a step took.
+/// Report of a step.
 struct MujocoStep {
-  int iterations = 0;            ///< of its solver
+  int iterations = 0;            ///< iterations of its solver
   double max_penetration = 0.0;  ///< at the start of the step [m], 0 if nothing overlaps
-  std::string failure;           ///< why the step must not be trusted; empty: it may
+  std::string failure;           ///< why the step is invalid; empty: it is valid
 };
 
-/// What mj_inverse is given: a state in MuJoCo's own coordinates and its acceleration there.
+/// Input of mj_inverse: a state and its acceleration in MuJoCo's coordinates.
 struct MujocoMoment {
   std::vector<double> qpos, qvel, qacc;
 };
@@ -43,8 +43,8 @@ struct MujocoMoment {
 /// One mjModel with its mjData. Not copyable; one thread.
 class Mujoco {
  public:
-  /// At the scene's start. @throws NotExpressible for what MuJoCo lacks or cannot compile, and if
-  /// it is not there.
+  /// Starts at the scene's start. @throws NotExpressible for features that MuJoCo lacks or cannot
+  /// compute, and if MuJoCo is missing.
   Mujoco(const Scene& scene, MujocoSettings settings);
   ~Mujoco();
   Mujoco(const Mujoco&) = delete;
@@ -52,49 +52,49 @@ class Mujoco {
 
   void set_time_step(double h);  ///< [s]
 
-  /// In our coordinates (model/model.h). Setting it forgets what MuJoCo's solver remembers.
+  /// State in our coordinates (model/model.h). Setting it clears the solver's warm start.
   void set_state(const State& state);
   const State& state() const;
 
-  /// One step under `input`: effort limits cut the applied force as they do in ours. If it fails
-  /// the state is left as it was.
+  /// Takes one step under `input`; effort limits clamp the applied force as in our engine. If the
+  /// step fails, the state is unchanged.
   MujocoStep step(const Input& input);
 
-  /// `count` steps without input but for the model's servo targets, with nothing between them: for
-  /// timing. Returns why it did not come to its end, or "".
+  /// Takes `count` steps with the model's servo targets as the only input and nothing between them,
+  /// for timing. Returns the reason of a failure, or "".
   std::string run(long count);
-  /// Of the state that run() left, brought back into ours; step() does it by itself.
+  /// Reads the state after run() into state(); step() does this itself.
   void finish_run();
 
-  /// One step without input that keeps where it started and the acceleration there.
-  /// Returns why it failed, or "".
+  /// Takes one step without input and stores its start and the acceleration there. Returns the
+  /// reason of a failure, or "".
   std::string step_from(MujocoMoment& moment);
-  /// mj_inverse at each of these: for timing. What follows needs set_state.
+  /// Calls mj_inverse for each moment, for timing. Call set_state before any other use.
   void run_inverse(const MujocoMoment* moments, std::size_t count);
-  /// Largest force that the last inverse found to be applied, of the last step_from's moment there
-  /// is none; and the largest force of constraints or bias beside it [N, N m].
+  /// Largest applied force that the last inverse found (none was applied in step_from), and the
+  /// largest constraint or bias force [N, N m].
   struct InverseForces {
     double applied = 0.0, scale = 0.0;
   };
   InverseForces inverse_forces() const;
-  /// Bytes in use: model, data, and as much of the arena as has been used.
+  /// Bytes in use: model, data, and the used part of the arena.
   std::size_t memory() const;
-  /// What MuJoCo's own functions take (mujoco_derivatives.h).
+  /// Arguments for MuJoCo's own functions (mujoco_derivatives.h).
   mjModel_* own_model() const;
   mjData_* own_data() const;
 
-  // Of the last step.
-  /// Forces at the contact points that carry or touch: geometries are those of the scene's model,
-  /// A the lower index, force on B, in W [N].
+  // Results of the last step.
+  /// Forces at all contact points: geometries of the scene's model, A with the lower index, force
+  /// on B in W [N].
   const std::vector<ContactForce>& contacts() const;
-  /// By Model::closures: force on body B, in W [N]. Torques of welds are not given: NaN.
+  /// Forces of Model::closures on body B, in W [N]. Torques of welds are not available: NaN.
   const std::vector<ClosureForce>& closures() const;
 
-  // Of the state as it is now, from MuJoCo's own model.
+  // Quantities of the current state, from MuJoCo's own model.
   std::vector<Pose> poses() const;         ///< X_WB, the world first
   std::vector<Motion> velocities() const;  ///< V_WB at each body's origin, in W
-  double energy() const;                   ///< kinetic and potential [J]; springs included
-  MatrixX mass_matrix() const;             ///< nv x nv, armature included
+  double energy() const;                   ///< kinetic and potential energy, including springs [J]
+  MatrixX mass_matrix() const;             ///< nv x nv, including armature
 
  private:
   struct Impl;

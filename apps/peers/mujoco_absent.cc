@@ -1,4 +1,4 @@
-// Where MuJoCo was not found.
+// Definitions for builds without MuJoCo.
 #include "mujoco.h"
 #include "mujoco_file.h"
 
@@ -17,7 +17,7 @@ Mujoco::Mujoco(const Scene&, MujocoSettings) {
 }
 Mujoco::~Mujoco() = default;
 
-// Nothing gets here: there is no object.
+// These are never called, because no object can be constructed.
 void Mujoco::set_time_step(double) {}
 void Mujoco::set_state(const State&) {}
 const State& Mujoco::state() const { return impl_->state; }

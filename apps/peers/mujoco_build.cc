@@ -28,7 +28,7 @@ void Mujoco::Impl::clear() {
   m = nullptr;
 }
 
-/// Compiles with room for max_contacts.
+/// Compiles the model with room for max_contacts contacts.
 void Mujoco::Impl::build() {
   clear();
   m = compile_with_room();
@@ -40,7 +40,8 @@ void Mujoco::Impl::build() {
   if (!d) throw NotExpressible("MuJoCo has not enough memory for it");
 }
 
-/// MuJoCo tries a step when it compiles, and that may take more stack than was guessed.
+/// Compiles the model. MuJoCo takes a step during compilation, which may need more stack than
+/// estimated; then the estimate is doubled.
 mjModel* Mujoco::Impl::compile_with_room() {
   for (;;) {
     std::string sized = document;
@@ -58,7 +59,7 @@ bool Mujoco::Impl::lacks_stack(const std::string& message) {
   return message.find("tack overflow") != std::string::npos;
 }
 
-/// Room for what a step needs, as MuJoCo's own guess of the stack does not fit large scenes.
+/// Size of arena or stack for a step, because MuJoCo's own estimate is too small for large scenes.
 std::string Mujoco::Impl::size_element() const {
   double rows = 100.0 + 4.0 * max_contacts + 6.0 * static_cast<double>(model.mimics().size());
   for (const Closure& c : model.closures()) rows += c.type == ClosureType::kBall ? 3 : 6;
@@ -94,7 +95,7 @@ void Mujoco::Impl::number_alike() {
   }
 }
 
-/// What MJCF would take from the start: the second anchors, and the lengths of rods.
+/// Sets the second anchors and the lengths of rods, which MJCF would derive from the start pose.
 void Mujoco::Impl::set_closures() {
   closure_of.assign(static_cast<std::size_t>(m->neq), -1);
   for (std::size_t i = 0; on.has(Effect::kClosures) && i < model.closures().size(); ++i) {
@@ -114,7 +115,7 @@ void Mujoco::Impl::set_closures() {
   }
 }
 
-/// Linear drag of a free body about its origin is damping of its joint.
+/// Sets the linear drag of free bodies about their origin, as damping of their joint.
 void Mujoco::Impl::set_drag() {
   if (!on.has(Effect::kDrag)) return;
   for (const BodyDrag& drag : model.drags()) {

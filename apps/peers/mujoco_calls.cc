@@ -14,8 +14,8 @@
 namespace counterpoint::peers {
 namespace {
 
-// MuJoCo reports errors to a function that must not return. It is written in C: nothing is skipped
-// by leaving it with a jump.
+// MuJoCo reports errors to a function that must not return. MuJoCo is written in C, so longjmp
+// skips no destructors.
 thread_local std::jmp_buf* escape = nullptr;
 thread_local char error_message[500];
 
@@ -26,7 +26,7 @@ void on_error(const char* message) {
   std::abort();
 }
 
-/// MuJoCo would write a file.
+/// Does nothing; MuJoCo's default writes a file.
 void on_warning(const char*) {}
 
 }  // namespace

@@ -1,5 +1,4 @@
-// Calls of MuJoCo that need care: it ends the program on errors and writes files on warnings unless
-// told otherwise.
+// Guarded calls of MuJoCo: by default it ends the program on errors and writes files on warnings.
 #pragma once
 
 #include <string>
@@ -9,19 +8,19 @@ struct mjData_;
 
 namespace counterpoint::peers {
 
-/// Errors from here on are those of guarded_step; warnings are read from mjData.
+/// Installs handlers: errors are returned by guarded_step, warnings are read from mjData.
 void keep_quiet();
 
-/// mj_step. Returns the error that MuJoCo reported, or "": the data must not be stepped on after
-/// one.
+/// Calls mj_step. Returns MuJoCo's error message, or ""; after an error the data must not be
+/// stepped again.
 std::string guarded_step(const mjModel_* m, mjData_* d);
-/// The same, `count` times.
+/// Calls mj_step `count` times; otherwise the same.
 std::string guarded_steps(const mjModel_* m, mjData_* d, long count);
 
-/// As MJCF names the integrator that is implicit in velocity and best for accuracy here.
+/// MJCF name of the integrator that is implicit in velocity and most accurate in this version.
 const char* implicit_integrator();
 
-/// Compiles MJCF from memory; the caller deletes the model. @throws NotExpressible.
+/// Compiles MJCF from memory; the caller deletes the model. @throws NotExpressible
 mjModel_* compile(const std::string& document);
 
 }  // namespace counterpoint::peers

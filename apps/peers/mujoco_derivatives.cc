@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kAdvised = 1e-6;  ///< step of the differences in MuJoCo's documentation
 
-/// (4 near - far) / 3: of central differences with one step and with twice that.
+/// Richardson extrapolation (4 near - far) / 3 of central differences with one step and with twice
+/// that.
 void extrapolate(const std::vector<double>& far, std::vector<double>& near) {
   for (std::size_t i = 0; i < near.size(); ++i) near[i] = (4.0 * near[i] - far[i]) / 3.0;
 }
@@ -67,7 +68,7 @@ double MujocoDerivatives::inverse_error(const MujocoMoment& moment) {
   const int nv = m_->nv;
   const auto n = static_cast<std::size_t>(nv);
   std::vector<double> direction(n, 0.0), plus(n);
-  // Blocks by q, v, a; a row a coordinate, as mjd_inverseFD has them.
+  // Blocks with respect to q, v and a; one row per coordinate, as in mjd_inverseFD.
   const auto central = [&](double eps, std::vector<double>& out) {
     out.resize(3 * n * n);
     for (std::size_t b = 0; b < 3; ++b)

@@ -1,5 +1,5 @@
-// MuJoCo's own finite differences of its inverse and of its step, and how far they are from
-// extrapolated ones.
+// MuJoCo's finite differences of its inverse and of its step, and their errors against extrapolated
+// differences.
 #pragma once
 
 #include "mujoco.h"
@@ -8,20 +8,20 @@ namespace counterpoint::peers {
 
 class MujocoDerivatives {
  public:
-  /// mujoco must live as long. @throws NotExpressible where MuJoCo is missing, or is older than 3.
+  /// `mujoco` must outlive it. @throws NotExpressible if MuJoCo is missing or older than 3.
   explicit MujocoDerivatives(Mujoco& mujoco);
 
-  /// mjd_inverseFD, all three matrices, as its documentation advises (eps 1e-6).
+  /// Calls mjd_inverseFD for all three matrices, with eps = 1e-6 as its documentation advises.
   void inverse(const MujocoMoment& moment);
-  /// mjd_transitionFD, the derivative of the state, by differences to one side or central ones.
-  /// Its solver starts at the moment's acceleration.
+  /// Calls mjd_transitionFD for the derivative of the state, with one-sided or central differences.
+  /// Its solver starts from the moment's acceleration.
   void transition(const MujocoMoment& moment, bool centered);
 
-  /// Largest entry by which inverse() is off from central differences of mj_inverse extrapolated
-  /// from two steps, over its matrix's largest.
+  /// Largest error of an entry of inverse() against central differences of mj_inverse extrapolated
+  /// from two steps, relative to the largest entry of its matrix.
   double inverse_error(const MujocoMoment& moment);
-  /// That of transition() off from central differences extrapolated from two steps, with the
-  /// solver's tolerance at 0.
+  /// The same for transition(), against extrapolated central differences with the solver's
+  /// tolerance at 0.
   double transition_error(const MujocoMoment& moment, bool centered);
 
  private:
@@ -31,7 +31,7 @@ class MujocoDerivatives {
 
   mjModel_* m_;
   mjData_* d_;
-  std::vector<double> out_;  ///< the blocks of the last call
+  std::vector<double> out_;  ///< blocks of the last call
 };
 
 }  // namespace counterpoint::peers

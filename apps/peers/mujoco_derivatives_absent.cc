@@ -1,4 +1,4 @@
-// Where MuJoCo was not found: nothing gets here, as there is no Mujoco to begin with.
+// Definitions for builds without MuJoCo; never called, because no Mujoco object exists.
 #include "mujoco_derivatives.h"
 
 namespace counterpoint::peers {

@@ -14,14 +14,15 @@ namespace counterpoint::peers {
 
 namespace {
 
-/// What holds the first two frames [1/m, 1/rad]: far more than any weight of a pose.
+/// Weight that fixes the first two frames [1/m, 1/rad]: far above any weight of a pose.
 constexpr double kHeld = 1e3;
 
 struct ModelDeleter {
   void operator()(mjModel* m) const { mj_deleteModel(m); }
 };
 
-/// Sensors of all coordinates: those that weigh poses, then the same that hold the first frames.
+/// Adds sensors of all coordinates, twice: one group weighs the poses, the other fixes the first
+/// frames.
 std::string with_sensors(std::string document, const Model& model) {
   std::string sensors = "<sensor>";
   for (int group = 0; group < 2; ++group) {
@@ -37,13 +38,14 @@ std::string with_sensors(std::string document, const Model& model) {
 struct MujocoDirect::Impl {
   std::unique_ptr<mjModel, ModelDeleter> model;
   std::unique_ptr<mjpc::Direct> direct;
-  int frames = 0;  ///< of Direct: one before q_0
+  int frames = 0;  ///< frames of Direct: one more, before q_0
 
   void set_targets(const DirectTask& task);
   void set_weights(const DirectTask& task);
 };
 
-/// Frame t of Direct is target t - 1; the first one stands still before it.
+/// Sets the targets. Frame t of Direct is target t - 1; the first frame repeats target 0, so that
+/// the robot is at rest.
 void MujocoDirect::Impl::set_targets(const DirectTask& task) {
   Mujoco coordinates(*task.scene, MujocoSettings::kDefault);
   mjData* data = mj_makeData(model.get());
@@ -63,7 +65,7 @@ void MujocoDirect::Impl::set_targets(const DirectTask& task) {
   mj_deleteData(data);
 }
 
-/// Direct divides weights by what they are summed over; ours are not.
+/// Sets the weights. Direct divides them by the number of summed terms, which is undone here.
 void MujocoDirect::Impl::set_weights(const DirectTask& task) {
   direct->settings.time_scaling_force = direct->settings.time_scaling_sensor = false;
   direct->settings.last_step_position_sensors = true;
@@ -74,7 +76,7 @@ void MujocoDirect::Impl::set_weights(const DirectTask& task) {
         1.0 / (std::pow(task.force_weight[i], 2) * nv * (frames - 2));
   const int group = model->nsensor / 2;
   for (int i = 0; i < model->nsensor; ++i) {
-    const int k = i % group;  // a position, a quaternion (half an angle), joints
+    const int k = i % group;  // k = 0: position, 1: quaternion (half an angle), then joints
     const double pose = k == 0   ? task.pose_weight[0]
                         : k == 1 ? 2.0 * task.pose_weight[3]
                                  : task.pose_weight[k + 4];

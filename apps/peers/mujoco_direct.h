@@ -11,36 +11,36 @@
 
 namespace counterpoint::peers {
 
-/// Least squares over frames q_0 ... q_N, time_step apart, of one robot on a floating base and
-/// joints of one coordinate:
+/// Least-squares problem over frames q_0 ... q_N, time_step apart, for one robot with a floating
+/// base and joints of one coordinate:
 ///
-///   1/2 sum over frames |pose_weight (q_t (-) target_t)|^2 + 1/2 sum over steps |force_weight
-///   u_t|^2
+///   1/2 sum over frames |pose_weight (q_t (-) target_t)|^2
+///   + 1/2 sum over steps |force_weight u_t|^2
 ///
-/// q_0 is held, at rest before.
+/// q_0 is fixed, and the robot is at rest before it.
 struct DirectTask {
   const Scene* scene = nullptr;
-  std::vector<VectorX> targets;  ///< q_0 ... q_N (nq); where the search starts, too
+  std::vector<VectorX> targets;  ///< q_0 ... q_N (nq); also the initial guess
   VectorX pose_weight;           ///< nv [1/m, 1/rad]
   VectorX force_weight;          ///< nv [1/N, 1/(N m)]
 };
 
 class MujocoDirect {
  public:
-  /// MuJoCo with its default contacts. @throws NotExpressible.
+  /// Uses MuJoCo's default contacts. @throws NotExpressible
   explicit MujocoDirect(const DirectTask& task);
   ~MujocoDirect();
   MujocoDirect(const MujocoDirect&) = delete;
   MujocoDirect& operator=(const MujocoDirect&) = delete;
 
-  /// At most so many Gauss-Newton iterations more; returns how many were done.
+  /// Runs at most `most` further Gauss-Newton iterations; returns the number done.
   int iterate(int most);
   double cost() const;
   /// Largest force on the base over all steps [N], and torque [N m].
   double base_force() const;
   double base_torque() const;
-  /// Largest difference of any coordinate [m, rad] between frame t + 1 and where mj_step leads from
-  /// frame t under the force of mj_inverse.
+  /// Largest difference of any coordinate [m, rad] between frame t + 1 and the result of mj_step
+  /// from frame t under the force of mj_inverse.
   double forward_check();
 
  private:

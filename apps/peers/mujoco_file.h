@@ -1,4 +1,4 @@
-// MJCF files as MuJoCo itself plays them: what an exported scene does there.
+// Simulation of MJCF files by MuJoCo itself, to check exported scenes.
 #pragma once
 
 #include <string>

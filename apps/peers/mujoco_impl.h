@@ -1,5 +1,5 @@
-// What a Mujoco holds: the scene as it is in MuJoCo. Compiled in mujoco_build.cc, stepped and read
-// in mujoco.cc.
+// Implementation of Mujoco: the scene as a MuJoCo model. Compiled in mujoco_build.cc, stepped and
+// read in mujoco.cc.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace counterpoint::peers {
 
-/// Into three numbers of MuJoCo's (mjtNum).
+/// Copies a vector into three numbers of MuJoCo (mjtNum).
 template <typename Number>
 void set_numbers(const Vector3& v, Number* out) {
   std::copy(v.data(), v.data() + 3, out);
@@ -26,31 +26,32 @@ struct Mujoco::Impl {
 
   void clear();
 
-  /// Compiles with room for max_contacts.
+  /// Compiles the model with room for max_contacts contacts.
   void build();
 
-  /// MuJoCo tries a step when it compiles, and that may take more stack than was guessed.
+  /// Compiles the model; doubles the stack until MuJoCo's trial step during compilation fits.
   mjModel_* compile_with_room();
   static bool lacks_stack(const std::string& message);
 
-  /// Room for what a step needs, as MuJoCo's own guess of the stack does not fit large scenes.
+  /// Size of arena or stack for a step, because MuJoCo's own estimate is too small for large
+  /// scenes.
   std::string size_element() const;
   void number_alike();
 
-  /// What MJCF would take from the start: the second anchors, and the lengths of rods.
+  /// Sets the second anchors and the lengths of rods, which MJCF would derive from the start pose.
   void set_closures();
 
-  /// Linear drag of a free body about its origin is damping of its joint.
+  /// Sets the linear drag of free bodies about their origin, as damping of their joint.
   void set_drag();
   void set_state(const State& to);
   void read_state();
   void apply(const Input& input);
 
-  /// How often MuJoCo warned of this since the last reset.
+  /// True if MuJoCo gave one of these warnings since the last reset.
   bool warned(std::initializer_list<int> kinds) const;
   std::string try_step(const Input& input);
 
-  /// Did the step lack room that more memory gives? Asks for twice as much then.
+  /// True if the step failed for lack of memory; then the size for the next build is doubled.
   bool needs_room(const std::string& failure);
   MujocoStep step(const Input& input);
   std::string run(long count);
@@ -58,10 +59,11 @@ struct Mujoco::Impl {
   void read_forces();
   void read_closure_forces();
 
-  /// In W, at the start of the step.
+  /// Anchor of a closure in W, at the start of the step.
   Vector3 anchor(int body, const Pose& X_BC) const;
 
-  /// Everything of the state as it is now that does not touch contacts and their forces.
+  /// Computes kinematics, velocities and inertias of the current state, without contacts and their
+  /// forces.
   void look();
 
   Model model;
@@ -77,7 +79,7 @@ struct Mujoco::Impl {
   bool forces_read = true;
   std::vector<ContactForce> contacts;
   std::vector<ClosureForce> closures;
-  std::vector<int> geometry_of, closure_of;  ///< by MuJoCo's index: ours
+  std::vector<int> geometry_of, closure_of;  ///< our index by MuJoCo's index
 };
 
 }  // namespace counterpoint::peers

@@ -7,7 +7,8 @@
 namespace counterpoint::peers {
 namespace {
 
-/// The open module, or null. Its own symbols come first: it has its own Eigen.
+/// The open module, or null. RTLD_DEEPBIND gives priority to its own symbols, because it has its
+/// own Eigen.
 void* module() {
   static void* const handle = dlopen(COUNTERPOINT_PINOCCHIO_MODULE,  // NOLINT
                                      RTLD_NOW | RTLD_LOCAL | RTLD_DEEPBIND);

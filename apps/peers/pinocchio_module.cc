@@ -1,4 +1,4 @@
-// The module behind pinocchio.h: the only place that knows Pinocchio.
+// Module behind pinocchio.h, the only file that includes Pinocchio.
 #include <cstdio>
 #include <pinocchio/algorithm/aba-derivatives.hpp>
 #include <pinocchio/algorithm/aba.hpp>
@@ -103,7 +103,7 @@ class Robot final : public PinocchioRobot {
       case PinocchioAlgorithm::kCrba: {
         data_.M.setZero();
         pin::crba(model_, data_, q_[i], convention_);
-        // The upper triangle is what it fills.
+        // crba fills the upper triangle only.
         Eigen::Map<Eigen::MatrixXd> M(out, model_.nv, model_.nv);
         M = data_.M.selfadjointView<Eigen::Upper>();
         return model_.nv * model_.nv;
@@ -128,7 +128,7 @@ class Robot final : public PinocchioRobot {
     }
   }
 
-  /// Three nv x nv matrices, of the last the upper triangle is what is filled.
+  /// Copies three nv x nv matrices; of the last only the upper triangle is filled by Pinocchio.
   template <class Matrix, class Symmetric>
   int put(const Matrix& q, const Matrix& v, const Symmetric& x, double* out) const {
     const int nv = model_.nv, size = nv * nv;

@@ -1,15 +1,14 @@
-// The Python module `counterpoint`: who binds what. One file for each folder of the C++ library.
+// The Python module `counterpoint`: its binding functions and the classes and functions they bind.
 //
-// Rules of all of them:
-//   * names and semantics are those of C++; getters are properties, enumerations the words of scene
-//     files; frames and units are said in the docstrings.
-//   * an array that shows memory of C++ keeps its owner alive, and is writable only where C++ would
-//   let
-//     one write. No memory that an array may show is ever resized.
-//   * whatever computes releases the GIL. What it reads of Python objects is copied before, so that
-//     another thread can do what it wants with them; what cannot be shared (Simulator, Workspace)
-//     is guarded by a Guard.
-//   * types are in the stubs (counterpoint/*.pyi), docstrings say the rest in NumPy's style.
+// Rules for all bindings:
+// * Names and semantics are those of C++. Getters become properties, enumerations the words of
+//   scene files; docstrings state frames and units.
+// * An array that shows memory of C++ keeps its owner alive, and is writable only where C++ permits
+//   writing. Memory that an array may show is never resized.
+// * Functions that compute release the GIL. They first copy the data they read from Python objects,
+//   so that other threads may change these. A Guard protects objects that cannot be shared
+//   (Simulator, Workspace).
+// * Types are in the stubs (counterpoint/*.pyi); docstrings follow NumPy's style.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -32,10 +31,10 @@ void bind_step(py::module_& m);       ///< Workspace, step_forward, step_inverse
 void bind_simulator(py::module_& m);  ///< Simulator
 void bind_batch(py::module_& m);      ///< Batch, Rollout, rollout
 void bind_frames(py::module_& m);     ///< FrameMotion
-void bind_derivatives(py::module_& m);           ///< of steps
+void bind_derivatives(py::module_& m);           ///< derivatives of steps
 void bind_parameters(py::module_& m);            ///< StepParameter, ParameterDerivator
 void bind_dynamics(py::module_& m);              ///< Data, rnea, aba, crba, energies
-void bind_dynamics_derivatives(py::module_& m);  ///< of rnea and aba, inertia_regressor
+void bind_dynamics_derivatives(py::module_& m);  ///< derivatives of rnea and aba, inertia_regressor
 void bind_collision(py::module_& m);             ///< counterpoint.collision
 void bind_contact(py::module_& m);               ///< counterpoint.contact
 void bind_trajectory(py::module_& m);            ///< Trajectory, TrajectoryWriter, state files

@@ -1,4 +1,4 @@
-// counterpoint._core: what the Python package `counterpoint` re-exports.
+// counterpoint._core: the compiled module that the Python package `counterpoint` re-exports.
 #include "bindings.h"
 
 PYBIND11_MODULE(_core, m) {
@@ -7,7 +7,7 @@ PYBIND11_MODULE(_core, m) {
   options.disable_function_signatures();  // the stubs have them
   m.doc() = "Rigid-body physics with convex, smooth, invertible contact.";
   m.attr("__version__") = COUNTERPOINT_VERSION;
-  // A default argument is made when its function is bound: its type comes before.
+  // A default argument is converted when its function is bound, so its type must be bound before.
   bind_exceptions(m);
   bind_pose(m);
   bind_shapes(m);

@@ -1,4 +1,4 @@
-// The library of estimation under the names that apps use.
+// Makes the names of the estimation library available in counterpoint::apps.
 #pragma once
 
 #include "counterpoint/engine/estimate/estimate.h"

@@ -13,12 +13,12 @@
 namespace counterpoint::apps {
 namespace {
 
-/// 95 % of a normal distribution lie within so many standard deviations.
+/// Half width of the 95 % interval of a normal distribution [standard deviations].
 constexpr double kInterval95 = 1.959964;
-/// One shape of the world that carries more than this share of all is named.
+/// Share of the carried weight above which a single shape of the world is named as the support.
 constexpr double kAlone = 0.99;
 
-/// Weight of all that moves [N]; without gravity under standard gravity, as a measure of forces.
+/// Weight of all moving bodies [N]; uses standard gravity if the scene has none.
 double moving_weight(const Model& model) {
   const double g = model.gravity().norm();
   double mass = 0.0;
@@ -26,7 +26,7 @@ double moving_weight(const Model& model) {
   return mass * (g > 0.0 ? g : kStandardGravity);
 }
 
-/// Collects the differences of one force.
+/// Accumulates the differences between an estimated and a recorded force.
 class Agreement {
  public:
   Agreement(std::string name, std::string unit) {
@@ -56,8 +56,8 @@ class Agreement {
   int inside_ = 0;
 };
 
-/// The mean of a recorded force about a time with the weights of a triangle over `h` [s] on either
-/// side, as forces of a row are; recorded values count as joined by straight lines.
+/// Mean of a recorded force about the time t, weighted by a triangle that reaches h [s] to either
+/// side. Estimated forces of a row are such means. Recorded values are interpolated linearly.
 double mean_about(const Recording& recording, Eigen::Index row, double t, double h) {
   const auto at = [&](double time) {
     return recorded_at(recording, recording.contact_force, row, time);
@@ -65,7 +65,7 @@ double mean_about(const Recording& recording, Eigen::Index row, double t, double
   return (at(t - h) + 4.0 * at(t) + at(t + h)) / 6.0;
 }
 
-/// Agreements of recorded contact forces, component by component. They are the first of the sums.
+/// Agreement of the recorded contact forces by component. They are the first entries of the sums.
 std::vector<ForceAgreement> contact_agreements(const ColumnMap& map, const Recording& recording,
                                                const MotionEstimate& estimate) {
   std::vector<ForceAgreement> out;
@@ -87,7 +87,7 @@ std::vector<ForceAgreement> contact_agreements(const ColumnMap& map, const Recor
   return out;
 }
 
-/// Agreements of applied forces that the estimate was not told to use.
+/// Agreement of the recorded applied forces that the estimate does not use.
 std::vector<ForceAgreement> applied_agreements(const Model& model, const ColumnMap& map,
                                                const Recording& recording,
                                                const MotionEstimate& estimate) {
@@ -112,7 +112,8 @@ std::vector<ForceAgreement> applied_agreements(const Model& model, const ColumnM
   return out;
 }
 
-/// A body's name as a carrier: the recorded contact force that it is part of, else its link.
+/// Name of the carrier that a body belongs to: the recorded contact force it is part of, else its
+/// link.
 std::string carrier_name(const Model& model, const ColumnMap& map, int body) {
   for (const ColumnMap::ContactForce& force : map.contact_forces)
     if (std::find(force.bodies.begin(), force.bodies.end(), body) != force.bodies.end())
@@ -120,7 +121,8 @@ std::string carrier_name(const Model& model, const ColumnMap& map, int body) {
   return model.joint(body - 1).link;
 }
 
-/// Who carries the weight: forces of the world's shapes against gravity, means over the rows.
+/// Computes the carriers: contact forces of the world's shapes along -gravity, averaged over the
+/// rows.
 void set_carriers(const Model& model, const ColumnMap& map, const MotionEstimate& estimate,
                   ExplainedFigures& out) {
   const Vector3 up = model.gravity().norm() > 0.0 ? Vector3(-model.gravity().normalized())
@@ -169,7 +171,8 @@ void set_unexplained(const Model& model, const MotionEstimate& estimate, Explain
   }
 }
 
-/// The row that measurements and motion disagree about most, and the coordinate behind it.
+/// Finds the row with the largest cost ratio, and the coordinate with the largest residual in it,
+/// in standard deviations; or the sensor, if its rms residual is larger.
 void set_worst_cost(const Model& model, const MotionEstimate& estimate, ExplainedFigures& out) {
   if (estimate.cost_ratio.size() == 0) return;
   Eigen::Index row = 0;

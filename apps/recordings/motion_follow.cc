@@ -20,10 +20,10 @@ namespace {
 using estimation::MotionEstimate;
 using estimation::Recording;
 
-/// How often a file that grows is looked at.
+/// Interval between two attempts to read more of a growing file.
 constexpr std::chrono::milliseconds kLook(5);
 
-/// A file of its own in the system's folder for such, removed at the end.
+/// A temporary file of this process, removed at the end.
 class Scratch {
  public:
   Scratch()
@@ -52,7 +52,7 @@ class Scratch {
   std::string file_;
 };
 
-/// Whole lines of an input that may not be finished.
+/// Reads whole lines from an input that may still grow.
 class LineSource {
  public:
   LineSource(const std::string& file, double idle) : file_(file), idle_(idle) {
@@ -61,7 +61,7 @@ class LineSource {
     if (!in_) throw InputError(file + ": cannot be read");
   }
 
-  /// False at the end of the input, or after Ctrl-C.
+  /// Reads the next line; returns false at the end of the input or after Ctrl-C.
   bool next(std::string& line) {
     line.clear();
     if (file_ == "-") return !Interrupt::wanted() && std::getline(std::cin, line).good();
@@ -85,7 +85,7 @@ class LineSource {
   std::ifstream in_;
 };
 
-/// A table that is written as rows come: a table of the new rows alone, without its header.
+/// A CSV table that grows: each append() takes a table of the new rows and drops its header.
 class GrowingTable {
  public:
   explicit GrowingTable(const std::string& file) : file_(file) {
@@ -95,7 +95,7 @@ class GrowingTable {
   }
   bool wanted() const { return !file_.empty(); }
 
-  /// The lines of `rows` but for the last `held`.
+  /// Appends the lines of `rows` except the last `held`.
   void append(const Scratch& rows, std::size_t held) {
     const std::vector<std::string> lines = rows.lines();
     for (std::size_t i = begun_ ? 1 : 0; i + held < lines.size(); ++i) out_ << lines[i] << '\n';
@@ -109,7 +109,7 @@ class GrowingTable {
   bool begun_ = false;
 };
 
-/// Row `row` and those behind it.
+/// Returns the rows from `row` on.
 MotionEstimate from_row(const MotionEstimate& all, std::size_t row) {
   MotionEstimate out;
   const auto first = static_cast<Eigen::Index>(row), count = all.q.cols() - first;
@@ -136,7 +136,7 @@ MotionEstimate joined(const MotionEstimate& a, const MotionEstimate& b) {
   return out;
 }
 
-/// The three tables of one run.
+/// The three output tables of a run.
 class Tables {
  public:
   Tables(const FollowedFiles& files, const Scene& scene, const estimation::ColumnMap& map)
@@ -169,7 +169,7 @@ class Tables {
   }
 
  private:
-  /// The last row waits for the next, which its time step leads to.
+  /// Writes the motion. The last row waits for the next one, which determines its time step.
   void write_motion(const MotionEstimate& rows, bool last) {
     waiting_ = rows.time.empty() ? waiting_ : joined(waiting_, rows);
     if (waiting_.time.empty() || (!last && waiting_.time.size() < 3)) return;
@@ -185,7 +185,8 @@ class Tables {
   MotionEstimate waiting_;
 };
 
-/// Rows of the recording through the column map; two lines at a time, for a recording has two rows.
+/// Reads rows through the column map. Each row is parsed together with the one before it, since a
+/// recording must have two rows.
 class RowReader {
  public:
   RowReader(const FollowedFiles& files, const Scene& scene, const estimation::ColumnMap& map)
@@ -193,13 +194,13 @@ class RowReader {
         scene_(scene),
         map_(map),
         source_(files.recording, files.idle) {
-    if (!map.table.names.empty()) return;  // the columns of the file have no header
+    if (!map.table.names.empty()) return;  // the map names the columns: there is no header
     if (!source_.next(header_)) throw InputError(name_ + ": a header line is expected");
     header_ += '\n';
     ++line_;
   }
 
-  /// The next row, or false at the end.
+  /// Reads the next row; returns false at the end.
   bool next(double& time, VectorX& q, VectorX& force) {
     if (second_) {
       second_ = false;
@@ -249,7 +250,7 @@ class RowReader {
   LineSource source_;
   Scratch scratch_;
   std::string header_, before_, current_;
-  bool second_ = false;  ///< the second row was read with the first
+  bool second_ = false;  ///< the second row was parsed with the first and comes next
   long line_ = 0, rows_ = 0;
 };
 
@@ -285,7 +286,7 @@ FollowedFigures follow_motion(const FollowedFiles& files, const Scene& scene,
   };
   while (reader.next(time, q, force)) push();
   figures.stopped = Interrupt::wanted();
-  Interrupt::end();  // the rows that are left take their time
+  Interrupt::end();  // computing the last rows takes time: let signals end the program again
   take(follower.finish(), true);
   figures.errors = follower.errors();
   if (inner > 0) figures.unexplained_mean /= static_cast<double>(inner);

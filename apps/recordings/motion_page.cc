@@ -18,7 +18,7 @@ namespace {
 
 /// Half the height of bands [standard deviations].
 constexpr double kBand = 2.0;
-/// Numbers of links and of joints that have charts.
+/// Limits on the numbers of links and joints with charts.
 constexpr std::size_t kLinksShown = 12, kJointsShown = 40;
 
 Curve estimated_curve(const std::string& name, const MotionEstimate& estimate,
@@ -49,7 +49,7 @@ Curve row_curve(const std::vector<double>& time, const VectorX& values, double s
   return curve;
 }
 
-/// Vertical and horizontal force of one sum.
+/// Adds charts of the vertical and horizontal force of one sum.
 void add_sum_charts(const ExplainedMotions& motions, std::size_t index, std::size_t sum,
                     const std::string& name, std::vector<Chart>& charts) {
   const MotionEstimate& estimate = motions.estimates[index];
@@ -75,7 +75,7 @@ void add_sum_charts(const ExplainedMotions& motions, std::size_t index, std::siz
   charts.push_back(std::move(horizontal));
 }
 
-/// Sums that are shown: all recorded ones, and of links those with the largest forces.
+/// Selects the sums to show: all recorded ones, then the links with the largest forces.
 std::vector<std::size_t> shown_sums(const ColumnMap& map, const MotionEstimate& estimate) {
   std::vector<std::size_t> order(estimate.sums.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -114,10 +114,10 @@ void add_joint_charts(const ExplainedMotions& motions, std::size_t index,
   }
 }
 
-/// Rows that a replay shows: at most kDefaultRate a second, and the last one.
+/// Selects the rows for a replay: at most kDefaultRate per second, and the last one.
 std::vector<std::size_t> played_rows(const std::vector<double>& time) {
   std::vector<std::size_t> out;
-  double next = 0.0;  // frame, counted at that rate
+  double next = 0.0;  // index of the next frame at that rate
   for (std::size_t k = 0; k < time.size(); ++k) {
     const double frame = (time[k] - time[0]) * view::kDefaultRate + 1e-6;
     if (frame < next && k + 1 < time.size()) continue;
@@ -127,7 +127,7 @@ std::vector<std::size_t> played_rows(const std::vector<double>& time) {
   return out;
 }
 
-/// The motion with its contact forces.
+/// The estimated motion with its contact forces.
 view::Clip estimated_clip(const MotionEstimate& estimate) {
   view::Clip clip;
   clip.name = "estimated";
@@ -157,7 +157,7 @@ view::Clip recorded_clip(const MotionEstimate& estimate) {
   return clip;
 }
 
-/// Agreement with recorded forces, as a table.
+/// Table of the agreement with recorded forces.
 PageTable agreement_table(const ExplainedFigures& figures) {
   PageTable table{{"recorded force", "rms of the difference", "unit", "of the weight [%]",
                    "rows within the 95 % interval [%]"},
@@ -185,7 +185,7 @@ PageTable summary_table(const ExplainedMotions& motions) {
   return table;
 }
 
-/// The part of the page about one recording.
+/// Adds the part of the page about one recording.
 void add_recording(const ExplainedMotions& motions, std::size_t index,
                    const ExplainedFigures& figures, const std::vector<Chart>& charts,
                    HtmlPage& page) {

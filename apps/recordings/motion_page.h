@@ -1,4 +1,4 @@
-// Estimated motions as pages: --report DIR of `explain`.
+// Estimated motions as HTML pages: --report DIR of `explain`.
 #pragma once
 
 #include <filesystem>
@@ -12,19 +12,19 @@
 
 namespace counterpoint::apps {
 
-/// Files that a page was made from.
+/// Files from which a page was made.
 struct MotionOrigin {
   std::string scene_file, map;
-  std::map<std::string, std::filesystem::path> packages = {};  ///< as SceneOverrides has them
+  std::map<std::string, std::filesystem::path> packages = {};  ///< see SceneOverrides
 };
 
-/// Contact forces over those recorded, forces of joints, what is not explained, cost of each row;
-/// bands are two standard deviations to either side.
+/// Charts of contact forces over recorded ones, joint forces, unexplained force, and cost by row;
+/// bands reach two standard deviations to either side.
 std::vector<Chart> explained_charts(const ExplainedMotions& motions, std::size_t index,
                                     const ExplainedFigures& figures);
 
-/// Writes DIR/index.html, its charts as SVG files, and a replay of each recording where this build
-/// can make one. @throws InputError where the folder cannot be written.
+/// Writes DIR/index.html, its charts as SVG files, and a replay of each recording if this build can
+/// make pages. @throws InputError if the folder cannot be written.
 void write_motion_page(const std::filesystem::path& folder, const MotionOrigin& origin,
                        const ExplainedMotions& motions,
                        const std::vector<ExplainedFigures>& figures);

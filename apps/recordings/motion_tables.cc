@@ -14,7 +14,7 @@
 namespace counterpoint::apps {
 namespace {
 
-/// Pairs that push less are left out [weights of the scene].
+/// Pairs with a smaller force are left out [weights of the scene].
 constexpr double kLeastForce = 1e-6;
 
 constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
@@ -28,7 +28,7 @@ void write_vector(const Vector& values, TableWriter& table) {
   for (const double value : values) write_number(value, table);
 }
 
-/// The column that names the recording, where there are several.
+/// Columns `recording` (if there are several) and `time`.
 std::vector<Column> first_columns(const std::vector<MotionEstimate>& estimates) {
   std::vector<Column> columns;
   if (estimates.size() > 1) {
@@ -46,7 +46,8 @@ void begin_row(const ExplainedMotions& motions, std::size_t index, std::size_t r
   table.number(motions.estimates[index].time[row]);
 }
 
-/// Rows from the first on whose configuration was found, as many as have forces but for the last.
+/// Number of leading rows whose configuration and velocity were found, up to and including the
+/// first inner row without forces.
 std::size_t found_rows(const MotionEstimate& estimate) {
   std::size_t rows = 0;
   while (rows < estimate.time.size()) {
@@ -59,7 +60,7 @@ std::size_t found_rows(const MotionEstimate& estimate) {
   return rows;
 }
 
-/// Sums of all recordings: the recorded ones first, then every link that any of them tells.
+/// Names of the sums of all recordings: the recorded ones first, then every link in any estimate.
 std::vector<std::string> all_sums(const ExplainedMotions& motions) {
   std::vector<std::string> out;
   for (const MotionEstimate& estimate : motions.estimates)
@@ -68,7 +69,7 @@ std::vector<std::string> all_sums(const ExplainedMotions& motions) {
   return out;
 }
 
-/// Is this component of sum k recorded?
+/// True if this component of the sum is recorded.
 bool is_measured(const ColumnMap& map, std::size_t sum, std::size_t axis) {
   return sum < map.contact_forces.size() &&
          !map.contact_forces[sum].components[axis].column.empty();
@@ -93,9 +94,9 @@ std::vector<Column> force_columns(const ExplainedMotions& motions,
   return columns;
 }
 
-/// The cells of one sum, empty where this recording does not tell it.
+/// Writes the cells of one sum; they are empty if this recording lacks it (`own` < 0).
 void write_sum(const ExplainedMotions& motions, std::size_t index, std::size_t row, std::size_t sum,
-               int own, TableWriter& table) {  // Parameters: which cell of which table
+               int own, TableWriter& table) {  // Parameters: the cell and its table
   const MotionEstimate& estimate = motions.estimates[index];
   const auto column = static_cast<Eigen::Index>(row);
   for (const MatrixX* values : {&estimate.sum_force, &estimate.sum_deviation, &estimate.sum_centre})
@@ -183,7 +184,7 @@ void write_force_table(const std::string& file, const ExplainedMotions& motions)
   for (std::size_t i = 0; i < motions.estimates.size(); ++i) {
     const MotionEstimate& estimate = motions.estimates[i];
     const std::vector<std::string> own = sum_names(motions.map, estimate.sums);
-    std::vector<int> place;  // of each sum among those of this recording, or -1
+    std::vector<int> place;  // index of each sum within this recording, or -1
     for (const std::string& name : sums) {
       const auto found = std::find(own.begin(), own.end(), name);
       place.push_back(found == own.end() ? -1 : static_cast<int>(found - own.begin()));

@@ -9,25 +9,27 @@
 namespace counterpoint::apps {
 namespace {
 
-/// White errors leave no more than this (MotionEstimate::mean_cost_ratio), and a scene that is
-/// right leaves no more unexplained than that [weights].
+/// Limits for trust: with white errors MotionEstimate::mean_cost_ratio stays below kMostCost, and a
+/// correct scene leaves less than kMostUnexplained unexplained [weights].
 constexpr double kMostCost = 4.0, kMostUnexplained = 0.1;
-/// Numbers of outliers, carriers, parameters, sensors, coloured residuals that are told one by one.
+/// Limits on the numbers of outliers, carriers, parameters, sensors and coloured residuals that are
+/// listed.
 constexpr std::size_t kOutliersTold = 5, kCarriersTold = 4, kParametersTold = 4, kSensorsTold = 4,
                       kColouredTold = 4;
-/// Residuals are not white above this autocorrelation, or above this over the root of the rows.
+/// Residuals count as coloured above this autocorrelation, or above kMostByChance over the square
+/// root of the number of rows, if that is larger.
 constexpr double kMostCorrelation = 0.3, kMostByChance = 4.0;
-/// A carrier of less than this is not told [weights].
+/// Carriers below this share are not listed [weights].
 constexpr double kLeastShare = 5e-3;
 
 std::string percent(double share) { return fmt::format("{:.2g} %", 100.0 * share); }
 
-/// Whole percents from 1 on.
+/// Formats a share as a percentage, from 9.5 % on as a whole number.
 std::string rounded_percent(double share) {
   return std::abs(share) < 0.095 ? percent(share) : fmt::format("{:.0f} %", 100.0 * share);
 }
 
-/// Outliers, those farthest off first.
+/// The largest outliers, worst first.
 std::vector<Outlier> worst_outliers(const MotionEstimate& estimate) {
   std::vector<Outlier> worst = estimate.outliers;
   std::stable_sort(worst.begin(), worst.end(),
@@ -80,7 +82,7 @@ std::string parameter_lines(const MotionEstimate& estimate) {
   return out;
 }
 
-/// Sensors whose readings are farthest from the motion in units of their deviations.
+/// Lists the sensors with the largest rms residuals in units of their standard deviations.
 std::string sensor_lines(const MotionEstimate& estimate) {
   std::vector<SensorFigures> worst = estimate.sensors;
   const auto ratio = [](const SensorFigures& s) { return s.rms / s.deviation; };
@@ -138,7 +140,7 @@ std::vector<Eigen::Index> coloured(const MotionEstimate& estimate) {
   return out;
 }
 
-/// Empty where residuals say nothing.
+/// Line about the whiteness of the residuals; empty if no autocorrelation is known.
 std::string whiteness_line(const Model& model, const MotionEstimate& estimate) {
   const VectorX& correlation = estimate.residual_correlation;
   if (!(correlation.array() == correlation.array()).any()) return {};  // all are NaN
@@ -254,7 +256,7 @@ std::string weight_in_words(const MotionEstimate& estimate, const ExplainedFigur
 }
 
 std::string motion_complaint(const MotionEstimate& estimate, const ExplainedFigures& figures) {
-  if (estimate.stopped) return {};  // this is not the motion that would have been found
+  if (estimate.stopped) return {};  // the search was stopped, so this is not its final motion
   if (estimate.errors == RecordingErrors::kWhite && estimate.mean_cost_ratio > kMostCost)
     return fmt::format(
         "the motion found is farther from the recording than its errors allow ({:.3g} times their "

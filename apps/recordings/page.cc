@@ -21,7 +21,7 @@ double quantile(std::vector<double> values, double share) {
   return values[std::lround(share * static_cast<double>(values.size() - 1))];
 }
 
-/// A quantile over the recordings row by row, as far as half of them go.
+/// Quantile over the recordings row by row, as long as at least half of them have the row.
 Curve over_recordings(const std::string& name, const std::vector<Series>& all, double share) {
   Curve curve{.name = name, .x = {}, .y = {}};
   for (size_t row = 0;; ++row) {
@@ -74,7 +74,7 @@ std::vector<Chart> error_charts(const std::vector<NamedPredictions>& sets, Compa
 
 namespace {
 
-/// The unit of a position, after the name that a trajectory gives it.
+/// Unit of a position, by its name or its joint type.
 std::string unit_of(const Model& model, const ColumnMap::Entry& entry) {
   const auto ends = [&](const char* end) { return entry.name.ends_with(end); };
   if (ends(".x") || ends(".y") || ends(".z")) return "m";

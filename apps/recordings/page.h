@@ -1,4 +1,4 @@
-// Results of compare and identify, as a folder with one HTML page and its pictures: --report DIR.
+// Results of compare and identify as a folder with an HTML page and its pictures: --report DIR.
 #pragma once
 
 #include <filesystem>
@@ -12,31 +12,31 @@
 
 namespace counterpoint::apps {
 
-/// Some predictions under one name: a scene as it is, or as found.
+/// Predictions of one scene, under a name.
 struct NamedPredictions {
   std::string name;
   const std::vector<Prediction>* predictions;
 };
 
-/// Error against time from the start of each recording: the median over recordings, of a single set
-/// the quartiles beside it. Position and rotation, or joints.
+/// Charts of error over time since the start of each recording: the median over the recordings, and
+/// for a single set also the quartiles. Errors are those of position and rotation, or of joints.
 std::vector<Chart> error_charts(const std::vector<NamedPredictions>& sets, Compared by);
 
-/// Recorded and simulated over each other, a chart for each position that the map names.
+/// Charts of recorded and simulated values, one for each position that the column map names.
 std::vector<Chart> coordinate_charts(const Model& model, const Recording& recording,
                                      const Prediction& prediction, const ColumnMap& map);
 
-/// A row a recording.
+/// Table with a row per recording.
 PageTable prediction_table(const std::vector<Prediction>& predictions, Compared by);
-/// The figures of coordinates as reports have them, and as a table.
+/// The results by coordinate, as entries of reports and as a table.
 Json coordinate_list(const std::vector<CoordinateFigures>& figures);
 PageTable coordinate_table(const std::vector<CoordinateFigures>& figures);
 PageTable explanation_table(const std::vector<ExplainedRecording>& recordings);
-/// Unexplained force against time, median and quartiles over recordings.
+/// Chart of unexplained force over time: median and quartiles over the recordings.
 Chart unexplained_chart(const std::vector<ExplainedRecording>& recordings);
 
-/// Writes DIR/index.html, and each chart as DIR/NAME0.svg, ... beside it. @throws InputError where
-/// the folder cannot be written.
+/// Writes DIR/index.html and the charts beside it as DIR/chart0.svg, ... @throws InputError if the
+/// folder cannot be written.
 void write_page(const std::filesystem::path& folder, const HtmlPage& page,
                 const std::vector<Chart>& charts);
 

@@ -1,4 +1,4 @@
-// A table of recorded beside predicted positions.
+// Table of recorded and predicted positions.
 #pragma once
 
 #include <memory>
@@ -9,11 +9,11 @@
 
 namespace counterpoint::apps {
 
-/// One row a recorded row: the deviation, then recorded and simulated values of the mapped
-/// positions. Of impacts one row a recording: velocities after it.
+/// One row per recorded row: the deviation, then simulated and recorded values of the mapped
+/// positions. For impacts, one row per recording with the velocities after it.
 class PredictionRows {
  public:
-  /// The map is kept. An empty file: nothing is written.
+  /// Keeps a reference to `map`. Writes nothing if `file` is empty.
   PredictionRows(const std::string& file, const ColumnMap& map);
 
   void write(const Recording& recording, const Prediction& prediction);

@@ -12,7 +12,7 @@
 namespace counterpoint::apps {
 namespace {
 
-/// The rows of a recording that were predicted, as predicted or as recorded.
+/// The predicted or recorded motion over the rows that were predicted.
 view::Clip clip_of(const Recording& recording, const Prediction& prediction, bool recorded,
                    double rate) {
   view::Clip clip;
@@ -20,7 +20,7 @@ view::Clip clip_of(const Recording& recording, const Prediction& prediction, boo
   clip.rows = recording.num_rows();
   const double start = recording.time[0];
   const double end = prediction.time.empty() ? start : prediction.time.back();
-  double next = 0.0;  // frame, counted at `rate`
+  double next = 0.0;  // index of the next frame at `rate`
   for (int row = 0; row < recording.num_rows() && recording.time[row] <= end; ++row) {
     const double frame = (recording.time[row] - start) * rate + 1e-6;
     if (rate > 0.0 && frame < next && recording.time[row] < end) continue;

@@ -1,4 +1,4 @@
-// Recordings beside their predictions, as replays: the prediction plays, the recording is its
+// Replays that show recordings beside their predictions: the prediction plays, the recording is its
 // ghost.
 #pragma once
 
@@ -11,22 +11,22 @@
 
 namespace counterpoint::apps {
 
-/// References are kept: all must live as long as this.
+/// Keeps references: all arguments must outlive the object.
 class Replays {
  public:
   Replays(const Scene& scene, const std::string& scene_file, const std::string& map,
           const std::vector<Recording>& recordings, const std::vector<Prediction>& predictions,
           Compared by);
 
-  /// The page of the recording with the largest mean error. @throws InputError for impacts, which
-  /// take no time.
+  /// Writes the page of the recording with the largest mean error. @throws InputError for impacts,
+  /// which have no duration.
   void write_worst(const std::filesystem::path& file, double rate) const;
-  /// Numbers of the recordings by falling mean error.
+  /// Indices of the recordings by decreasing mean error.
   const std::vector<size_t>& worst_first() const { return worst_first_; }
-  /// Impacts take no time, and some builds make no pages: then there is nothing to write.
+  /// False for impacts, which have no duration, and for builds without pages.
   bool can_write() const;
 
-  /// The page of one. @throws InputError as replay_page.
+  /// Writes the page of one recording. @throws InputError as replay_page.
   void write(size_t recording, const std::filesystem::path& file, double rate) const;
 
  private:

@@ -12,12 +12,12 @@ namespace {
 
 constexpr double kWidth = 720, kHeight = 360;
 constexpr double kLeft = 84, kRight = 16, kTop = 34, kBottom = 46;
-constexpr double kSmallest = 1e-18;  // on logarithmic axes
+constexpr double kSmallest = 1e-18;  // lower limit on logarithmic axes
 constexpr double kLegendWidth = 250, kLegendLine = 16;
 constexpr std::array<const char*, 10> kColors = {"#1f5fa8", "#c0562a", "#3d8a4d", "#7d4aa0",
                                                  "#8a7a2a", "#3a8f94", "#b03a70", "#555555",
                                                  "#6b8fd6", "#a06a3a"};
-/// Once the colours are used up they come again, dashed.
+/// Dash patterns: curves beyond the number of colours reuse the colours, dashed.
 constexpr std::array<const char*, 3> kDashes = {"", " stroke-dasharray='7 3'",
                                                 " stroke-dasharray='2 3'"};
 
@@ -30,7 +30,7 @@ Look look(std::size_t curve) {
   return {kColors[curve % kColors.size()], kDashes[curve / kColors.size() % kDashes.size()]};
 }
 
-/// One axis: data to pixels, and where its ticks are.
+/// One axis: maps data to pixels and places the ticks.
 class Axis {
  public:
   Axis(bool logarithmic, double pixel_low, double pixel_high)
@@ -76,11 +76,12 @@ class Axis {
     const double lead = raw / power;
     const double step = power * (lead <= 1.0 ? 1.0 : lead <= 2.0 ? 2.0 : lead <= 5.0 ? 5.0 : 10.0);
     for (double k = std::ceil(low_ / step); k * step <= high_; ++k)
-      out.push_back(k * step + 0.0);  // no -0
+      out.push_back(k * step + 0.0);  // turns -0 into 0
     return out;
   }
 
-  /// For the script: the ends, of logarithms where it is logarithmic.
+  /// Range for the script: both ends (their decimal logarithms on a logarithmic axis), then 1 if
+  /// logarithmic.
   std::string words() const { return fmt::format("{:.12g} {:.12g} {}", low_, high_, log_ ? 1 : 0); }
 
  private:
@@ -93,7 +94,7 @@ class Axis {
   double high_ = -std::numeric_limits<double>::infinity();
 };
 
-/// The number of neighbouring points of a long curve that are drawn as two, its range there.
+/// Number of neighbouring points of a long curve that are drawn as two, their minimum and maximum.
 std::size_t points_drawn_as_two(const Curve& curve) {
   constexpr std::size_t kParts = 300;
   const std::size_t n = std::min(curve.x.size(), curve.y.size());
@@ -164,7 +165,7 @@ void draw_marks(const Curve& curve, const char* color, const Axis& x, const Axis
   }
 }
 
-/// The upper edge of the band from left to right, then the lower one back.
+/// Draws the band as a polygon: the upper edge from left to right, then the lower edge back.
 void draw_band(const Curve& curve, const char* color, const Axis& x, const Axis& y,
                std::string& out) {
   const std::size_t n = std::min({curve.x.size(), curve.y.size(), curve.band.size()});

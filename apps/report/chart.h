@@ -1,5 +1,5 @@
-// Curves with their bounds, as an SVG picture that needs no library to draw and none to read. In a
-// page (html_page.h) a script makes it answer to a pointer (chart_script.h).
+// Charts of curves and bounds as SVG pictures, drawn without a library and readable anywhere. In a
+// page (html_page.h) a script adds zooming and reading of values (chart_script.h).
 #pragma once
 
 #include <filesystem>
@@ -9,13 +9,13 @@
 namespace counterpoint::apps {
 
 struct Curve {
-  std::string name;  ///< in the legend, if there are several curves
+  std::string name;  ///< shown in the legend if there are several curves
   std::vector<double> x, y;
-  bool marks = false;  ///< a dot at every point; then all are drawn
+  bool marks = false;  ///< draws a dot at every point, without thinning
   bool line = true;
-  /// What a reader who points at a dot is told, by point; or empty.
+  /// Text shown when the reader points at a dot, by point; may be empty.
   std::vector<std::string> remarks = {};
-  /// Half the height of a band around the curve, by point; or empty.
+  /// Half the height of a band around the curve, by point; may be empty.
   std::vector<double> band = {};
   void add(double at, double value) {
     x.push_back(at);
@@ -34,19 +34,19 @@ struct Chart {
   std::string x_label = "t [s]";
   std::string y_label;
   bool log_x = false;
-  bool log_y = false;          ///< of |y|; what is below 1e-18 is drawn there
-  bool legend_beside = false;  ///< to the right of the plot, not in it
+  bool log_y = false;          ///< logarithm of |y|, with |y| below 1e-18 drawn at 1e-18
+  bool legend_beside = false;  ///< legend to the right of the plot instead of inside it
   std::vector<Curve> curves;
   std::vector<Level> levels;
   bool empty() const;
 };
 
-/// `text` as it may stand in HTML, SVG and XML, in attributes too.
+/// Escapes text for HTML, SVG and XML, attributes included.
 std::string escape_markup(const std::string& text);
 
-/// The picture, 720 x 360, wider by the legend where that stands beside. Values that are not finite
-/// are left out; of many points of a curve without marks the lowest and the highest in each of 300
-/// parts of the axis are drawn, of its band the widest extent there.
+/// Returns the picture, 720 x 360, wider by the legend if that stands beside the plot. Points that
+/// are not finite are left out. A long curve without marks is thinned: in each of 300 parts of the
+/// x axis only its lowest and highest points are drawn, and for its band the widest extent.
 std::string svg(const Chart& chart);
 
 }  // namespace counterpoint::apps

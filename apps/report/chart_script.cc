@@ -2,7 +2,7 @@
 
 namespace counterpoint::apps {
 
-// Long: a program of its own, in JavaScript.
+// Long: one string literal, a program in JavaScript.
 const char* chart_script() {
   return R"js(
 // Charts: wheel or two fingers zoom along x, a drag moves, a double click shows all; y follows what is in view.

@@ -1,9 +1,10 @@
-// The script that makes charts in pages answer to a pointer (chart.h).
+// The script that makes the charts of a page interactive (chart.h).
 #pragma once
 
 namespace counterpoint::apps {
 
-/// JavaScript, once a page: zoom along x, values under the cursor. Without it charts are pictures.
+/// JavaScript, to include once per page: zoom along x, values under the cursor. Charts are static
+/// pictures without it.
 const char* chart_script();
 
 }  // namespace counterpoint::apps

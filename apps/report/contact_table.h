@@ -8,13 +8,13 @@
 
 namespace counterpoint::apps {
 
-/// A row for every contact of every step: time [s], the two geometries, point [m], normal, gap [m],
-/// force on geometry_b [N]: the columns of docs/reference/trajectory-format.md.
+/// One row per contact and step: time [s], the two geometries, point [m], normal, gap [m], force on
+/// geometry_b [N], slip; columns as in docs/reference/trajectory-format.md.
 class ContactTable {
  public:
   /// @throws InputError if the file cannot be written.
   ContactTable(const std::string& file, const Model& model);
-  /// The contacts of the step that began at `time` [s].
+  /// Adds the contacts of the step that began at `time` [s].
   void add_step(double time, const Inverse& forces);
   void finish() { writer_.finish(); }
 

@@ -17,17 +17,18 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kRuns = 5;  ///< of which the median counts
+constexpr int kRuns = 5;  ///< runs per measurement; report_costs takes their median
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Steps of a scene with these effects on, to take again.
+/// Records the states of a short run of a scene with these effects on, to time its steps
+/// repeatedly.
 class ShortRun {
  public:
   ShortRun(const Scene& scene, EffectSet effects) : scene_(scene), next_{0.0, scene.q, scene.v} {
-    constexpr double kLongest = 0.1;  // [s] of computing
+    constexpr double kLongest = 0.1;  // [s] of computing time
     constexpr int kMostSteps = 1000, kFewestSteps = 10;
     Simulator simulator(scene);
     simulator.options().effects = effects;
@@ -41,17 +42,17 @@ class ShortRun {
   }
 
   int num_steps() const { return static_cast<int>(states_.size()); }
-  /// Mean over the steps timed last.
+  /// Mean Newton iterations per step of the last time() call.
   double newton_iterations() const { return newton_iterations_; }
 
-  /// Seconds that the steps take with these effects on; nothing if one of them fails. Where phases
-  /// are wanted, each step reads the clock ten times.
+  /// Returns the time of all steps with these effects on [s], or nothing if one fails. If `phases`
+  /// is given, each step reads the clock ten times.
   std::optional<double> time(EffectSet effects, PhaseTimes* phases = nullptr) {
     SimulationOptions options = scene_.options;
     options.effects = effects;
     Workspace workspace(scene_.model);
     const Input input;
-    // Memory is got on the way to the first step's end.
+    // The first step allocates the workspace's memory, so it is not timed.
     step_forward(scene_.model, options, {}, states_[0], input, workspace, next_);
     measure_phases(workspace, phases);
     const auto start = Clock::now();
@@ -151,7 +152,7 @@ void report_effects(const std::vector<EffectUse>& uses, Report& report) {
 }
 
 void report_phases(const Scene& scene, Report& report) {
-  // A scene asleep costs nothing, whatever it would call for.
+  // Sleeping trees cost nothing, so all are kept awake for this measurement.
   const EffectSet awake = scene.options.effects.without({Effect::kSleeping});
   ShortRun run(scene, scene.options.effects);
   PhaseTimes times;

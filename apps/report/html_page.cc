@@ -62,7 +62,7 @@ void HtmlPage::table(const PageTable& table) {
   for (const auto& row : table.rows) {
     body_ += "<tr>";
     for (const std::string& cell : row) {
-      // Numbers stand at the right of their column.
+      // Numbers are aligned to the right of their column.
       body_ += parse_number(cell) ? "<td class='number'>" : "<td>";
       body_ += escape_markup(cell) + "</td>";
     }

@@ -9,13 +9,13 @@ namespace counterpoint::apps {
 
 struct PageTable {
   std::vector<std::string> header;
-  std::vector<std::vector<std::string>> rows;  ///< as long as the header each
+  std::vector<std::vector<std::string>> rows;  ///< each as long as the header
 };
 
-/// The table in Markdown; cells are taken as they are.
+/// Returns the table in Markdown; cells are not escaped.
 std::string markdown_table(const PageTable& table);
 
-/// Collects what is to be shown, in the order in which it is added. All texts are escaped.
+/// Builds a page from parts in the order in which they are added. All texts are escaped.
 class HtmlPage {
  public:
   explicit HtmlPage(std::string title) : title_(std::move(title)) {}
@@ -24,9 +24,9 @@ class HtmlPage {
   void paragraph(const std::string& text);
   void list(const std::vector<std::string>& items);
   void table(const PageTable& table);
-  /// A list of words that lead to files beside the page.
+  /// Adds a list of links: a text and a file beside the page, each.
   void links(const std::vector<std::pair<std::string, std::string>>& words_and_files);
-  /// A picture as svg (chart.h) gives it; one can zoom into it and read values off it.
+  /// Adds a picture made by svg() (chart.h); the page's script lets readers zoom and read values.
   void picture(const std::string& svg);
 
   /// The whole page.

@@ -14,7 +14,7 @@ namespace {
 constexpr auto kInterval = std::chrono::milliseconds(100);
 constexpr double kLogSeconds = 60.0;  // between two lines of a log
 constexpr int kBarWidth = 40;         // characters
-constexpr double kLeastShare = 0.01;  // done, before what is left is estimated
+constexpr double kLeastShare = 0.01;  // finished before the remaining time is estimated
 
 }  // namespace
 

@@ -1,5 +1,4 @@
-// A progress bar on the terminal, with the time that is left, for work that takes longer than a
-// second.
+// A progress bar on the terminal with the remaining time, for work that takes longer than a second.
 #pragma once
 
 #include <chrono>
@@ -8,21 +7,22 @@
 
 namespace counterpoint::apps {
 
-/// Draws on standard error, in general only if that is a terminal; wipes itself at the end.
+/// Draws on standard error if that is a terminal, and erases the bar at the end.
 class Progress {
  public:
-  /// @param delay  of the first bar, after construction [s]
-  /// @param unit   what is counted, "tasks": the bar then has their rate, and where standard error
-  ///               is no terminal (a log of a cluster's job) a line is written every minute
+  /// @param delay time from construction to the first bar [s]
+  /// @param unit name of the counted items, such as "tasks". If given, the bar also shows their
+  ///     rate; if standard error is no terminal (the log of a cluster job), a line is written every
+  ///     minute.
   Progress(std::string label, std::int64_t total, double delay = 1.0, std::string unit = "");
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
   void update(double done);
-  /// For work of unknown length: the time that it has taken.
+  /// For work of unknown length: shows the elapsed time.
   void show_time();
-  /// Takes the bar away until the next update: something else is about to be printed.
+  /// Erases the bar until the next update, so that something else can be printed.
   void wipe();
 
  private:

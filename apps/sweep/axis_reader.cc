@@ -15,8 +15,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kMostPoints = 1'000'000;
-/// Of a longer list only so many values are tried when the study is read: a task that cannot be run
-/// is a row that says so.
+/// Number of values of a list that are tried when the study is read. Later values that cannot run
+/// become failed rows.
 constexpr std::size_t kMostTried = 100;
 
 struct Word {
@@ -37,7 +37,7 @@ const Word* find(const auto& words, const std::string& name) {
   return nullptr;
 }
 
-/// A coordinate of the start, or an angle of a free body. False: it is neither.
+/// Finds a coordinate of the start, or an angle of a free body. False if the name is neither.
 bool find_coordinate(const std::string& name, const YamlValue& value, const Model& model,
                      Axis& axis) {
   const CoordinateNames names = coordinate_names(model);
@@ -155,7 +155,7 @@ void read_values(const YamlValue& value, const Study& study, Axis& axis) {
     value.fail("the list is empty: expected a value or more");
 }
 
-/// Now, with the line at hand, not in the middle of a sweep.
+/// Tries values while the line of the file is known, instead of failing in the middle of a sweep.
 void try_values(const YamlValue& value, const Study& study, const Axis& axis) {
   const std::vector<YamlValue> lines = value.is_list() ? value.list() : std::vector<YamlValue>{};
   const std::size_t count = static_cast<std::size_t>(axis.random ? 0 : axis.levels());

@@ -12,10 +12,11 @@
 namespace counterpoint::apps::sweep {
 namespace {
 
-constexpr std::int64_t kMostPlottedPoints = 2000;  // of a plot
+constexpr std::int64_t kMostPlottedPoints = 2000;  // in one plot
 constexpr std::size_t kMostRecorded = 8, kMostPlots = 48;
 
-/// Figures and chosen columns first: they were asked for by name.
+/// Order of the recorded values in plots: figures and chosen columns first, because they were
+/// requested by name.
 std::vector<std::size_t> shown_first(const Study& study) {
   const std::size_t all = recorded_names(study).size();
   const std::size_t chosen = study.record.columns.size() + study.record.figures.size();

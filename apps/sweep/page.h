@@ -1,11 +1,11 @@
-// The page of a sweep: what was recorded over what was varied.
+// HTML page of a sweep: recorded values over varied quantities.
 #pragma once
 
 #include "table.h"
 
 namespace counterpoint::apps::sweep {
 
-/// Collects points of plots as the rows come; of many rows an even sample.
+/// Collects points of plots as rows arrive; of many rows an even sample.
 class Page {
  public:
   explicit Page(const Study& study);
@@ -13,12 +13,12 @@ class Page {
   std::string text(const Summary& summary, const std::string& table) const;
 
  private:
-  /// A recorded number over an axis.
+  /// Plot of a recorded value over an axis.
   struct Plot {
     std::size_t axis, recorded;
     std::vector<double> x, y;
     std::vector<std::string> remarks;
-    std::vector<double> sums, counts;  ///< by level of the axis, over all rows
+    std::vector<double> sums, counts;  ///< sums and counts over all rows, by level of the axis
   };
 
   const Study& study_;

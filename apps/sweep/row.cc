@@ -20,7 +20,8 @@ namespace fs = std::filesystem;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// Least, greatest and mean over the states of a motion, its start and its end included.
+/// Minimum, maximum, mean or end of columns over the states of a motion, including its start and
+/// end.
 class ColumnWatch {
  public:
   explicit ColumnWatch(const std::vector<RecordedColumn>& columns) : columns_(columns) {}
@@ -51,9 +52,9 @@ class ColumnWatch {
   std::vector<double> values_;
 };
 
-/// Under a name of this process until it is whole: one that is there is complete. @throws
-/// std::runtime_error where it cannot be written: not of the task but of the machine, so that it
-/// ends the run, and no row tells it.
+/// Writes a trajectory under a temporary name and renames it when complete. @throws
+/// std::runtime_error if it cannot be written: this is a fault of the machine and not of the task,
+/// so it ends the run and is not stored in a row.
 class TrajectoryFile {
  public:
   TrajectoryFile(const fs::path& file, const Model& model, const InputColumns& columns)
@@ -97,7 +98,7 @@ double number_of(const Json& json, const std::string& key) {
   return found != json.end() && found->is_number() ? found->get<double>() : kNaN;
 }
 
-/// Nothing of a run: its scene could not be made.
+/// Row without results, for a task whose scene could not be created.
 Row empty_row(const Study& study, const std::string& reason) {
   Row row;
   row.reason = reason;
@@ -109,7 +110,7 @@ Row empty_row(const Study& study, const std::string& reason) {
   return row;
 }
 
-/// The run of a trial on its scene; nothing where it was stopped.
+/// Runs a trial on its scene; empty if it was stopped.
 std::optional<Row> run(const Study& study, const Trial& trial, Simulator& simulator,
                        const fs::path& file, bool (*stop)()) {
   simulator.options() = trial.options;
@@ -154,7 +155,7 @@ std::optional<Row> run(const Study& study, const Trial& trial, Simulator& simula
   return row;
 }
 
-/// One thread at work on a study.
+/// Worker of one thread for a study.
 class Worker {
  public:
   Worker(const Study& study, fs::path trajectories, bool (*stop)())
@@ -171,13 +172,13 @@ class Worker {
           study_.record.trajectories ? trajectory_file(trajectories_, task) : fs::path();
       const std::optional<Row> row = run(study_, trial, simulator, file, stop_);
       return row ? tasks::Outcome{row->bytes(), true} : tasks::Outcome{{}, false};
-    } catch (const InputError& error) {  // of this task alone: a value that no scene may have
+    } catch (const InputError& error) {  // this task only: an invalid value for the scene
       return {empty_row(study_, error.what()).bytes(), true};
     }
   }
 
  private:
-  /// That of the task before, where only start, options or inputs are others.
+  /// Reuses the simulator of the previous task if only start, options or inputs differ.
   Simulator& simulator_at(const std::vector<AxisValue>& values) {
     std::vector<AxisValue> changes;
     for (std::size_t i = 0; i < values.size(); ++i)
@@ -192,7 +193,7 @@ class Worker {
   const Study& study_;
   fs::path trajectories_;
   bool (*stop_)();
-  std::vector<AxisValue> changes_;  ///< of the axes that change the scene
+  std::vector<AxisValue> changes_;  ///< values of the axes that change the scene
   std::optional<Scene> scene_;
   std::optional<Simulator> simulator_;
 };

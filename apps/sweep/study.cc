@@ -17,7 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Numbers that depend on the machine and its load: a table of them would not be the same twice.
+/// True for figures that depend on the machine and its load: a table with them would not be
+/// reproducible.
 bool is_time(const std::string& figure) {
   return figure == "wall_seconds" || figure == "realtime_factor" ||
          figure.rfind("step_time_", 0) == 0;
@@ -86,8 +87,8 @@ Record read_record(const YamlValue& value, const Model& model) {
   return record;
 }
 
-/// The file itself, what it names, and the version: results of another one are not taken for its
-/// own.
+/// Hash of the study file, the files that it names, and the version, so that results of another
+/// study are not reused.
 std::uint64_t fingerprint_of(const Study& study) {
   tasks::Fingerprint hash;
   hash.add_file(study.file);

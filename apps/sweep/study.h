@@ -1,4 +1,4 @@
-// A study: a scene, what varies, what is recorded of each run (docs/reference/study-format.md).
+// A study: a scene, varied quantities and recorded results (docs/reference/study-format.md).
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,12 @@
 
 namespace counterpoint::apps::sweep {
 
-/// What an axis changes.
+/// Kind of quantity that an axis varies.
 enum class Place {
-  kParameter,  ///< a figure of the scene (recordings/parameters.h)
-  kPosition,   ///< a coordinate of q at the start
-  kVelocity,   ///< of v
-  kAngle,      ///< roll, pitch or yaw of a free body at the start, the other two of them 0 unless
-               ///< varied
+  kParameter,  ///< parameter of the scene (recordings/parameters.h)
+  kPosition,   ///< initial value of a coordinate of q
+  kVelocity,   ///< initial value of a coordinate of v
+  kAngle,      ///< initial roll, pitch or yaw of a free body; the two others are 0 unless varied
   kTimeStep,
   kDuration,
   kRandomInputs,
@@ -27,20 +26,19 @@ enum class Place {
   kInputSeed,
   kIntegrator,
   kFrictionModel,
-  kContact,  ///< preset
-  kInputs,   ///< a file of applied forces
+  kContact,  ///< contact preset
+  kInputs,   ///< file of applied forces
 };
 
 enum class Distribution { kUniform, kLogUniform, kNormal };
 
-/// One thing that varies: over a list of numbers or words, which with the other lists make a grid;
+/// One varied quantity: over a list of numbers or words, which forms a grid with the other lists,
 /// or drawn at random.
 struct Axis {
   std::string name, where;  ///< where: "study.yaml:7", for messages
   Place place = Place::kParameter;
-  int index =
-      0;  ///< of the coordinate; of the first of a quaternion; kAngle: 0 roll, 1 pitch, 2 yaw
-  int angle = 0;
+  int index = 0;  ///< index of the coordinate; kAngle: of the first quaternion coordinate
+  int angle = 0;  ///< kAngle: 0 roll, 1 pitch, 2 yaw
   Parameter parameter;
   std::vector<double> numbers;
   std::vector<std::string> words;
@@ -54,10 +52,10 @@ struct Axis {
   }
 };
 
-/// A column of the motion, made one number.
+/// A column of the motion, reduced to one number.
 struct RecordedColumn {
   enum class Of { kEnd, kMin, kMax, kMean };
-  std::string name;  ///< as written: "cube.z", "max(cube.z)"
+  std::string name;  ///< text of the study: "cube.z", "max(cube.z)"
   Of of = Of::kEnd;
   bool velocity = false;
   int index = 0;
@@ -66,25 +64,25 @@ struct RecordedColumn {
 struct Record {
   bool final_state = true, trajectories = false;
   std::vector<RecordedColumn> columns;
-  std::vector<std::string> figures;  ///< of the report of `simulate`
+  std::vector<std::string> figures;  ///< names in the report of `simulate`
 };
 
 struct Study {
   std::filesystem::path file;
   std::string scene_file;
-  Scene scene;  ///< with duration, time step and `set`
+  Scene scene;  ///< with duration, time step and `set` applied
   std::uint64_t seed = 0;
   std::int64_t draws = 1;
   std::string inputs;
   double random_inputs = 0.0, random_wrenches = 0.0;
   std::vector<Axis> axes;
   Record record;
-  std::uint64_t fingerprint = 0;  ///< of the file, the scene and the files of inputs
+  std::uint64_t fingerprint = 0;  ///< hash of the file, the scene and the input files
 
   std::int64_t num_tasks() const;
 };
 
-/// @throws InputError naming file, line, what was expected and what to do.
+/// Reads a study. @throws InputError naming file and line, the expected content and a remedy
 Study load_study(const std::filesystem::path& file);
 
 }  // namespace counterpoint::apps::sweep

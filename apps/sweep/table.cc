@@ -17,8 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostReasons = 20;
 
-/// Reasons of failure by their place among the labels of a column: formats without texts hold them
-/// so.
+/// Index of each failure reason among the labels of a column, for formats that store no texts.
 using Reasons = std::map<std::string, int>;
 
 std::vector<std::string> words_of(const Reasons& reasons) {
@@ -27,7 +26,7 @@ std::vector<std::string> words_of(const Reasons& reasons) {
   return words;
 }
 
-/// Every reason in the rows, in the order of tasks, after "": none.
+/// All reasons in the rows, in the order of tasks; index 0 is "" (none).
 Reasons reasons_of(const tasks::Results& results) {
   Reasons reasons{{"", 0}};
   results.for_each([&](std::int64_t, std::string&& bytes) {
@@ -53,7 +52,7 @@ std::vector<Column> columns_of(const Study& study, const std::optional<Reasons>&
   columns.emplace_back("steps");
   columns.emplace_back("end_time_s");
   columns.emplace_back(kStateHashColumn, CellType::kInteger);
-  // What is varied may be recorded too: its end then says so.
+  // A varied quantity may be recorded too; then its recorded column is named end(NAME).
   for (const std::string& name : recorded_names(study)) {
     const bool twice = std::any_of(columns.begin(), columns.end(),
                                    [&](const Column& column) { return column.name == name; });

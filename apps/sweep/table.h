@@ -1,4 +1,4 @@
-// The table of a study: a row a task, in order of task.
+// Table of a study: one row per task, in order of tasks.
 #pragma once
 
 #include <functional>
@@ -8,19 +8,19 @@
 
 namespace counterpoint::apps::sweep {
 
-/// What the rows of a table amount to.
+/// Summary of the rows of a table.
 struct Summary {
   std::int64_t rows = 0, failed = 0;
-  std::vector<std::pair<std::int64_t, std::string>> reasons;  ///< of the first that failed
+  std::vector<std::pair<std::int64_t, std::string>> reasons;  ///< reasons of the first failed tasks
 };
 
-/// Names of the recorded numbers of a row, in their order: what plots may show.
+/// Names of the recorded values of a row, in order.
 std::vector<std::string> recorded_names(const Study& study);
 std::vector<double> recorded_values(const Row& row);
 
-/// Writes the table beside its place, then puts it there at once. `take` sees every row, too.
-/// @throws InputError where it cannot be created, std::runtime_error where the disk is full: an
-/// earlier table then stays as it was.
+/// Writes the table to a temporary file and renames it when complete. `take` is called for every
+/// row. @throws InputError if it cannot be created, std::runtime_error if the disk is full; an
+/// earlier table then stays unchanged.
 Summary write_table(const std::filesystem::path& file, const Study& study,
                     const tasks::Results& results,
                     const std::function<void(std::int64_t, const Row&)>& take);

@@ -11,7 +11,7 @@
 namespace counterpoint::apps::sweep {
 namespace {
 
-/// splitmix64 (Steele, Lea, Flood, OOPSLA 2014): the next number of a counter.
+/// Output function of splitmix64 (Steele, Lea, Flood, OOPSLA 2014) for a counter.
 std::uint64_t mix(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15u;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -19,7 +19,7 @@ std::uint64_t mix(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// In (0, 1).
+/// Maps bits to the open interval (0, 1).
 double uniform(std::uint64_t bits) { return (static_cast<double>(bits >> 11) + 0.5) * 0x1p-53; }
 
 double drawn(const Axis& axis, std::uint64_t seed, std::int64_t draw) {

@@ -1,4 +1,4 @@
-// Which tasks are still to be handed out, and how many at a time.
+// Distribution of the remaining tasks in chunks.
 #pragma once
 
 #include <cstdint>
@@ -8,24 +8,23 @@
 
 namespace counterpoint::apps::tasks {
 
-/// Tasks first, first + stride, ..., `count` of them.
+/// Tasks first, first + stride, ...; `count` of them.
 struct Chunk {
   std::int64_t first = 0, count = 0, stride = 1;
   bool empty() const { return count == 0; }
 };
 
-/// A place in the numbers of a list, that moves on as chunks are handed out: one bit a task at
-/// most.
+/// Position in the numbers of a list, which advances as chunks are handed out; uses at most one bit
+/// per task.
 class Chunks {
  public:
-  /// `done`: by number; or empty: none is.
+  /// `done`: by task number; empty: none is done.
   Chunks(std::int64_t count, const Share& share, std::vector<bool> done);
 
-  std::int64_t left() const { return left_; }  ///< not handed out
-  /// The next ones, at most `wanted`, and no more than a third of an even share of what is left
-  /// among `ranks`, so that all come to their end together: guided self-scheduling
-  /// (Polychronopoulos and Kuck, IEEE Trans. Computers 1987). Fewer where done ones are in between;
-  /// empty: none is left.
+  std::int64_t left() const { return left_; }  ///< tasks not yet handed out
+  /// Next tasks: at most `wanted`, and at most a third of an even share of the remaining tasks
+  /// among `ranks`, so that all ranks finish together: guided self-scheduling (Polychronopoulos and
+  /// Kuck, IEEE Trans. Computers 1987). Fewer if done tasks lie in between; empty if none is left.
   Chunk next(std::int64_t wanted, int ranks);
 
  private:

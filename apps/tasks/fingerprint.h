@@ -1,4 +1,5 @@
-// What results of tasks depend on, as one number: those of something else are refused (journal.h).
+// Hash of everything that the results of tasks depend on; results with another hash are refused
+// (journal.h).
 #pragma once
 
 #include <filesystem>
@@ -10,11 +11,11 @@ namespace counterpoint::apps::tasks {
 
 class Fingerprint : public Hash {
  public:
-  Fingerprint();  ///< begins with the version
+  Fingerprint();  ///< starts with the version
   using Hash::add;
-  /// What the file holds, not its name: a file that is written anew is another one.
+  /// Adds the content of a file, not its name: changed content changes the hash.
   void add_file(const std::filesystem::path& file);
-  /// Model, start, options and duration.
+  /// Adds model, start, options and duration.
   void add_scene(const Scene& scene);
 };
 

@@ -79,7 +79,8 @@ void JournalWriter::fail(const char* what) {
 }
 
 void JournalWriter::open() {
-  // Processes of all machines write into one folder: the first free name of this one is its own.
+  // Processes of all machines write into one folder; each uses the first free name that contains
+  // its host and process id.
   const std::string stem = fmt::format("{}.{}.{}", name_, host(), getpid());
   for (int i = 0; descriptor_ < 0; ++i) {
     const fs::path file = folder_ / fmt::format("{}.{}{}", stem, i, kEnding);
@@ -108,7 +109,7 @@ void JournalWriter::add(std::int64_t number, const std::string& result) {
   const std::lock_guard lock(mutex_);
   if (descriptor_ < 0) open();
   ssize_t written = writev(descriptor_, parts.data(), parts.size());
-  // A write that stops half way does not say why; the next one does.
+  // An incomplete write does not report its reason; the next write does.
   for (ssize_t more = 1; written > 0 && written < bytes && more > 0;
        written += std::max<ssize_t>(more, 0)) {
     const std::string rest =
@@ -117,7 +118,7 @@ void JournalWriter::add(std::int64_t number, const std::string& result) {
   }
   if (written != bytes) {
     const int reason = errno;
-    // A reader would stop at the half record all the same.
+    // Removes the incomplete record; a reader would stop there anyway.
     if (ftruncate(descriptor_, size_) != 0 || lseek(descriptor_, size_, SEEK_SET) < 0)
       close(descriptor_);
     errno = reason;
@@ -137,7 +138,7 @@ void JournalWriter::sync(bool now) {
     descriptor = descriptor_;
     synced_ = time;
   }
-  // Outside of the lock: tasks go on while the disk works.
+  // Without the lock, so that tasks continue during the write to disk.
   if (fdatasync(descriptor) != 0) fail("cannot be written to the disk");
 }
 
@@ -162,7 +163,7 @@ void JournalReader::read(const fs::path& file, const TaskList& list,
                          const std::function<void(const Place&)>& take) const {
   std::ifstream stream(file, std::ios::binary);
   FileHeader header{};
-  // A process may have died before its header was whole.
+  // A process may have died before it completed the header.
   if (!stream.read(reinterpret_cast<char*>(&header), sizeof header)) return;
   if (header.format != kFormat)
     throw InputError(fmt::format("{}: is no journal of tasks; remove it", file.string()));
@@ -195,7 +196,7 @@ void JournalReader::for_each(const std::function<void(std::int64_t, std::string&
     read(file, list_, [&](const Place& place) { places.push_back(place); });
   std::stable_sort(places.begin(), places.end(),
                    [](const Place& a, const Place& b) { return a.number < b.number; });
-  // Of a task that was done twice, by two runs at once, one will do: the bits are the same.
+  // Two concurrent runs may have done a task twice; the results are bitwise equal, so one is kept.
   places.erase(std::unique(places.begin(), places.end(),
                            [](const Place& a, const Place& b) { return a.number == b.number; }),
                places.end());

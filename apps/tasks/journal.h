@@ -1,9 +1,10 @@
-// Finished tasks on disk: a folder of journals, one written by each process, only ever appended to.
+// Finished tasks on disk: a folder of journals, one per process, to which records are only
+// appended.
 //
-// A journal is a header (8 bytes that name the format, the fingerprint, the number of tasks) and
-// records: length of the result [bytes], CRC-32 of what follows, number of the task, the result.
-// A record that was cut off by a death or a full disk fails its check; it and what follows it are
-// not looked at, and the task counts as not done.
+// A journal consists of a header (8 bytes that identify the format, the fingerprint, the number of
+// tasks) and records: length of the result [bytes], CRC-32 of number and result, number of the
+// task, the result. A record that was cut off by a crash or a full disk fails its check; it and all
+// later ones are ignored, and their tasks count as not done.
 #pragma once
 
 #include <cstdint>
@@ -17,20 +18,21 @@
 
 namespace counterpoint::apps::tasks {
 
-/// Writes one journal. add() may be called by several threads.
+/// Writes one journal. Several threads may call add().
 class JournalWriter {
  public:
-  /// Makes the folder; the file comes with the first task. @throws InputError if it cannot be made.
+  /// Creates the folder; the file is created with the first task. @throws InputError if the folder
+  /// cannot be created.
   JournalWriter(std::filesystem::path folder, const TaskList& list);
   ~JournalWriter();
   JournalWriter(const JournalWriter&) = delete;
   JournalWriter& operator=(const JournalWriter&) = delete;
 
-  /// After it the task survives the death of this process; after sync() that of the machine.
-  /// @throws std::runtime_error, naming the system's reason, where the disk is full or the like:
-  /// nothing of the task is then kept.
+  /// Adds a finished task, which then survives the death of this process, and after sync() that of
+  /// the machine. @throws std::runtime_error with the system's reason if the disk is full or
+  /// similar; then nothing of the task is kept.
   void add(std::int64_t number, const std::string& result);
-  /// Has the system write to the disk itself what was added a second ago or more; `now`: all.
+  /// Forces new records to disk if the last time was at least a second ago; `now`: in any case.
   void sync(bool now = false);
 
  private:
@@ -43,28 +45,28 @@ class JournalWriter {
   std::int64_t count_;
   std::mutex mutex_;
   int descriptor_ = -1;
-  std::int64_t size_ = 0;  ///< [bytes], of whole records
+  std::int64_t size_ = 0;  ///< size of complete records [bytes]
   bool dirty_ = false;
-  double synced_ = 0.0;  ///< when [s]
+  double synced_ = 0.0;  ///< time of the last sync [s]
 };
 
-/// All journals of a list of tasks in a folder, by the number of the task.
+/// Reads all journals of a list of tasks in a folder.
 class JournalReader {
  public:
-  /// Reads what there is; no folder is an empty one. @throws InputError where a journal is of
-  /// another fingerprint or number of tasks.
+  /// Reads the existing journals; a missing folder counts as empty. @throws InputError if a journal
+  /// has another fingerprint or number of tasks.
   JournalReader(const std::filesystem::path& folder, const TaskList& list);
 
-  /// By number; what lies in memory for it is one bit a task.
+  /// Done flags by task number, one bit each.
   const std::vector<bool>& done() const { return done_; }
   std::int64_t num_done() const { return num_done_; }
-  /// Calls take(number, result) for every task that is done, in order of number.
+  /// Calls take(number, result) for every finished task, in order of numbers.
   void for_each(const std::function<void(std::int64_t, std::string&&)>& take) const;
 
  private:
   struct Place {
     std::int64_t number;
-    std::int64_t offset;  ///< of the record [bytes]
+    std::int64_t offset;  ///< start of the record [bytes]
     int file;
     std::uint32_t length;
   };

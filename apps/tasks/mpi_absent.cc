@@ -1,4 +1,4 @@
-// A build without MPI.
+// Definitions for builds without MPI.
 #include <cstdlib>
 #include <string>
 

@@ -1,4 +1,4 @@
-// The ranks of MPI. One thread of each calls it.
+// The ranks of MPI. One thread of each rank calls MPI.
 #include <fmt/format.h>
 #include <mpi.h>
 
@@ -15,7 +15,7 @@
 namespace counterpoint::apps::tasks {
 namespace {
 
-/// Of a mask of processors; longer ones are folded.
+/// Bit mask of processors; indices are taken modulo its length.
 using Mask = std::array<unsigned char, 1024>;
 
 class MpiWorld : public World {
@@ -80,8 +80,8 @@ class MpiWorld : public World {
     });
   }
 
-  /// Ranks of one machine that may run on the same processors share them, and what control groups
-  /// grant.
+  /// Counts the cores of this rank. Ranks of one machine that may run on the same processors share
+  /// them, and also the processors granted by control groups.
   void count_cores() {
     Mask mine{};
     const std::vector<int> affinity = affinity_cores();
@@ -106,14 +106,14 @@ class MpiWorld : public World {
   }
 
   int rank_ = 0, size_ = 1, cores_ = 1;
-  std::list<Sending> sending_;  ///< not yet known to have left
+  std::list<Sending> sending_;  ///< messages that may not have left yet
 };
 
 }  // namespace
 
 std::unique_ptr<World> join_world() {
-  // Set by mpirun (Open MPI, MPICH) and by srun --mpi=pmix, --mpi=pmi2. A process that none of them
-  // started would pay 0.1 s for being a world of one.
+  // Variables set by mpirun (Open MPI, MPICH) and by srun --mpi=pmix or --mpi=pmi2. Other processes
+  // avoid the 0.1 s that MPI_Init takes.
   for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"})
     if (std::getenv(name) != nullptr) return std::make_unique<MpiWorld>();
   return lone_world();

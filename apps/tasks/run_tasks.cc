@@ -17,14 +17,14 @@
 namespace counterpoint::apps::tasks {
 namespace {
 
-/// How long a rank may leave a message unread while its threads are at work: every look costs them
-/// some 18 us.
+/// Longest time that a rank leaves a message unread while its threads work; every check costs them
+/// about 18 us.
 constexpr std::chrono::microseconds kTick(4000);
 constexpr std::chrono::microseconds kLoneTick(100'000);
 
-/// First byte of a message. From a rank to rank 0: more is wanted (with what was done since the
-/// last message); something was thrown; all its threads have ended. The other way: a chunk; no
-/// more; nothing more, and drop what waits.
+/// First byte of a message. From a rank to rank 0: more tasks are wanted (with results since the
+/// last message); a task failed; all threads have ended. From rank 0: a chunk; no more tasks; stop
+/// and drop waiting tasks.
 enum class Word : char { kWant, kFailed, kEnded, kChunk, kNoMore, kStop };
 
 using Clock = std::chrono::steady_clock;
@@ -70,7 +70,7 @@ class TaskRun {
   }
 
  private:
-  /// What this rank can see to be wrong is known to all before any begins.
+  /// Prepares the run; an error on one rank is reported to all before any starts.
   void prepare() {
     std::string error;
     bool bad_input = false;
@@ -97,7 +97,7 @@ class TaskRun {
         std::min<std::int64_t>(settings_.threads > 0 ? settings_.threads : world_.cores(), most));
   }
 
-  /// By the threads.
+  /// Called by the threads.
   void deliver(std::int64_t number, Outcome&& outcome) {
     if (journal_ && outcome.finished) {
       journal_->add(number, outcome.bytes);
@@ -159,12 +159,12 @@ class TaskRun {
       asked = !listen(workers) && asked;
       if (asked && workers.wanted() > 0) std::this_thread::sleep_for(std::chrono::microseconds(50));
     }
-    tell_of_failure();  // it may have ended the last thread since the last look
+    tell_of_failure();  // the error may have ended the last thread since the previous check
     if (asked) await_answer(workers);
     tell(Word::kEnded, 0);
   }
 
-  /// True: rank 0 has answered.
+  /// Returns true if rank 0 has answered.
   bool listen(Workers& workers) {
     const auto message = world_.receive(Channel::kTasks);
     if (!message) return false;
@@ -210,14 +210,14 @@ class TaskRun {
       done_elsewhere_ += unsent_.exchange(0);
       progress.update(static_cast<double>(done_elsewhere_) + under_way(workers));
     }
-    notice_error(workers);  // it may have ended the last thread since the last look
+    notice_error(workers);  // the error may have ended the last thread since the previous check
     done_elsewhere_ += unsent_.exchange(0);
     results_.computed = done_elsewhere_;
     results_.finished =
         before + done_elsewhere_ - static_cast<std::int64_t>(results_.stopped_tasks_.size());
   }
 
-  /// Of tasks that this process has begun, as parts of them.
+  /// Progress of the tasks in work in this process, in units of tasks.
   double under_way(const Workers& workers) const {
     return list_.work ? std::max(0.0, list_.work() - static_cast<double>(workers.done())) : 0.0;
   }
@@ -226,7 +226,7 @@ class TaskRun {
     return stopping_ ? Chunk() : chunks_->next(wanted, world_.size());
   }
 
-  /// What went wrong here.
+  /// Records an error of this rank.
   void notice_error(const Workers& workers) {
     if (!failure_.empty() || !workers.error()) return;
     first_error_ = workers.error();
@@ -234,7 +234,7 @@ class TaskRun {
     stopping_ = true;
   }
 
-  /// That, and whether the user wants an end.
+  /// Records an error of this rank, or the user's wish to stop.
   void notice(const Workers& workers) {
     notice_error(workers);
     if (settings_.stop && settings_.stop()) {
@@ -284,7 +284,7 @@ class TaskRun {
                     .take());
   }
 
-  /// How it went is known to all; and the results, if wanted.
+  /// Shares the outcome with all ranks, and the results if requested.
   void share_end() {
     if (world_.size() == 1) {
       if (first_error_) std::rethrow_exception(first_error_);
@@ -320,9 +320,9 @@ class TaskRun {
   std::unique_ptr<JournalWriter> journal_;
   std::unique_ptr<Chunks> chunks_;
   std::mutex mutex_;
-  BytesWriter parcel_;  ///< results that rank 0 has not been sent
+  BytesWriter parcel_;  ///< results not yet sent to rank 0
   std::atomic<std::int64_t> unsent_{0};
-  std::int64_t done_elsewhere_ = 0;  ///< over all ranks, of this run
+  std::int64_t done_elsewhere_ = 0;  ///< tasks of this run over all ranks
   bool stopping_ = false;
   std::exception_ptr first_error_;
   std::string failure_;

@@ -1,8 +1,9 @@
-// Runs a list of tasks: over the cores of this process, over the ranks of MPI, or one share of it.
+// Runs a list of tasks over the cores of this process, over the ranks of MPI, or one share of it.
 //
-// Rank 0 hands out chunks of numbers, a rank asks for the next one when it has little left, and all
-// of them work, rank 0 too. With a folder every process keeps what it finished in a journal there
-// (journal.h); without one the results travel to rank 0. Nothing depends on who did which task.
+// Rank 0 hands out chunks of task numbers; a rank asks for the next chunk when few tasks remain.
+// All ranks work, including rank 0. With a folder every process writes its finished tasks into a
+// journal there (journal.h); otherwise the results are sent to rank 0. Results do not depend on
+// which rank did a task.
 #pragma once
 
 #include <filesystem>
@@ -17,41 +18,41 @@
 namespace counterpoint::apps::tasks {
 
 struct RunSettings {
-  int threads = 0;  ///< of each rank; 0: as many as it has cores for
+  int threads = 0;  ///< threads of each rank; 0: all its cores
   Share share;
-  std::filesystem::path folder;  ///< of journals; empty: results are in memory alone
-  bool compute = true;           ///< false: only what the journals have
-  /// Asked for now and then: no task is begun any more once it says so.
+  std::filesystem::path folder;  ///< folder of journals; empty: results stay in memory
+  bool compute = true;           ///< false: only read the journals
+  /// Called from time to time; no task starts after it returns true.
   std::function<bool()> stop = {};
-  bool everywhere = false;  ///< results are wanted on all ranks, not on rank 0 alone
+  bool everywhere = false;  ///< results are needed on all ranks, not only on rank 0
 };
 
-/// What came of a run, on rank 0 (and on the others if asked for).
+/// Results of a run, on rank 0 (and on the others if requested).
 class Results {
  public:
-  std::int64_t count = 0;      ///< of all tasks
-  std::int64_t finished = 0;   ///< of these, by this run or an earlier one
-  std::int64_t computed = 0;   ///< finished or stopped by this run, over all ranks
-  bool stopped = false;        ///< by RunSettings::stop
-  double seconds = 0.0;        ///< of this run
-  int ranks = 1, threads = 1;  ///< threads: of rank 0
+  std::int64_t count = 0;      ///< number of all tasks
+  std::int64_t finished = 0;   ///< tasks finished by this run or an earlier one
+  std::int64_t computed = 0;   ///< tasks finished or stopped by this run, over all ranks
+  bool stopped = false;        ///< stopped by RunSettings::stop
+  double seconds = 0.0;        ///< wall time of this run [s]
+  int ranks = 1, threads = 1;  ///< threads of rank 0
   bool complete() const { return finished == count; }
-  /// take(number, result) of those that there are, in order of number; those that were stopped on
-  /// their way among them.
+  /// Calls take(number, result) for the available results, in order of numbers, including tasks
+  /// that were stopped before their end.
   void for_each(const std::function<void(std::int64_t, std::string&&)>& take) const;
 
  private:
   friend class TaskRun;
   TaskList list_;
   std::filesystem::path folder_;
-  std::vector<std::optional<std::string>> kept_;  ///< by number, of a run without folder
+  std::vector<std::optional<std::string>> kept_;  ///< results by number, without a folder
   std::vector<std::pair<std::int64_t, std::string>> stopped_tasks_;
 };
 
-/// All ranks call it with the same list and settings. @throws on every rank what the task of lowest
-/// number threw on rank 0 first, as WorldFailed (run by more than one rank) or as it was; where a
-/// journal cannot be written; InputError as JournalReader does. What was finished stays in the
-/// journals.
+/// Runs a list; all ranks call it with the same list and settings. @throws on every rank the first
+/// error that reaches rank 0 (within a rank that of the lowest task number), unchanged or, with
+/// several ranks, as WorldFailed; also if a journal cannot be written; InputError as JournalReader
+/// does. Finished tasks stay in the journals.
 Results run_tasks(World& world, const TaskList& list, const RunSettings& settings);
 
 }  // namespace counterpoint::apps::tasks

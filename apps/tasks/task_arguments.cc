@@ -18,10 +18,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kCommandFile = "command.json";
-/// Tasks of more would not fit a table.
+/// More tasks would not fit into a table.
 constexpr std::int64_t kMostShares = 1'000'000;
 
-/// While one is alive, what is printed goes nowhere.
+/// Redirects standard output and standard error to /dev/null.
 class Silence {
  public:
   explicit Silence(bool wanted) {
@@ -103,7 +103,7 @@ RunSettings TaskArguments::settings(std::function<bool()> stop) const {
 }
 
 int TaskArguments::in_world(Report& report, const std::function<int(World&)>& work) {
-  // A file that reaches its limit of size is a disk that is full: write() says so.
+  // Ignores the signal for the file size limit; write() then returns an error, as for a full disk.
   std::signal(SIGXFSZ, SIG_IGN);
   const std::unique_ptr<World> world = join_world();
   const auto run_work = [&] {
@@ -128,7 +128,7 @@ int TaskArguments::in_world(Report& report, const std::function<int(World&)>& wo
   int code = 0;
   try {
     code = run_work();
-  } catch (const WorldFailed& failed) {  // all ranks know
+  } catch (const WorldFailed& failed) {  // all ranks have this error
     if (!world->is_root()) return 0;
     if (failed.bad_input()) throw InputError(failed.what());
     throw std::runtime_error(failed.what());
@@ -184,11 +184,11 @@ void TaskArguments::keep_command_line() const {
   bool skip = false;
   for (const std::string& word : own_command_line()) {
     const std::string name = word.substr(0, word.find('='));
-    const bool left_out = name == "--tasks" || name == "--parts";  // merge says which folder
+    const bool left_out = name == "--tasks" || name == "--parts";  // merge sets the folder
     if (!skip && !left_out) words.push_back(word);
     skip = left_out && name == word;
   }
-  // Shares write the same at the same time: each a file of its own, then put in place at once.
+  // Several shares may write the same content at once: each writes its own file and renames it.
   const fs::path file = fs::path(parts_) / kCommandFile;
   const fs::path own = fs::path(parts_) / fmt::format("{}.{}", kCommandFile, getpid());
   write_file(own, Json{{"command", words}, {"folder", fs::current_path().string()}}.dump(1) + "\n");

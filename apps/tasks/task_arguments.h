@@ -1,4 +1,4 @@
-// How a command that is made of tasks is told where to run them: the same options in each.
+// Options that select where tasks run, the same in every command that consists of tasks.
 #pragma once
 
 #include <cstdint>
@@ -14,43 +14,42 @@ class Report;
 
 namespace counterpoint::apps::tasks {
 
-/// Thrown, by all ranks alike, where what a command writes is left to `merge` or to the same
-/// command run again: tasks are not done, or only a share of them was to be.
+/// Thrown by all ranks if the command cannot write its result yet: tasks are missing, or only a
+/// share was requested. `merge` or the same command again writes it.
 struct Incomplete {
   Results results;
-  std::string name;       ///< of the list
-  bool followed = false;  ///< other lists, that need all of this one, come after it
+  std::string name;       ///< name of the list
+  bool followed = false;  ///< later lists need all results of this one
 };
 
 class TaskArguments {
  public:
-  /// --threads, --tasks, --parts. `parts_help`: of --parts; empty: the default text.
+  /// Adds --threads, --tasks and --parts. `parts_help`: text for --parts; empty: the default text.
   void add_to(Command& command, const std::string& parts_help = "");
 
-  /// The folder of finished tasks where --parts is not given: beside a file that is written.
+  /// Sets the folder of finished tasks if --parts is not given: beside the output file.
   void default_parts(const std::string& folder);
 
-  /// Runs a command's work, on every rank alike, which ends with rank 0 alone writing. Ranks other
-  /// than 0 say nothing, but for how they died. What a rank throws ends all of them; rank 0 throws
-  /// it. Returns what `work` does on rank 0, elsewhere 0. After Incomplete rank 0 writes the report
-  /// and says how far the tasks are.
+  /// Runs `work` on every rank; only rank 0 writes results and prints. An error of any rank ends
+  /// all of them, and rank 0 throws it. Returns the result of `work` on rank 0, 0 on others. After
+  /// Incomplete rank 0 writes the report and prints the progress.
   int in_world(Report& report, const std::function<int(World&)>& work);
 
-  /// @throws InputError for a --tasks that is none, or without a folder.
+  /// @throws InputError for an invalid --tasks, or if it is given without a folder
   RunSettings settings(std::function<bool()> stop = {}) const;
-  /// Runs the list. With a folder, the command line is written into it first, for `merge`.
+  /// Runs the list. With a folder, first writes the command line into it, for `merge`.
   Results run(World& world, const TaskList& list, std::function<bool()> stop = {},
               bool everywhere = false) const;
-  /// Runs the last list of a command. @throws Incomplete where nothing is to be written of it: of a
-  /// share, and where tasks are missing, unless it was stopped and `partial` results are of use.
+  /// Runs the last list of a command. @throws Incomplete if no result can be written: for a share,
+  /// or if tasks are missing, unless the run was stopped and `partial` results are useful.
   Results run_last(World& world, const TaskList& list, std::function<bool()> stop,
                    bool partial) const;
 
-  /// One share of several was to be run: no result is written.
+  /// True if only one share of several runs; then no result is written.
   bool is_share() const { return !share_.empty(); }
   /// Threads of this rank.
   int threads(const World& world) const { return threads_ > 0 ? threads_ : world.cores(); }
-  /// Leaves so many threads of each rank to every task.
+  /// Sets the number of threads of each rank.
   void set_threads(int threads) { threads_ = threads; }
 
  private:
@@ -62,12 +61,12 @@ class TaskArguments {
   bool join_ = false;
 };
 
-/// Runs the lists of a command one after the other, with results on all ranks: what a list is may
-/// depend on the results of those before it, and is the same on every rank. @throws Incomplete
-/// where a list that was not stopped is not complete, so that the next one cannot begin.
+/// Runs the lists of a command one after another, with results on all ranks. A list may depend on
+/// the results of earlier lists and is the same on every rank. @throws Incomplete if a list that
+/// was not stopped is incomplete, so that the next one cannot start.
 class RunSeries {
  public:
-  /// `last`: name of the list after which no other comes.
+  /// `last`: name of the final list.
   RunSeries(const TaskArguments& arguments, World& world, std::function<bool()> stop,
             std::string last)
       : arguments_(arguments), world_(world), stop_(std::move(stop)), last_name_(std::move(last)) {}
@@ -75,10 +74,10 @@ class RunSeries {
   ListRunner runner() {
     return [this](const TaskList& list) { return run(list); };
   }
-  /// After the last list, before anything is written. @throws Incomplete of a share: `merge`
-  /// writes.
+  /// Call after the last list, before anything is written. @throws Incomplete for a share, since
+  /// `merge` writes the result.
   void finish() const;
-  const Results& last() const { return last_; }  ///< of the list that was run last
+  const Results& last() const { return last_; }  ///< results of the previous list
 
  private:
   const TaskArguments& arguments_;
@@ -91,10 +90,10 @@ class RunSeries {
 /// Adds ranks, threads, tasks and times of a run to a report (docs/reference/json-reports.md).
 void add_run(const Results& results, Report& report);
 
-/// The command line that the folder of finished tasks came from, without its share, and the folder
-/// that it ran in. @throws InputError where there is none.
+/// Command line that filled a folder of finished tasks, without its share, and its working
+/// directory. @throws InputError if there is none.
 struct KeptCommand {
-  std::vector<std::string> words;  ///< without the program
+  std::vector<std::string> words;  ///< arguments without the program's name
   std::string folder;
 };
 KeptCommand kept_command(const std::filesystem::path& parts);

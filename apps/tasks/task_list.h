@@ -1,4 +1,4 @@
-// Lists of tasks (engine/batch.h) under the name that apps have for them, and their shares.
+// Lists of tasks (engine/batch.h) in the namespace of the apps, and their shares.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@ namespace counterpoint::apps::tasks {
 
 using namespace counterpoint::tasks;
 
-/// Share `index` (from 0) of `of`: the tasks whose numbers leave that remainder, so that long and
-/// short tasks, which tend to be neighbours, are dealt out evenly.
+/// Share `index` (from 0) of `of`: tasks whose number modulo `of` is `index`. Long tasks are often
+/// neighbours, so this distributes them evenly.
 struct Share {
   std::int64_t index = 0, of = 1;
   bool has(std::int64_t number) const { return number % of == index; }

@@ -7,9 +7,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// More is asked for when what waits lasts no longer: several times the 4 ms that an answer takes.
+/// More tasks are requested if the waiting ones last less than this [s]; several times the 4 ms of
+/// an answer.
 constexpr double kAheadSeconds = 0.02;
-/// Asked for at once.
+/// Work requested at once [s].
 constexpr double kChunkSeconds = 1.0;
 
 }  // namespace
@@ -49,7 +50,7 @@ void Workers::close(bool now) {
 bool Workers::hungry() const {
   if (closed_) return false;
   if (idle_ > waiting_tasks_) return true;
-  // Long tasks are not hoarded: another rank may be idle.
+  // Long tasks are not kept waiting, because another rank may be idle.
   const double mean =
       done_ > 0 ? 1e-9 * static_cast<double>(busy_ns_) / static_cast<double>(done_) : 1.0;
   return static_cast<double>(waiting_tasks_) * mean < kAheadSeconds * threads() &&

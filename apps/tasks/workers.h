@@ -1,4 +1,4 @@
-// The threads of one process, and the tasks that wait for them.
+// Threads of one process, and the queue of their tasks.
 #pragma once
 
 #include <atomic>
@@ -17,30 +17,30 @@ namespace counterpoint::apps::tasks {
 
 class Workers {
  public:
-  /// `deliver` is called by the threads, for every task; what it throws counts as the task's.
+  /// The threads call `deliver` for every task; an exception of it counts as the task's.
   Workers(int threads, const TaskList& list, std::function<void(std::int64_t, Outcome&&)> deliver);
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
 
   void add(const Chunk& chunk);
-  /// No more will be added: threads end when nothing waits. `now`: what waits is dropped.
+  /// No more tasks will be added: threads end when the queue is empty. `now`: clears the queue.
   void close(bool now = false);
-  /// Returns when more is wanted, all threads have ended or something was thrown, or after `most`.
+  /// Returns when more tasks are wanted, all threads have ended, a task failed, or after `most`.
   void wait(std::chrono::microseconds most);
 
-  /// Tasks to ask for now: 0 while enough wait. As many as take about a second.
+  /// Number of tasks to request now, about a second of work; 0 while enough are waiting.
   std::int64_t wanted() const;
   bool ended() const { return running_ == 0; }
   std::int64_t done() const { return done_; }
   int threads() const { return static_cast<int>(threads_.size()); }
-  /// What the task of lowest number threw; null: none did.
+  /// Exception of the failed task with the lowest number; null: none failed.
   std::exception_ptr error() const;
 
  private:
   void work();
   bool take(std::int64_t& number);
-  bool hungry() const;  // with the lock held
+  bool hungry() const;  // call with the lock held
 
   const TaskList& list_;
   std::function<void(std::int64_t, Outcome&&)> deliver_;

@@ -23,7 +23,7 @@ class LoneWorld : public World {
   std::optional<Message> receive(Channel) override { return {}; }
 };
 
-/// What a rank says in agree().
+/// Message of a rank in agree().
 struct Standing {
   std::string error;
   bool bad_input = false;

@@ -1,5 +1,4 @@
-// The processes that share the work: this one alone, or the ranks of MPI. The only file that knows
-// MPI is mpi_world.cc.
+// Processes that share the work: this one only, or the ranks of MPI. Only mpi_world.cc uses MPI.
 #pragma once
 
 #include <memory>
@@ -14,39 +13,39 @@ struct Message {
   std::string bytes;
 };
 
-/// Messages of one channel are not seen by who listens to the other: a rank may be done with its
-/// tasks, and say so to all, while rank 0 still deals with those of others.
+/// Channels are independent: a rank may finish its tasks and send its outcome while rank 0 still
+/// handles task messages of others.
 enum class Channel { kTasks = 0, kTogether = 1 };
 
 class World {
  public:
   virtual ~World() = default;
-  virtual int rank() const = 0;  ///< 0: the one that hands out tasks, prints and writes
+  virtual int rank() const = 0;  ///< rank 0 hands out tasks, prints and writes
   virtual int size() const = 0;
-  /// Threads that this rank may keep busy: its processors, over the ranks that share them.
+  /// Number of threads for this rank: its processors divided by the number of ranks that share
+  /// them.
   virtual int cores() const = 0;
   virtual std::string name() const = 0;  ///< "rank 3 on node7", for messages
-  /// Does not wait for the receiver. Messages of a channel from one rank to another arrive in
-  /// order.
+  /// Sends without waiting for the receiver. Messages of a channel from one rank to another arrive
+  /// in order.
   virtual void send(int to, Channel channel, std::string bytes) = 0;
-  /// A message, if one is there.
+  /// Next message, if one has arrived.
   virtual std::optional<Message> receive(Channel channel) = 0;
 
   bool is_root() const { return rank() == 0; }
-  /// Waits, asleep for the most part: the processor is others'.
+  /// Waits for a message, mostly asleep, so that the processor is free for others.
   Message wait(Channel channel);
 };
 
-/// This process alone.
+/// World of this process only.
 std::unique_ptr<World> lone_world();
-/// The ranks that this process was started with by mpirun or srun (as their environment says), or
-/// this process alone. Call once. @throws InputError where there are ranks but the build has no
-/// MPI.
+/// Ranks that mpirun or srun started this process with (according to the environment), or this
+/// process only. Call once. @throws InputError if there are ranks but the build has no MPI.
 std::unique_ptr<World> join_world();
-/// Is this build one with MPI, and of what version? Empty: it is not.
+/// Version of MPI in this build; empty without MPI.
 std::string mpi_version();
 
-/// A rank has failed: `what` of the first, for rank 0 to say; the others end in silence.
+/// Thrown after a failure of a rank; what() is the first error, printed by rank 0 only.
 class WorldFailed : public std::runtime_error {
  public:
   WorldFailed(const std::string& why, bool bad_input)
@@ -57,10 +56,10 @@ class WorldFailed : public std::runtime_error {
   bool bad_input_;
 };
 
-/// All ranks come here together, each with what went wrong on it (empty: nothing). @throws
-/// WorldFailed on every rank where something did on any: that of rank 0 first, else of the lowest.
+/// Synchronizes all ranks, each with its error (empty: none). @throws WorldFailed on every rank if
+/// any has an error: that of the lowest rank.
 void agree(World& world, const std::string& error, bool bad_input = false);
-/// Bytes of rank 0, on all ranks.
+/// Sends bytes of rank 0 to all ranks and returns them.
 std::string broadcast(World& world, std::string bytes);
 
 }  // namespace counterpoint::apps::tasks

@@ -1,5 +1,5 @@
-# Packs page/ into program.cc. What is not there (node, npm, the registry) leaves a program that is empty
-# and says why and what to do; a mistake in page/ itself fails the build.
+# Packs page/ into program.cc. If node, npm or the package registry is missing, the program is empty
+# and states the reason and the remedy; an error in page/ itself fails the build.
 #   cmake -DNODE= -DNPM= -DPAGE= -DWORK= -DOUTPUT= -P bundle.cmake
 function(go_on_without reason)
   message("The page of replays is not built: ${reason}. `counterpoint view` will say so.")
@@ -22,11 +22,11 @@ endif()
 file(MAKE_DIRECTORY ${WORK})
 file(GLOB files ${PAGE}/*)
 file(COPY ${files} DESTINATION ${WORK})
-# Only when the lock file changes are the packages fetched anew.
+# The packages are fetched again only when the lock file changes.
 file(SHA256 ${WORK}/package-lock.json lock)
 set(stamp ${WORK}/node_modules/.lock-${lock})
 if(NOT EXISTS ${stamp})
-  # Where there is no registry npm's own patience would take more than a minute.
+  # Without a registry npm's default number of retries would take more than a minute.
   execute_process(COMMAND ${NPM} ci --ignore-scripts --no-audit --no-fund --loglevel=error
                           --fetch-retries=2 --fetch-retry-mintimeout=1000 --fetch-retry-maxtimeout=5000
     WORKING_DIRECTORY ${WORK} RESULT_VARIABLE failed OUTPUT_QUIET ERROR_VARIABLE words)

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// As it may stand in a file:// address.
+/// Escapes a path for a file:// address.
 std::string escaped(const std::string& path) {
   std::string out;
   for (const char c : path) {
@@ -30,8 +30,8 @@ std::string escaped(const std::string& path) {
   return out;
 }
 
-/// What a program writes to standard output; its standard error is lost. waiting, if there is one,
-/// is called ten times a second; false ends the program.
+/// Runs a program and returns its standard output; its standard error is discarded. Calls
+/// `waiting`, if given, ten times a second; if it returns false, the program is ended.
 std::string output_of(const std::vector<std::string>& command,
                       const std::function<bool()>& waiting) {
   int ends[2];
@@ -72,7 +72,7 @@ std::string output_of(const std::vector<std::string>& command,
   return out;
 }
 
-/// Chromium's folder for what it remembers, gone at the end.
+/// A temporary profile folder for Chromium, removed at the end.
 struct Profile {
   fs::path folder = fs::temp_directory_path() / fmt::format("counterpoint_chromium_{}", getpid());
   ~Profile() {

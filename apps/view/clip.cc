@@ -5,7 +5,7 @@
 namespace counterpoint::view {
 namespace {
 
-/// Which trees a step leaves as they are, to the bit.
+/// Returns for each tree whether the step left its q and v unchanged to the bit.
 std::vector<char> trees_at_rest(const Model& model, const State& before, const State& after) {
   std::vector<char> rest;
   for (const Tree& tree : model.trees()) {
@@ -81,7 +81,7 @@ void ClipRecorder::add_step(const State& before, const Input& input, double h, c
   after_ = after;
   input_ = input;
   h_ = h;
-  // Times are sums of steps: a millionth of a frame early counts as in time.
+  // Times are sums of steps: a frame counts as due up to a millionth of a frame early.
   const double frame = (before.time - start_) * rate_ + 1e-6;
   if (rate_ > 0.0 && frame < static_cast<double>(next_)) return;
   next_ = static_cast<long>(std::floor(frame)) + 1;

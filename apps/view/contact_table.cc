@@ -1,4 +1,4 @@
-// The table of `counterpoint inverse --contacts`, which names shapes.
+// Reads the table of `counterpoint inverse --contacts`, which names shapes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ class ContactTable {
     }
   }
 
-  /// The next contact and its time [s]; false at the end.
+  /// Reads the next contact and its time [s]; returns false at the end.
   bool next(double& time, Contact& contact) {
     if (!reader_.next()) return false;
     time = number(0);
@@ -89,7 +89,7 @@ void read_contacts(const std::filesystem::path& file, const Model& model, Clip& 
   const auto earlier = [](const auto& row, double t) { return row.first < t; };
   for (int frame = 0; frame < clip.num_frames(); ++frame) {
     double wanted = clip.states[frame].time;
-    // No step starts from the last row: it is shown with the contacts of the last step.
+    // No step starts from the last row: it shows the contacts of the last step.
     if (frame + 1 == clip.num_frames() && frame > 0 && !rows.empty() &&
         rows.back().first >= clip.states[frame - 1].time)
       wanted = std::min(wanted, rows.back().first);

@@ -30,7 +30,8 @@ void add_energies(const Model& model, const Clip& clip, std::vector<Curve>& out)
   out.insert(out.end(), {total, kinetic, potential});
 }
 
-/// Against the world alone, as what moves feels it: between bodies forces cancel.
+/// Adds the force by which the world carries the bodies against gravity (forces between bodies
+/// cancel in this sum), and the largest contact force.
 void add_contact_forces(const Model& model, const Clip& clip, std::vector<Curve>& out) {
   if (clip.contacts.empty()) return;
   const double g = model.gravity().norm();
@@ -50,7 +51,7 @@ void add_contact_forces(const Model& model, const Clip& clip, std::vector<Curve>
   out.insert(out.end(), {carried, largest});
 }
 
-/// Of a few; of many the arrows say it.
+/// Adds the closure forces if there are few closures; otherwise the arrows show them.
 void add_closure_forces(const Model& model, const Clip& clip, std::vector<Curve>& out) {
   constexpr size_t kMost = 12;
   if (clip.closure_forces.empty() || model.closures().size() > kMost) return;
@@ -68,7 +69,8 @@ void add_iterations(const Clip& clip, std::vector<Curve>& out) {
     out.push_back({"Newton iterations", "", "1", {iterations.begin(), iterations.end()}});
 }
 
-/// A coordinate of a clip at a time: straight between frames, its end where it is shorter.
+/// Coordinate of a clip at a time [s], interpolated linearly between frames and constant beyond its
+/// ends.
 double at_time(const Clip& clip, int index, double time) {
   const auto later = std::upper_bound(clip.states.begin(), clip.states.end(), time,
                                       [](double t, const State& state) { return t < state.time; });
@@ -114,7 +116,8 @@ void add_single(const Model& model, const Clip& clip, const std::vector<Clip>& g
   if (std::any_of(force.values.begin(), force.values.end(), acts)) out.push_back(std::move(force));
 }
 
-/// Velocities of a joint of several coordinates; where its body is, the page knows from the poses.
+/// Adds the velocities of a joint with several coordinates. Its position is not needed: the page
+/// reads that off the poses.
 void add_several(const Model& model, const Clip& clip, int joint, std::vector<Curve>& out) {
   const Body& body = model.body(joint + 1);
   const std::string& link = model.joint(joint).link;

@@ -1,4 +1,4 @@
-// The curves beside a replay.
+// Curves beside a replay.
 #pragma once
 
 #include <string>
@@ -8,22 +8,22 @@
 
 namespace counterpoint::view {
 
-/// Curves of one group are drawn over each other.
+/// A curve. Curves of one group share a plot.
 struct Curve {
   std::string group, label, unit;
-  std::vector<double> values;  ///< one a frame
-  int ghost = -1;              ///< that it is of
+  std::vector<double> values;  ///< one per frame
+  int ghost = -1;              ///< index of the ghost it belongs to, or -1
 };
 
-/// Energies, contact forces, Newton iterations where they are known, and of models of up to
-/// kMaxCoordinates every coordinate, velocity and applied force; of ghosts the coordinates of
-/// joints that have one, at the clip's times.
+/// Returns curves of energies, contact forces, closure forces and Newton iterations if known; for
+/// models of up to kMaxCoordinates also every coordinate, velocity and applied force. Ghosts
+/// contribute the coordinates of joints with a single one, interpolated at the clip's times.
 std::vector<Curve> curves_of(const Model& model, const Clip& clip, const std::vector<Clip>& ghosts);
 
-/// nq + nv, beyond which coordinates are left to what the page reads off the poses.
+/// Limit on nq + nv: for larger models the page offers only the positions it reads off the poses.
 inline constexpr int kMaxCoordinates = 400;
 
-/// The groups that are shown at first, of those that there are.
+/// Returns the groups shown at first.
 std::vector<std::string> first_groups(const std::vector<Curve>& curves);
 
 }  // namespace counterpoint::view

@@ -16,13 +16,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kMaxRead = 64'000'000;  // bytes; what is larger does not pack small enough
+constexpr std::uintmax_t kMaxRead = 64'000'000;  // bytes; larger files pack too large
 
 std::string size_text(std::uintmax_t bytes) {
   return fmt::format("{:.3g} MB", static_cast<double>(bytes) / 1e6);
 }
 
-/// Every file that a scene's text names under the keys that name files.
+/// Collects every file that a scene's text names under the keys for files.
 void find_files(const YAML::Node& node, const fs::path& folder, std::vector<fs::path>& out) {
   static constexpr const char* kKeys[] = {"urdf", "srdf", "mesh", "triangle_mesh", "file"};
   if (node.IsSequence())
@@ -85,7 +85,7 @@ void InputFiles::add_scene(const fs::path& file, const Model& model) {
   add(file);
   if (file.extension() == ".yaml" || file.extension() == ".yml") {
     std::vector<fs::path> named;
-    // The scene was read before: what is wrong with it was said then.
+    // The scene has been read before, so its errors have been reported.
     find_files(YAML::LoadFile(file.string()), file.parent_path(), named);
     for (const fs::path& one : named) add(one);
   }

@@ -1,4 +1,4 @@
-// The files that a scene is read from, to be kept in a replay.
+// Files from which a scene is read, to be stored in a replay.
 #pragma once
 
 #include <filesystem>
@@ -10,15 +10,15 @@
 
 namespace counterpoint::view {
 
-/// Files larger than this when packed are named, but not kept [bytes].
+/// Limit on the packed size [bytes]: larger files are named but not stored.
 inline constexpr size_t kMaxPackedInput = 1'200'000;
 
-/// Collects files by path, each once.
+/// Collects files, each path once.
 class InputFiles {
  public:
-  /// Takes a file; one that cannot be read, or is too large, is left out.
+  /// Adds a file; skips one that cannot be read, and lists one that is too large in left_out.
   void add(const std::filesystem::path& file);
-  /// A scene (.yaml or .urdf), the robots, meshes and heights that it names.
+  /// Adds a scene (.yaml or .urdf) and the robots, meshes and heights that it names.
   void add_scene(const std::filesystem::path& file, const Model& model);
 
   std::vector<InputFile> files;
@@ -28,10 +28,10 @@ class InputFiles {
   std::vector<std::filesystem::path> seen_;
 };
 
-/// This process as a shell would be told to run it again; "" where the system does not say.
+/// Command line of this process, quoted for a shell; empty if the system does not provide it.
 std::string command_line();
 
-/// Key and value of what every replay says of its origin: command, version, scene, hashes.
+/// Keys and values on the origin of a replay: command, version, scene, hashes.
 std::vector<std::pair<std::string, std::string>> made_by(const std::string& scene_file,
                                                          const Scene& scene, const Clip& clip);
 

@@ -1,4 +1,4 @@
-// Clips, contacts and curves as streams of whole numbers.
+// Packs clips, contacts and curves as streams of integers.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,7 +13,8 @@
 namespace counterpoint::view {
 namespace {
 
-/// What a replay shows [m], either way from the origin: as far as a scene may reach.
+/// Largest distance from the origin that a replay shows along each axis [m], which is the limit for
+/// scenes.
 constexpr double kFarthest = 1e9;
 
 std::int64_t whole(double value, double unit) {
@@ -30,7 +31,7 @@ void check_pose(const Model& model, int body, const Pose& X, double time) {
       kFarthest));
 }
 
-/// By body, coordinate (x y z qw qx qy qz) and frame.
+/// Packs the poses by body, coordinate (x y z qw qx qy qz) and frame.
 std::string pack_poses(const Model& model, const Clip& clip, const Resolution& resolution) {
   const int bodies = model.num_bodies(), frames = clip.num_frames();
   std::vector<std::vector<std::int64_t>> values(7 * bodies, std::vector<std::int64_t>(frames));
@@ -41,7 +42,8 @@ std::string pack_poses(const Model& model, const Clip& clip, const Resolution& r
       check_pose(model, b, poses[b], clip.states[k].time);
       for (int i = 0; i < 3; ++i)
         values[7 * b + i][k] = whole(poses[b].translation[i], resolution.position);
-      // Of q and -q, which turn alike, the one nearer to the last: the page goes straight between.
+      // q and -q are the same rotation: take the one nearer to the last, since the page
+      // interpolates linearly.
       Quaternion q(poses[b].rotation);
       if (q.dot(last[b]) < 0.0) q.coeffs() = -q.coeffs();
       last[b] = q;
@@ -65,14 +67,14 @@ std::string pack_asleep(const Clip& clip, int trees) {
   return stream.packed();
 }
 
-/// Within a thousandth of its range a joint counts as at its limit.
+/// True if a joint is within a thousandth of its range of a limit.
 bool at_limit(const JointInfo& joint, double q) {
   const double range = joint.upper - joint.lower;
   const double slack = std::isfinite(range) ? 1e-3 * range : 1e-3;
   return q <= joint.lower + slack || q >= joint.upper - slack;
 }
 
-/// By body, as the joint that it hangs by.
+/// Packs for each body and frame whether the joint to its parent is at a limit.
 std::string pack_limits(const Model& model, const Clip& clip) {
   IntegerStream stream;
   std::vector<std::int64_t> flags(clip.num_frames(), 0);
@@ -87,19 +89,20 @@ std::string pack_limits(const Model& model, const Clip& clip) {
   return stream.packed();
 }
 
-/// A force at a point between two shapes, or of a closure.
+/// A force at a point between two shapes, or the force of a closure.
 struct Arrow {
   int frame, a, b;
   Vector3 position, force;
 };
 
-/// What lasts: frames one after the other, of the same shapes.
+/// The arrows of one contact over consecutive frames.
 struct Track {
   int a = 0, b = 0, start = 0;
   std::vector<const Arrow*> arrows;
 };
 
-/// Those of a pair in a frame are told apart by their number; the engine lists them alike.
+/// Joins the arrows above `least` [N] into tracks. Several arrows of one pair in a frame are
+/// matched by their order, which the engine keeps from step to step.
 std::vector<Track> tracks_of(const std::vector<Arrow>& arrows, double least) {
   std::vector<Track> tracks;
   std::map<std::tuple<int, int, int>, size_t> open;
@@ -123,7 +126,7 @@ std::vector<Track> tracks_of(const std::vector<Arrow>& arrows, double least) {
   return tracks;
 }
 
-/// names: of a and b.
+/// names(a, b): names of the two shapes, or of the closure.
 Json pack_arrows(const std::vector<Arrow>& arrows, const Resolution& resolution,
                  const std::function<Json(int a, int b)>& names) {
   const std::vector<Track> tracks = tracks_of(arrows, resolution.force);
@@ -171,8 +174,7 @@ Json pack_clip(const Model& model, const Clip& clip, const Resolution& resolutio
 }
 
 Json pack_contacts(const Model& model, const Clip& clip, const Resolution& resolution) {
-  // Arrows point from the moving body's contact along the force on it: on the world they are
-  // turned round.
+  // Arrows show the force on the moving body: the force on the world is reversed.
   const auto& geometries = model.geometries();
   std::vector<Arrow> arrows;
   for (const Contact& c : clip.contacts) {
@@ -187,7 +189,7 @@ Json pack_contacts(const Model& model, const Clip& clip, const Resolution& resol
 Json pack_closure_forces(const Model& model, const Clip& clip, const Resolution& resolution) {
   std::vector<Arrow> arrows;
   for (const ClosureArrow& c : clip.closure_forces) {
-    // Body B may be the world: then the force on A.
+    // Body B may be the world; then the force on A is shown.
     const double sign = model.closures()[c.closure].body_b == 0 ? -1.0 : 1.0;
     arrows.push_back({c.frame, c.closure, c.closure, c.position, sign * c.force});
   }

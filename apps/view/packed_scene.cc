@@ -20,7 +20,7 @@ Json pose_array(const Pose& X) {
   return {X.translation.x(), X.translation.y(), X.translation.z(), q.w(), q.x(), q.y(), q.z()};
 }
 
-/// Meshes, each once.
+/// List of meshes without repetition.
 class MeshList {
  public:
   int add(const void* key, const std::vector<Vector3>& vertices,
@@ -58,7 +58,7 @@ class MeshList {
     return add(&mesh, mesh.vertices, corners);
   }
 
-  /// The mesh that a hull was made from; -1 where it is not to be had.
+  /// Index of the mesh from which a hull was made; -1 if it is not available.
   int given(const ConvexMesh& hull);
 
   Json take() { return std::move(json_); }
@@ -69,8 +69,8 @@ class MeshList {
   std::map<const ConvexMesh*, int> given_;
 };
 
-/// The scale of each axis by which the box around `mesh` becomes that around the hull: the hull
-/// does not keep it. Mirroring turns the ends round.
+/// Scale per axis that maps the bounding box of `mesh` to that of its hull, since the hull does not
+/// store it. A negative scale means a mirrored axis.
 Vector3 scale_between(const std::vector<Vector3>& mesh, const std::vector<Vector3>& hull) {
   const auto box = [](const std::vector<Vector3>& points) {
     std::pair<Vector3, Vector3> ends{points[0], points[0]};
@@ -187,7 +187,7 @@ void pack_model(const Model& model, const Visuals& visuals, Json& out) {
 std::vector<double> drawn_radii(const Model& model) {
   std::vector<double> radii = collision::body_radii(model);
   radii[0] = 0.0;
-  // Of a body without shapes the page draws the centre of mass.
+  // The page draws the centre of mass of a body without shapes.
   for (int i = 1; i < model.num_bodies(); ++i)
     if (radii[i] == 0.0) radii[i] = model.body(i).inertia.center.norm();
   return radii;
@@ -195,7 +195,7 @@ std::vector<double> drawn_radii(const Model& model) {
 
 namespace {
 
-/// What lies between the lowest and the highest of the values but for a share at both ends.
+/// Range of the values after dropping a share of them at either end.
 std::pair<double, double> range(std::vector<double>& low, std::vector<double>& high, double share) {
   const auto skip = static_cast<std::ptrdiff_t>(share * static_cast<double>(low.size()));
   std::nth_element(low.begin(), low.begin() + skip, low.end());
@@ -203,7 +203,8 @@ std::pair<double, double> range(std::vector<double>& low, std::vector<double>& h
   return {low[skip], high[high.size() - 1 - skip]};
 }
 
-/// The ball around the boxes of all bodies in some states; of many bodies a few may stray.
+/// Ball around the bounding boxes of all bodies in some states; with more than 50 bodies, 1 % at
+/// either end may lie outside.
 Ball ball_of(const Model& model, const std::vector<double>& radii,
              const std::vector<const State*>& states) {
   if (model.num_bodies() < 2) return {};
@@ -231,7 +232,7 @@ Ball ball_of(const Model& model, const std::vector<double>& radii,
 }  // namespace
 
 Ball bounds(const Model& model, const Clip& clip) {
-  // A few hundred moments say where a motion goes.
+  // About 200 states suffice to find the extent of a motion.
   std::vector<const State*> states;
   const size_t stride = std::max<size_t>(1, clip.states.size() / 200);
   for (size_t k = 0; k < clip.states.size(); k += stride) states.push_back(&clip.states[k]);
@@ -239,7 +240,8 @@ Ball bounds(const Model& model, const Clip& clip) {
   const std::vector<double> radii = drawn_radii(model);
   const Ball all = ball_of(model, radii, states);
   const Ball start = ball_of(model, radii, {&clip.states[0]});
-  // What flies away would leave nothing to see: then the start, and some room around it.
+  // If a body flies far away, the camera shows the start with some room, so that something is
+  // visible.
   constexpr double kFar = 15.0, kRoom = 4.0;
   if (all.radius > kFar * start.radius) return {start.center, kRoom * start.radius};
   return all;

@@ -1,4 +1,4 @@
-// A model, and clips of its motion, as the JSON of a replay.
+// A model and clips of its motion, as the JSON data of a replay.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,14 +10,14 @@ namespace counterpoint::view {
 
 using Json = nlohmann::ordered_json;
 
-/// Bodies, frames, shapes and visuals, meshes, closures into `out`.
+/// Writes bodies, frames, shapes, visuals, meshes and closures to `out`.
 void pack_model(const Model& model, const Visuals& visuals, Json& out);
 
-/// How far a body's shapes, or without any its centre of mass, reach from its origin [m], by body;
-/// the world's stays 0.
+/// Distance [m] from each body's origin to the farthest point of its shapes, or to its centre of
+/// mass if it has none; 0 for the world.
 std::vector<double> drawn_radii(const Model& model);
 
-/// A ball around all that moves, at any time of the clip: what the camera looks at.
+/// A ball around all moving bodies over the whole clip, for the initial camera.
 struct Ball {
   Vector3 center = Vector3::Zero();
   double radius = 1.0;  ///< [m]

@@ -100,7 +100,7 @@ std::string pack_indices(const std::vector<std::uint32_t>& values) {
 }
 
 void IntegerStream::add(std::int64_t value) {
-  // The sign goes into the lowest bit, so that small negative numbers stay short.
+  // Zigzag coding: the sign goes into the lowest bit, so that small negative numbers stay short.
   std::uint64_t rest = static_cast<std::uint64_t>(value) << 1 ^ (value < 0 ? ~0ull : 0ull);
   for (; rest > 127; rest >>= 7) bytes_ += static_cast<char>((rest & 127) | 128);
   bytes_ += static_cast<char>(rest);

@@ -1,11 +1,11 @@
-// The page's program, as the build packed it from page/ (CMakeLists.txt).
+// The page's JavaScript program, which the build bundles from page/ (CMakeLists.txt).
 #pragma once
 
 namespace counterpoint::view {
 
-/// JavaScript; empty where it could not be built.
+/// Returns the program; empty if it could not be built.
 const char* program();
-/// Why it could not be built.
+/// Returns the reason why it could not be built.
 const char* program_missing();
 
 }  // namespace counterpoint::view

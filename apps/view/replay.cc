@@ -17,7 +17,7 @@
 namespace counterpoint::view {
 namespace {
 
-/// As it may stand inside <script>: nothing in it can end that. A '<' occurs in strings only.
+/// Escapes '<' so that the JSON cannot end its <script> element. It occurs in strings only.
 std::string without_markup(std::string json) {
   std::string out;
   out.reserve(json.size());
@@ -30,7 +30,7 @@ std::string without_markup(std::string json) {
   return out;
 }
 
-/// The finest that bodies can be told apart by: a thousandth of the smallest, where there is one.
+/// Smallest drawn radius of a body [m]; infinity if no body has one.
 double smallest_radius(const Model& model) {
   double smallest = std::numeric_limits<double>::infinity();
   for (const double radius : drawn_radii(model))
@@ -38,7 +38,7 @@ double smallest_radius(const Model& model) {
   return smallest;
 }
 
-/// Half of the bodies are larger. [m]
+/// Median of the drawn radii [m]; `without_bodies` if there are none.
 double typical_radius(const Model& model, double without_bodies) {
   std::vector<double> radii = drawn_radii(model);
   radii.erase(radii.begin());  // the world
@@ -71,7 +71,7 @@ Resolution resolution_of(const Replay& replay) {
   Resolution out;
   const double size = bounds(model, replay.clip).radius;
   out.position = std::min(std::ldexp(size, -16), 1e-3 * smallest_radius(model));
-  // Whole numbers stay within 2^40, which the page's doubles hold with room to spare.
+  // Integers stay within 2^40, well inside the range that the page's doubles hold exactly.
   out.position = std::max(out.position, std::ldexp(farthest(model, replay.clip), -40));
   double force = 0.0;
   for (const Contact& contact : replay.clip.contacts) force = std::max(force, contact.force.norm());
@@ -131,7 +131,7 @@ void write_whole(const std::filesystem::path& file, const std::string& bytes) {
   const std::string wrong = fmt::format(
       "{}: cannot be written; expected a path in an existing, writable folder", file.string());
   std::error_code error;
-  // A device or pipe is no file to be put in another's place.
+  // A device or pipe is written directly, since it cannot be replaced by a file.
   const bool whole =
       !std::filesystem::exists(file, error) || std::filesystem::is_regular_file(file);
   const std::filesystem::path part =

@@ -1,4 +1,4 @@
-// --view FILE of commands that make a motion: a replay of it.
+// The option --view FILE of commands that make a motion: writes a replay of it.
 #pragma once
 
 #include <filesystem>
@@ -15,15 +15,15 @@ class Command;
 
 namespace counterpoint::view {
 
-/// Files that a motion came from: the scene's, and others, which may not be there.
+/// Files from which a motion came: the scene's, and others, which need not exist.
 struct Origin {
   std::string scene_file;
   std::vector<std::string> inputs;
-  std::map<std::string, std::filesystem::path> packages = {};  ///< as SceneOverrides has them
+  std::map<std::string, std::filesystem::path> packages = {};  ///< see SceneOverrides
 };
 
-/// Writes a replay with all that says where it came from. @throws InputError as replay_page, and
-/// where the file cannot be written.
+/// Writes a replay that contains its input files and origin. @throws InputError as replay_page, and
+/// if the file cannot be written.
 void write_replay(const std::filesystem::path& file, const Scene& scene, const Origin& origin,
                   Clip clip, std::vector<Clip> ghosts = {});
 
@@ -31,7 +31,7 @@ class ViewOption {
  public:
   void add_to(apps::Command& command);
   bool wanted() const { return !file_.empty(); }
-  /// Refuses at once what would only fail at the end. @throws InputError.
+  /// Finds errors before the computation starts. @throws InputError.
   void check() const;
   const std::string& file() const { return file_; }
   double rate() const { return rate_; }

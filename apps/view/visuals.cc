@@ -20,13 +20,13 @@ namespace fs = std::filesystem;
 using Packages = std::map<std::string, fs::path>;
 using tinyxml2::XMLElement;
 
-/// A robot of the scene, in the order in which the model numbers its instances.
+/// A robot of the scene, in the order of the model's instances.
 struct Robot {
-  fs::path file;  ///< empty: a shape of the scene's own
+  fs::path file;  ///< empty for a shape defined in the scene file
   std::string prefix;
 };
 
-/// Numbers between blanks, as many as wanted; nothing where they are missing or no finite numbers.
+/// Parses `count` numbers between blanks; returns nothing if one is missing or not finite.
 std::optional<std::vector<double>> numbers(const char* text, size_t count) {
   std::vector<double> out;
   if (!text) return std::nullopt;
@@ -48,10 +48,10 @@ std::string robot_name(const fs::path& file) {
   return name ? name : "";
 }
 
-/// As scene_models.cc names and places them.
+/// Lists the robots with the names and order that scene_models.cc gives them.
 std::vector<Robot> robots_of(const fs::path& scene_file, Packages& packages) {
   if (scene_file.extension() == ".urdf") return {{scene_file, ""}};
-  // Files of MuJoCo and Gazebo are shown by the shapes that touch.
+  // Robots from MJCF and SDF files are shown by their collision shapes.
   for (const char* extension : {".mjcf", ".sdf", ".world"})
     if (scene_file.extension() == extension) return {};
   if (scene_file.extension() == ".xml") {
@@ -90,7 +90,7 @@ std::vector<Robot> robots_of(const fs::path& scene_file, Packages& packages) {
   return robots;
 }
 
-/// The visuals of one file, by link and in the link's frame.
+/// The visuals of one file by link, in the frame of the link.
 class RobotFile {
  public:
   RobotFile(const fs::path& file, const Packages& packages, Visuals& out)
@@ -184,7 +184,7 @@ class RobotFile {
         const MeshPath path = find_mesh(name, file_.parent_path(), packages_, file_.string());
         out_.meshes.push_back(load_mesh(path.file, by));
         entry->second = static_cast<int>(out_.meshes.size()) - 1;
-      } catch (const std::exception& error) {  // looks are no reason to fail
+      } catch (const std::exception& error) {  // a missing appearance is no reason to fail
         note(e, error.what());
       }
     }
@@ -202,9 +202,9 @@ class RobotFile {
   std::vector<Visual> visuals_;
 };
 
-/// A collision shape that looks just the same?
+/// True if a collision shape of the same body coincides with the visual.
 bool is_collision_shape(const Visual& visual, const Model& model) {
-  constexpr double kSame = 1e-9;  // m, and of rotations
+  constexpr double kSame = 1e-9;  // [m], and without unit for rotations
   if (visual.mesh >= 0) return false;
   return std::any_of(
       model.geometries().begin(), model.geometries().end(), [&](const Geometry& geometry) {

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Takes mujoco_menagerie out of a git directory that may lack its largest files, for counterpoint_mjcf_check.
+"""Extracts mujoco_menagerie from a git directory that may lack its largest files, for counterpoint_mjcf_check.
 
     scripts/models/menagerie.py GIT_DIR FOLDER
 
-What is absent is stood in for by boxes and listed in FOLDER/ABSENT.txt: visuals for the most part, since a
-mesh that has to be read for its inertia, or that touches, would give another robot.
+Missing files are replaced by boxes and listed in FOLDER/ABSENT.txt. Most of them are visual meshes; replacing a mesh
+that defines an inertia or collides would change the robot.
 """
 import pathlib
 import struct
@@ -12,7 +12,7 @@ import subprocess
 import sys
 
 WANTED = (".xml", ".obj", ".stl", ".msh", ".png")
-HALF = (0.045, 0.0125, 0.0125)  # [m]; of a camera
+HALF = (0.045, 0.0125, 0.0125)  # half sizes of a camera [m]
 CORNERS = [tuple((-1, 1)[i >> k & 1] * HALF[k] for k in range(3)) for i in range(8)]
 FACES = [(0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4),
          (2, 6, 7), (2, 7, 3), (0, 4, 6), (0, 6, 2), (1, 3, 7), (1, 7, 5)]

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Loads and simulates SDF files, and writes what became of each to docs/measurements/sdf.md.
+"""Loads and simulates SDF files, and writes the outcomes to docs/measurements/sdf.md.
 
     scripts/models/sdf_samples.py COUNTERPOINT NAME=FOLDER... [--output FILE]
 
-FOLDER: checked out Gazebo models or worlds; NAME is what the table calls it. model-1_4.sdf and the like, older
-forms of the same model.sdf, are left out.
+FOLDER: checked out Gazebo models or worlds; NAME: its name in the table. Files such as model-1_4.sdf, older versions of
+the same model.sdf, are left out.
 """
 import collections
 import json
@@ -14,12 +14,12 @@ import subprocess
 import sys
 import tempfile
 
-SECONDS = 2.0  # simulated
-LIMIT = 60.0  # [s] of a run
+SECONDS = 2.0  # simulated time [s]
+LIMIT = 60.0  # largest wall time of a run [s]
 
 
 def run(command, file, folder):
-    """(outcome, detail): simulated, failed steps, refused, or too slow."""
+    """Returns (outcome, detail); outcomes: simulated, failed, refused, slow, crash."""
     with tempfile.TemporaryDirectory() as scratch:
         report = pathlib.Path(scratch) / "r.json"
         arguments = [command, "simulate", str(file), "--duration", str(SECONDS), "--json", str(report)]
@@ -36,7 +36,7 @@ def run(command, file, folder):
 
 
 def reason(text):
-    """What a refusal is about, without names and lines."""
+    """Reason of a refusal, without names and line numbers."""
     text = re.sub(r"^error: ", "", text)
     text = re.sub(r"^[^ ]*:(\d+:)? ", "", text)
     text = re.sub(r"'[^']*'", "'...'", text)

@@ -3,13 +3,14 @@ import math
 
 from scenes.robot_text import number
 
-# ---- box scenes: cubes of 0.2 m and 1 kg, friction 0.5, gravity 9.81, as commonly benchmarked -----------
+# ---- box scenes: cubes of 0.2 m and 1 kg, friction 0.5, gravity 9.81, as in common benchmarks
+# -----------
 
 EDGE, LIFT = 0.2, 0.001
 
 
 def rows_of(kind, n):
-    """Rows of cubes (first position, count, spacing)."""
+    """Rows of cubes: (first position, count, spacing)."""
     if kind == "stack":
         return [((0, 0, EDGE / 2 + LIFT), n, (0, 0, EDGE + LIFT))]
     if kind == "pyramid":
@@ -49,11 +50,11 @@ SCENES = [("stack", 5, "A tower of 5 cubes, 1 mm apart."),
           ("pack", 4, "64 cubes in a 4 x 4 x 4 pack, 5 mm apart sideways.")]
 
 
-ELLIPSE_HALF_AXES, ELLIPSE_CORNERS = (0.035, 0.025), 720  # m, half a degree of the parameter apart
+ELLIPSE_HALF_AXES, ELLIPSE_CORNERS = (0.035, 0.025), 720  # [m]; corners at steps of half a degree of the parameter
 
 
 def ellipse():
-    """A disc with an elliptic rim in the plane y = 0, thinning to a point on either side: it touches with its rim only."""
+    """A disc with an elliptic rim in the plane y = 0 and an apex on either side, so that only its rim touches."""
     lines = ["# The ellipse of 0.07 m x 0.05 m of planar impacts, as a hull. Written by scripts/make_data.py."]
     for k in range(ELLIPSE_CORNERS):
         angle = 2 * math.pi * k / ELLIPSE_CORNERS
@@ -65,11 +66,11 @@ def ellipse():
     return "\n".join(lines) + "\n"
 
 
-HOLLOW_SIDE, HOLLOW_CELLS = 4.0, 40  # m, cells along a side
+HOLLOW_SIDE, HOLLOW_CELLS = 4.0, 40  # [m], cells along a side
 
 
 def hollow():
-    """Heights of a shallow bowl with humps, one row a line, the first at the largest y."""
+    """Heights of a shallow bowl with humps, one row per line, the first at the largest y."""
     def height(x, y):
         return 0.05 * (x * x + y * y) + 0.05 * math.sin(4 * x) * math.cos(3 * y)
 

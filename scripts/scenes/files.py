@@ -13,7 +13,7 @@ def vec(*values):
 
 
 def scene(name, about, models, ground=0.5, step=0.002, duration=10, gravity=(0, 0, -G), more=()):
-    """ground: friction of the plane z = 0, text after `ground:`, or None. models, more: lines."""
+    """Text of a scene file. ground: friction of the plane z = 0, text after `ground:`, or None. models, more: lines."""
     lines = [f"# {about}", "# Written by scripts/make_data.py (hard_scenes.py).", f"name: {name}",
              f"gravity: {vec(*gravity)}  # m/s^2", f"time_step: {num(step)}  # s",
              f"duration: {num(duration)}  # s"]
@@ -29,7 +29,7 @@ def scene(name, about, models, ground=0.5, step=0.002, duration=10, gravity=(0, 
 
 def free(name, shape, size, mass, position=(0, 0, 0), rpy=None, friction=0.5, velocity=None,
          spin=None, extra=""):
-    """An object; size: a number or a list, as in scene files."""
+    """Entry of a free object; size: a number or a list, as in scene files."""
     size = vec(*size) if isinstance(size, (list, tuple)) else num(size)
     text = f"name: {name}, {shape}: {size}, mass: {num(mass)}, position: {vec(*position)}"
     if rpy:
@@ -42,7 +42,7 @@ def free(name, shape, size, mass, position=(0, 0, 0), rpy=None, friction=0.5, ve
 
 
 def obj(corners):
-    """Eight corners, ordered (z, y, x) from low to high: a hexahedron of triangles."""
+    """Mesh of a hexahedron from eight corners, in the order (z, y, x) from low to high."""
     lines = ["# Written by scripts/make_data.py (hard_scenes.py).", "o block"]
     lines += ["v " + " ".join(num(v) for v in p) for p in corners]
     quads = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]
@@ -57,7 +57,7 @@ def urdf(name, about, body):
 
 
 def link(name, mass=None, moments=None, center=(0, 0, 0), geometry=()):
-    """geometry: (text, origin)."""
+    """Text of a URDF link; geometry: list of (text, origin)."""
     out = [f'  <link name="{name}">']
     if mass:
         ixx, iyy, izz = moments

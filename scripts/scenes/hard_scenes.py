@@ -1,6 +1,6 @@
 """The scenes of `counterpoint hard-cases` (data/scenes/hard) and the robots that only they use.
 
-scripts/make_data.py writes them. All with g = 9.81 m/s^2, friction 0.5 and 2 ms unless a scene says otherwise.
+scripts/make_data.py writes them. Defaults: g = 9.81 m/s^2, friction 0.5, time step 2 ms.
 """
 import math
 

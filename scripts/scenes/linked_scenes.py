@@ -3,7 +3,8 @@ from scenes.files import G, free, joint, link, num, scene, urdf, vec
 
 
 def hanging_chain(n, drag=None):
-    """drag [N s/m] a link: closures yield like springs, and a long chain swings on them for long."""
+    """A chain of bodies on closures. drag [N s/m] per link damps it: closures yield like springs, on which a long chain
+    would swing for a long time."""
     links = [free("link", "capsule", (0.01, 0.08), 0.1, (0, 0, -0.05), friction=0.5,
                   extra=f"count: {n}, spacing: [0, 0, -0.1]" + (f", drag: {{linear: {drag}}}" if drag else ""))]
     ties = ["closures:", "  - {type: ball, name: tie0, between: [world, link0/body]}"]
@@ -14,7 +15,7 @@ def hanging_chain(n, drag=None):
 
 
 def whip(n):
-    """A chain of n ball joints as one tree, let go from the horizontal."""
+    """A chain of n ball joints as one tree, released from the horizontal."""
     mass, length = 0.1, 0.1
     across, along = mass * length ** 2 / 12, mass * 0.01 ** 2 / 2
     body = '  <link name="hook"/>\n'
@@ -31,8 +32,8 @@ def whip(n):
 
 
 def net_files(n=20):
-    """Nodes in a level square, ball closures halfway between neighbours, its corners drawn
-    together by 15 %: held at its full size it could not sag. They touch nothing."""
+    """Nodes in a level square with ball closures halfway between neighbours. The corners are 15 % closer together than
+    at full size, where the net could not sag. The nodes do not collide."""
     d, moment = 0.1, 0.4 * 0.05 * 0.02 ** 2
     nodes = [f"urdf: ../../robots/hard/node.urdf, name: n{i}_, base: floating, position: {vec(d * i, 0, 0)},"
              f" count: {n}, spacing: [0, {d}, 0], drag: {{body: {{linear: 0.2, angular: 0.0001}}}}" for i in range(n)]
@@ -71,14 +72,15 @@ def gripper_files():
 
 
 def servo_chain(n=10, mass=1.0, length=0.2):
-    """An inverted chain of n links on servos, at 1.1 and 0.9 of the stiffness that holds it upright."""
+    """An inverted chain of n links on servos, with 1.1 and 0.9 of the critical stiffness for standing upright."""
     across = mass * (length ** 2 / 12 + 1e-4)
     body = '  <link name="base"/>\n'
     for i in range(n):
         body += link(f"link{i}", mass, (across, across, mass * 2e-4), center=(0, 0, length / 2))
         body += joint(f"j{i}", "continuous", f"link{i - 1}" if i else "base", f"link{i}", (0, 0, length if i else 0))
-    # Potential -1/2 sum_k c_k phi_k^2, phi_k = sum of the first k joints: the least stiffness is the largest
-    # eigenvalue of G_ij = sum of c_k over k >= max(i, j). By iteration: G's entries are positive.
+    # Potential -1/2 sum_k c_k phi_k^2 with phi_k = sum of the first k joints: the least stiffness
+    # is the largest eigenvalue of G_ij = sum of c_k over k >= max(i, j), found by power iteration,
+    # since the entries of G are positive.
     c = [mass * G * length * (n - k - 0.5) for k in range(n)]
     v = [1.0] * n
     for _ in range(200):
@@ -97,7 +99,7 @@ def servo_chain(n=10, mass=1.0, length=0.2):
 
 
 def singular_poses():
-    """Gimbal at its pole, no length between its axes, a massless fixed link, and a straight arm behind."""
+    """An arm with a gimbal at its pole whose axes intersect, a massless fixed link, and aligned links."""
     rod = (0.25 / 12 + 1e-4, 0.25 / 12 + 1e-4, 1e-4)
     tiny = (1e-4, 1e-4, 1e-4)
     body = '  <link name="base"/>\n' + link("yaw", 0.01, tiny) + link("pitch", 0.01, tiny)
@@ -107,7 +109,8 @@ def singular_poses():
     body += '  <link name="flange"/>\n' + joint("mount", "fixed", "upper", "flange", (0, 0, 0.5))
     body += link("lower", 1, rod, center=(0, 0, 0.25)) + joint("elbow", "continuous", "flange", "lower", axis=(0, 1, 0))
     robot = urdf("singular_arm", "Yaw, pitch and roll in one point, a massless flange, an elbow.", body)
-    # Upright, pitch 0: yaw and roll are one axis. A push of the elbow sets it off.
+    # Upright with pitch 0, the axes of yaw and roll coincide. The initial velocity of the elbow
+    # starts the motion.
     text = scene("singular_poses", "An arm stands upright: its yaw and roll axes fall together, its links are in line.",
                  ["urdf: ../../robots/hard/singular_arm.urdf, name: arm, joint_velocities: {elbow: 0.5}"],
                  ground=None, step=0.0001, duration=5)

@@ -1,7 +1,7 @@
-"""The scenes of the mechanisms that `counterpoint hard-cases` steps for long: linkages that close, joints
-that follow or end. scripts/make_data.py writes them into data/scenes/hard and data/robots/hard.
+"""Scenes of mechanisms for long runs of `counterpoint hard-cases`: closed linkages, mimic joints and joint limits.
+scripts/make_data.py writes them into data/scenes/hard and data/robots/hard.
 
-Bars are uniform, 1 kg/m; nothing brakes a mechanism but what is said.
+Bars are uniform, 1 kg/m; there is no damping unless stated.
 """
 import math
 
@@ -9,7 +9,7 @@ from scenes.files import joint, link, scene, urdf, vec
 
 
 def bar(name, along):
-    """A bar from the link's origin along an axis: along = (x, y, z), one of them not zero."""
+    """A bar from the link's origin along an axis: along = (x, y, z), exactly one of them nonzero."""
     length = sum(abs(x) for x in along)
     moments = tuple(1e-4 * length if x else length ** 3 / 12 for x in along)
     return link(name, length, moments, center=tuple(0.5 * x for x in along))
@@ -29,7 +29,7 @@ def four_bar():
 
 
 def flat_linkage():
-    """A parallelogram that turns over: flat twice a turn, where its closure loses a rank."""
+    """A parallelogram that turns over: twice a turn it is flat, where its closure loses a rank."""
     body = '  <link name="frame"/>\n' + bar("left", (0, 0, 1)) + bar("top", (1, 0, 0)) + bar("right", (0, 0, -1))
     body += joint("j0", "continuous", "frame", "left")
     body += joint("j1", "continuous", "left", "top", (0, 0, 1))
@@ -43,7 +43,7 @@ def flat_linkage():
 
 
 def slider_crank():
-    """The crank turns over at 20 rad/s to begin with; rod and slider move as it bids them."""
+    """The crank starts at 20 rad/s, with consistent velocities of rod and slider."""
     crank, rod, w, a = 0.1, 0.3, 20.0, 0.5
     body = '  <link name="frame"/>\n' + bar("crank", (crank, 0, 0)) + bar("rod", (rod, 0, 0))
     body += link("slider", 0.2, (1e-4, 1e-4, 1e-4))
@@ -51,7 +51,7 @@ def slider_crank():
     body += joint("wrist", "continuous", "crank", "rod", (crank, 0, 0))
     body += joint("slide", "prismatic", "frame", "slider", (0, 0, 0), (1, 0, 0),
                   '<limit lower="-1" upper="1" effort="1000" velocity="100"/>')
-    # Both bars' heights cancel: crank sin a + rod sin(a + b) = 0.
+    # The heights of crank and rod add up to zero: crank sin a + rod sin(a + b) = 0.
     total = math.asin(-crank / rod * math.sin(a))
     rate = -crank * math.cos(a) * w / (rod * math.cos(total))
     slide = crank * math.cos(a) + rod * math.cos(total)
@@ -67,14 +67,14 @@ def slider_crank():
 
 
 def bricard():
-    """Five bars of 1 m along the edges of a cube, six hinges; by counting it cannot move, and it does."""
+    """Five bars of 1 m along the edges of a cube and six hinges; by count of constraints it is rigid, but it moves."""
     edges = ((1, 0, 0), (0, -1, 0), (0, 0, 1), (-1, 0, 0), (0, 1, 0))
     axes = ((0, 1, 0), (0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 0, 1))
     body = '  <link name="frame"/>\n'
     for i in range(5):
         body += bar(f"bar{i}", edges[i])
         body += joint(f"j{i}", "continuous", f"bar{i - 1}" if i else "frame", f"bar{i}", edges[i - 1] if i else (0, 0, 0), axes[i])
-    # The sixth hinge, about x through the last bar's end: two balls.
+    # Two ball closures form the sixth hinge, about x through the end of the last bar.
     ties = ["closures:"] + [f"  - {{type: ball, name: hinge_{side}, between: [bar4, world], anchor_a: {vec(x, 1, 0)}}}"
                             for side, x in (("left", -0.1), ("right", 0.1))]
     text = scene("bricard", "Bricard's linkage, overconstrained and movable (IFToMM benchmark A04).",
@@ -104,7 +104,7 @@ def hung_chain():
 
 
 def ball_chain(n=4):
-    """Rods on ball joints, let go from the horizontal with some spin: quaternions for long."""
+    """Rods on ball joints, released from the horizontal with some spin: quaternions in a long run."""
     across, along = 0.1 * 0.2 ** 2 / 12, 0.1 * 0.02 ** 2 / 2
     body = '  <link name="hook"/>\n'
     for i in range(n):
@@ -119,10 +119,10 @@ def ball_chain(n=4):
 
 
 def crane():
-    """Free bodies only: a beam on two rods, a load on a third, two boxes welded and hung on a fourth."""
+    """Free bodies only: a beam on two rods, a load on a third rod, and two boxes welded together on a hook."""
     def box(name, half, mass, position):
         return f"name: {name}, box: {vec(*half)}, mass: {mass}, position: {vec(*position)}"
-    # What swings about may pass through each other: contacts are other cases' matter.
+    # The bodies may pass through each other: contacts are tested by other cases.
     ties = ["groups: {all: [beam/body, load/body, inner/body, outer/body]}", "exclude: [[all, all]]", "closures:",
             "  - {type: distance, name: left, between: [world, beam/body], anchor_a: [-0.5, 0, 2], anchor_b: [-0.5, 0, 0]}",
             "  - {type: distance, name: right, between: [world, beam/body], anchor_a: [0.5, 0, 2], anchor_b: [0.5, 0, 0]}",

@@ -5,7 +5,7 @@ from scenes.files import G, free, link, num, scene, urdf, vec
 
 
 def rolling_box():
-    """SimBenchmark's rolling test: geometric means 0.4 (box, ground) and 0.8 (ball, box)."""
+    """SimBenchmark's rolling test; friction of the pairs (geometric means): 0.4 (box, ground) and 0.8 (ball, box)."""
     balls = [free(f"ball{i}{j}", "sphere", 0.5, 1, (2 * i - 4, 2 * j - 4, 1.5), friction=1.6)
              for i in range(5) for j in range(5)]
     return scene("rolling_box", "A box of 10 kg, 25 balls of 1 kg on it, to be pushed with 150 N at 45 degrees.",
@@ -41,10 +41,10 @@ def tops():
     l, across, axial = 0.1, (3 * 0.1 ** 2 + 0.02 ** 2) / 12 + 0.1 ** 2, 0.5 * 0.1 ** 2
     top = "urdf: ../../robots/hard/top.urdf, base: spherical"
     theta, w3 = 0.5, 100.0
-    # I1 W^2 cos - I3 w3 W + m g l = 0, the slow root.
+    # Precession rate: the slow root of I1 W^2 cos - I3 w3 W + m g l = 0.
     a, b, c = across * math.cos(theta), -axial * w3, G * l
     W = (-b - math.sqrt(b * b - 4 * a * c)) / (2 * a)
-    # Turned about y by theta: the vertical is (-sin, 0, cos) in the body.
+    # With the top turned about y by theta, the vertical is (-sin, 0, cos) in the body-fixed frame.
     spin = (-W * math.sin(theta), 0, w3)
     steady = scene("top_steady", f"A heavy top leans by 0.5 rad and precesses steadily at {W:.6f} rad/s.",
                    [f"name: top, {top}, rpy: {vec(0, theta, 0)}, velocity: {{angular: {vec(*spin)}}}"],
@@ -70,7 +70,8 @@ def tippe_top():
     moment = 0.4 * m * r * r
     robot = urdf("tippe_top", "A ball with a low centre of mass, the link's origin.",
                  link("top", m, (moment, moment, moment), geometry=[(f'<sphere radius="{num(r)}"/>', (0, 0, e))]))
-    # Leaning by 0.1 rad, its middle is at height r: the centre of mass e cos(0.1) below.
+    # At a lean of 0.1 rad the centre of the ball is at height r, and the centre of mass e cos(0.1)
+    # below it.
     text = scene("tippe_top", "A ball with a low centre of mass spins upright, leaning by 0.1 rad.",
                  [f"urdf: ../../robots/hard/tippe_top.urdf, name: top, base: floating, friction: 0.3,"
                   f" position: {vec(0, 0, r - e * math.cos(0.1))}, rpy: [0.1, 0, 0],"
@@ -79,7 +80,8 @@ def tippe_top():
 
 
 def drop(name, size, mass, time_step, scaled):
-    """A box of half lengths (1, 0.7, 0.5) size falls on a corner; scaled: also what is a length, a speed or a time."""
+    """A box of half lengths (1, 0.7, 0.5) size falls on a corner; scaled: contact options
+    that are lengths, speeds or times scale too."""
     contact = (f"contact: {{margin: {num(0.01 * size)}, smoothing: {num(1e-13 * size)},"
                f" max_recovery_speed: {num(math.sqrt(size))}, slip_time: {num(2 * math.sqrt(size))}}}")
     return scene(name, f"A box of {num(2 * size)} m and {num(mass)} kg falls on a corner; time in sqrt(size).",
@@ -94,7 +96,7 @@ def scales():
         size = 10.0 ** exponent
         for scaled, kind in ((True, "size"), (False, "unscaled")):
             if exponent == 0 and not scaled:
-                continue  # the same scene
+                continue  # the same scene as the scaled one
             name = f"drop_{kind}_1e{exponent}"
             files[f"scenes/hard/{name}.yaml"] = drop(name, size, 1, 0.005 * math.sqrt(size), scaled)
     for exponent in (-6, -3, 3, 6):

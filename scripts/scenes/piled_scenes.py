@@ -22,7 +22,7 @@ def pyramid(n):
     edge = 0.2
     rows = []
     for r in range(n):
-        # Half an edge of air between neighbours: each cube rests on two.
+        # Neighbours are half an edge apart: each cube rests on two.
         step = 1.5 * edge
         rows.append(free(f"row{r}_", "box", (0.1, 0.1, 0.1), 1,
                          (-0.5 * step * (n - r - 1), 0, edge * (r + 0.5)),
@@ -31,7 +31,7 @@ def pyramid(n):
 
 
 def contact_points():
-    """A box slides and rests on 4, 16, 100 feet."""
+    """A box that slides and comes to rest on 4, 16 or 100 feet."""
     files, models = {}, []
     for i, side in enumerate((2, 4, 10)):
         feet = [('<sphere radius="0.01"/>', (-0.2 + 0.4 * a / (side - 1), -0.2 + 0.4 * b / (side - 1), -0.05))
@@ -47,11 +47,11 @@ def contact_points():
     return files
 
 
-CARD = (0.001, 0.1, 0.1)  # half thickness, half width, half length
+CARD = (0.001, 0.1, 0.1)  # half thickness, half width, half length [m]
 
 
 def leaning_card(name, foot_x, foot_z, theta, mu, side):
-    """side -1: leans to the right from the left; its inner lower edge at foot_x, foot_z."""
+    """A leaning card with its inner lower edge at (foot_x, foot_z); side -1: stands on the left and leans to the right."""
     t, _, l = CARD
     turn = -side * theta
     # From the inner lower edge to the centre: half a length along the card, half a thickness outwards.
@@ -71,7 +71,7 @@ def card_pair(name, factor, about):
 
 
 def round_card_files():
-    """Cards whose edges are rounded, so that the normal where they lean on each other is level."""
+    """Cards with rounded edges, so that the normal of their mutual contact is horizontal."""
     t, w, l = CARD
     moments = tuple(0.01 / 3 * s for s in (w * w + l * l, t * t + l * l, t * t + w * w))
     body = '  <link name="card">\n    <inertial><mass value="0.01"/><inertia' + "".join(
@@ -81,7 +81,7 @@ def round_card_files():
                  f'<capsule radius="{num(t)}" length="{num(2 * w)}"/></geometry></collision>\n')
     files = {"robots/hard/card.urdf": urdf("card", "A card of which only the rounded edges touch.", body + "  </link>\n")}
     theta = math.atan(0.552)
-    # Moments about the foot: N (t + 2 l cos) = m g l sin; friction N <= mu m g.
+    # Balance of moments about the foot: N (t + 2 l cos) = m g l sin; friction N <= mu m g.
     limit = l * math.sin(theta) / (t + 2 * l * math.cos(theta))
     for key, factor in (("stands", 1.02), ("slides", 0.98)):
         mu = factor * limit
@@ -97,8 +97,8 @@ def round_card_files():
 def card_house(storeys=3):
     theta, mu = math.radians(20), 0.6
     t, w, l = CARD
-    reach = 2 * l * math.sin(theta)  # of a foot from its apex
-    pitch = 2 * reach + 0.006        # between apexes
+    reach = 2 * l * math.sin(theta)  # distance of a foot from its apex
+    pitch = 2 * reach + 0.006        # distance between apexes
     height = 2 * l * math.cos(theta) + 2 * t * math.sin(theta)
     cards, floor = [], 0.0
     for s in range(storeys):
@@ -117,10 +117,10 @@ def card_house(storeys=3):
 
 
 def arch_files(ratio, n=20):
-    """A half circle of n wedges, mean radius 1, thickness `ratio`; every wedge the same mesh."""
+    """A semicircular arch of n equal wedges, with mean radius 1 m and thickness `ratio`."""
     half, depth = math.pi / (2 * n), 0.1
     inner, outer = 1 - ratio / 2, 1 + ratio / 2
-    # Cross-section: a trapezoid, symmetric about the radial axis z, its sides along the radii.
+    # Cross-section: a trapezoid, symmetric about the radial axis z, with sides along the radii.
     lo, hi = (inner * math.sin(half), inner * math.cos(half)), (outer * math.sin(half), outer * math.cos(half))
     b, a, h = 2 * lo[0], 2 * hi[0], hi[1] - lo[1]
     area = 0.5 * (a + b) * h
@@ -135,7 +135,7 @@ def arch_files(ratio, n=20):
     name = f"arch_block_{round(1000 * ratio):03d}"
     blocks = []
     for i in range(n):
-        turn = -math.pi / 2 + half * (2 * i + 1)  # from the vertical, about y
+        turn = -math.pi / 2 + half * (2 * i + 1)  # angle from the vertical, about y
         position = (center * math.sin(turn), 0, center * math.cos(turn))
         blocks.append(f"urdf: ../../robots/hard/{name}.urdf, name: block{i}, base: floating, friction: 0.9,"
                       f" position: {vec(*position)}, rpy: {vec(0, turn, 0)}")

@@ -1,4 +1,4 @@
-"""A robot as the text of a URDF file: links whose inertias follow from their shape and mass, joints."""
+"""A robot as the text of a URDF file: joints, and links whose inertias follow from shape and mass."""
 import math
 
 HEADER = """<?xml version="1.0"?>
@@ -17,7 +17,8 @@ def numbers(values):
     return " ".join(number(v) for v in values)
 
 
-# ---- shapes: (kind, dimensions); inertia of the unit of mass about the centre, axes of the shape --------
+# ---- shapes: (kind, dimensions); inertia for unit mass about the centre, in the axes of the shape
+# -------
 
 def box(x, y, z):
     return ("box", (x, y, z))
@@ -32,7 +33,7 @@ def cylinder(radius, length):
 
 
 def capsule(radius, length):
-    """length: of the segment between the centres of the caps."""
+    """length: length of the segment between the centres of the caps."""
     return ("capsule", (radius, length))
 
 
@@ -79,7 +80,7 @@ class Robot:
 
     def link(self, name, shape=None, mass=0.0, center=(0, 0, 0), rpy=(0, 0, 0), collide=True,
              collisions=None, contact=""):
-        """shape gives the inertia, and the collision geometry unless `collisions` lists others."""
+        """Adds a link. shape gives the inertia, and the collision geometry unless `collisions` lists others."""
         self.mass += mass
         out = self.lines
         if shape is None:
@@ -107,7 +108,7 @@ class Robot:
         out.append("  </link>")
 
     def joint(self, name, kind, parent, child, origin, axis=None, limit=None, damping=None):
-        """limit: (lower, upper, effort, velocity)."""
+        """Adds a joint; limit: (lower, upper, effort, velocity)."""
         out = self.lines
         out.append(f'  <joint name="{name}" type="{kind}">')
         out.append(f'    <parent link="{parent}"/><child link="{child}"/>'

@@ -123,7 +123,7 @@ def arm7():
 
 
 def arm_hand():
-    """Fingers bend inwards for positive angles; straight they stand around a cylinder of radius 0.04 m."""
+    """Fingers bend inwards for positive angles; when straight they enclose a cylinder of radius 0.04 m."""
     robot = Robot("arm_hand", "The 7-axis arm with a hand of three fingers of two joints each.")
     flange = add_arm7(robot)
     robot.link("palm", cylinder(0.065, 0.02), 0.3)
@@ -166,7 +166,7 @@ def humanoid():
                   " capsules and spheres only.\n     Arms hang, feet forward along x, pelvis 0.86 m up.")
 
     def chain(parent, origin, steps, damping):
-        """Joints of one multi-axis joint; links between the axes are small spheres that do not collide.
+        """Adds a multi-axis joint as a chain of joints; the links between its axes are small spheres that do not collide.
         steps: (joint, axis, limit, link, link arguments or None)."""
         for name, axis, limit, link, body in steps:
             if body is None:
@@ -190,7 +190,7 @@ def humanoid():
          dict(shape=sphere(0.095), mass=4.0, center=(0, 0, 0.075)))], 0.5)
 
     for side, s in (("left", 1), ("right", -1)):
-        # Limits of roll and yaw joints are mirrored, so that both sides move alike.
+        # The limits of roll and yaw joints are mirrored, so that both sides move symmetrically.
         def mirrored(low, high, effort, velocity):
             return (low, high, effort, velocity) if s > 0 else (-high, -low, effort, velocity)
 
@@ -232,7 +232,7 @@ ROBOTS = [
 
 
 def toss_cube():
-    """Mass, half width, inertia, friction and restitution as published with the cube toss recordings."""
+    """Cube with the mass, size, inertia, friction and restitution published with the cube toss recordings."""
     robot = Robot("toss_cube", "Exception: mass, size, inertia, friction and restitution are the values"
                   " published with the ContactNets cube toss recordings.")
     text = HEADER.format(about=robot.about) + f"""<robot name="toss_cube">

@@ -1,11 +1,11 @@
-"""Which piles and robots scripts/robustness.py runs, and in what order."""
+"""Piles and robots that scripts/robustness.py runs, and their order."""
 import functools
 
 from pile_scenes import pile, pile_name, write
 
 
 def pile_choices(full):
-    """Options of pile(), time step and duration [s]."""
+    """List of (options of pile(), time step [s], duration [s])."""
     if not full:
         chosen = []
         for count, friction, masses, step, overlap, extra in (
@@ -34,7 +34,7 @@ def pile_choices(full):
 
 
 def hardness(row):
-    """Sorts what is likely to fail before the rest, piles by size: a run of 1000 bodies takes as long as all others."""
+    """Sort key: likely failures first; piles by size, because a run of 1000 bodies takes as long as all others."""
     if row["kind"] == "pile":
         return (row["seed"] > 0, row["bodies"], -row["mass_range"] * row["friction"], -row["overlap"],
                 -row["time_step_s"])
@@ -42,7 +42,7 @@ def hardness(row):
 
 
 def interleaved(first, second):
-    """Both in their order, in equal shares."""
+    """Interleaves two lists in proportion to their lengths, each in its order."""
     places = [((i + 0.5) / len(part), which, run) for which, part in enumerate((first, second))
               for i, run in enumerate(part)]
     return [run for _, _, run in sorted(places, key=lambda place: place[:2])]
@@ -66,7 +66,7 @@ def pile_runs(arguments):
 
 
 def one_a_robot(urdfs, folder):
-    """The shortest name of every folder right below (robots/X of example-robot-data: of X)."""
+    """URDF with the shortest name of every folder directly below `folder` (robots/X counts as X)."""
     chosen = {}
     for urdf in urdfs:
         parts = urdf.relative_to(folder).parts

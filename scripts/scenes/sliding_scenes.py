@@ -12,7 +12,7 @@ def on_slope(name, tangent, friction, half, about, extra_models=()):
 
 
 def seams():
-    """Tiles of 13 cm side by side; what slides over them goes as over one plane."""
+    """Tiles of 13 cm side by side, over which bodies must slide as over one plane."""
     def thrown(name, shape, size, y, height, yaw=0):
         return free(name, shape, size, 1, (0, y, height), (0, 0, yaw) if yaw else None, 0.2, velocity=(2, 0, 0))
     tiles = [f"  - {{name: tile_{i}, box: [0.065, 2, 0.1], position: {vec(0.13 * (i - 1), 0, -0.1)}, friction: 0.2}}"

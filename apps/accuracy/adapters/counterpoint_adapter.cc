@@ -22,7 +22,8 @@ class CounterpointAdapter : public SteppingAdapter {
   Input input_;
 };
 
-/// The same by controlled steps (engine/simulator.h): the first one tried is of the time step.
+/// Advances by error-controlled steps (engine/simulator.h); the first step tried is the scene's
+/// time step.
 class ControlledAdapter : public EngineAdapter {
  public:
   ControlledAdapter(const Scene& scene, const EngineSetting& setting)

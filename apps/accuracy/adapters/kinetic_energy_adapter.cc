@@ -15,10 +15,11 @@
 namespace counterpoint::apps::accuracy {
 namespace {
 
-/// Its contacts push at a distance: the regularizer grows with the gap. At the default compliance
-/// of 1e-6 a body 0.1 mm away feels half of what it would in touch.
-constexpr double kReach = 1e-7;  // [m]
-/// Smoothing of its velocity bound [N m] and where that is continued [m/s].
+/// Range of contact forces at a distance [m]: the regularizer grows with the gap. At the default
+/// compliance of 1e-6 a body 0.1 mm away feels half of the force that it would feel in contact.
+constexpr double kReach = 1e-7;
+/// Smoothing of the velocity bound [N m], and the speed below which it is continued quadratically
+/// [m/s].
 constexpr double kVelocitySmoothing = 1e-9, kContinuation = 1e-6;
 
 class KineticEnergyAdapter : public SteppingAdapter {
@@ -26,7 +27,7 @@ class KineticEnergyAdapter : public SteppingAdapter {
   KineticEnergyAdapter(const Scene& scene, const EngineSetting& setting)
       : SteppingAdapter(scene, setting) {
     setting_.options.integrator = Integrator::kSemiImplicitEuler;
-    setting_.options.contact.friction_model = FrictionModel::kConvex;  // it has no other
+    setting_.options.contact.friction_model = FrictionModel::kConvex;  // the only one it has
   }
 
  private:
@@ -91,7 +92,7 @@ class KineticEnergyAdapter : public SteppingAdapter {
     }
   }
 
-  /// A bound on the velocity stands for the bias of the normal row.
+  /// Adds the law of constraint i; its normal bias becomes a bound on the normal velocity.
   void add_law(const Workspace::Impl& ws, int i, contact::KineticEnergyProblem& dual) const {
     contact::Law law = ws.problem.law(i);
     double bound = 0.0;

@@ -1,4 +1,4 @@
-// An adapter by steps of the setting's time step, one after the other.
+// Adapter that takes consecutive steps of the setting's time step.
 #pragma once
 
 #include <utility>

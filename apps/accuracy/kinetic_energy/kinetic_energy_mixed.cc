@@ -1,9 +1,9 @@
-// Newton's method of kinetic_energy_newton.h with the impulses as unknowns of their own.
+// Newton's method of kinetic_energy_newton.h with the impulses as additional unknowns.
 //
-// The law f = f_rho(y) is also f = f_rho'(y + (R - R') f), for any larger rho': both say that y + R
-// f and f are complementary up to smoothing. With rho' as large as the inverse mass its bends are
-// as wide as the motion, and Newton does not creep along the curved edge of a cone that is steep as
-// 1 / rho. No cost falls here: a step must reduce the residual, or the method gives up.
+// The law f = f_rho(y) is also f = f_rho'(y + (R - R') f) for any larger rho': both say that y + R
+// f and f are complementary up to smoothing. With rho' as large as the inverse mass the law bends
+// over the whole range of the motion, and Newton does not creep along the edge of a cone of slope 1
+// / rho. There is no cost function here: a step must reduce the residual, or the method gives up.
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
@@ -18,18 +18,18 @@ namespace {
 constexpr int kMaxHalvings = 10;
 constexpr double kSufficientDecrease = 1e-3;
 
-// One law with the regularizer it has and the wide one.
+// A law with its own regularizer and with the widened one.
 struct WideLaw {
   Law law;
-  Rows shift, weight;  // R' - R and R', the diagonals
+  Rows shift, weight;  // diagonals of R' - R and of R'
 
   WideLaw(const Law& narrow, double inverse_mass) : law(narrow) {
     const bool cone = law.type == LawType::kFrictionCone;
     const double rho = cone ? normal_regularizer(law) : law.regularizer;
     shift.setZero(law.rows);
     weight.setConstant(law.rows, rho);
-    if (!cone && law.type != LawType::kUnilateral) return;  // the others have no such form, or need
-    const double wide = std::max(rho, inverse_mass);        // none
+    if (!cone && law.type != LawType::kUnilateral) return;  // others need no widening
+    const double wide = std::max(rho, inverse_mass);
     law.regularizer *= wide / rho;
     for (int r = 0; r < law.rows; ++r) {
       const double mu = r == 0 ? 1.0 : law.friction[r - 1];
@@ -42,7 +42,7 @@ struct WideLaw {
 
 }  // namespace
 
-// Of all equations at x and f, each as an energy.
+// Sum of the squared residuals of all equations at (x, f), each weighted as an energy.
 double KineticEnergyNewton::mixed_error(const VectorX& x, const VectorX& f) {
   const VectorX p = x.tail(normal_.rows());
   const VectorX w = x.head(rank_) + normal_.transpose() * p, y = free_ + L_ * x.head(rank_);
@@ -66,7 +66,7 @@ double KineticEnergyNewton::mixed_error(const VectorX& x, const VectorX& f) {
   return sum;
 }
 
-// y, gradient and Hessian at x and f_; the error.
+// Computes y, gradient and Hessian at x and f_. Returns the error.
 double KineticEnergyNewton::evaluate_mixed() {
   w_ = x_.head(rank_) + normal_.transpose() * x_.tail(normal_.rows());
   y_ = free_ + L_ * x_.head(rank_);

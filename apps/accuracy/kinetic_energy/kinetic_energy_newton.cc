@@ -12,8 +12,8 @@
 namespace counterpoint::contact {
 namespace {
 
-// The path: where kappa starts and what is small enough to jump to the target, how it shrinks, in
-// how many steps each point and the target must be solved.
+// Path of kappa: its start, the value below which the target is solved at once, its reduction
+// factors, and the Newton steps allowed at each point and at the target.
 constexpr double kPathStart = 1.0;
 constexpr double kPathEnd = 1e-14;
 constexpr double kPathFactor = 0.1;
@@ -22,20 +22,22 @@ constexpr double kSlowestFactor = 0.9;
 constexpr int kEasySteps = 3;
 constexpr int kPathSteps = 15;
 constexpr int kTargetSteps = 60;
-// A point on the path is solved when the next step would change no impulse by more than this share.
+// A point on the path is solved when the next step would change no impulse by more than this
+// fraction.
 constexpr double kPathAccuracy = 0.1;
-// The same of the target, before it is refined with p = -q'(v) eliminated.
+// The same for the target, before it is refined with p = -q'(v) eliminated.
 constexpr double kRefine = 1e-9;
 constexpr double kLineSearchAccuracy = 0.1;
-// The part of the way to p = 0 that a step may go.
+// Fraction of the distance to p = 0 that a step may cover.
 constexpr double kToBoundary = 0.95;
 constexpr double kRankTolerance = 1e-14;
-// No constraint is taken for heavier than this compared to the lightest when the path is scaled.
+// Smallest inverse mass of a constraint used to scale the path, relative to the largest.
 constexpr double kLeastInverseMass = 1e-6;
-// As in newton.cc: how far above the estimate of round-off a residual may be to count as it.
+// Same as in newton.cc: a residual below this multiple of the round-off estimate counts as
+// round-off.
 constexpr double kFloorFactor = 4.0;
-// Refinement ends when this many steps in a row have not halved the residual, or far below the
-// tolerance.
+// Refinement ends when this many steps in a row have not halved the residual, or when it is far
+// below the tolerance.
 constexpr int kPatience = 3;
 constexpr double kEnough = 0.01;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
@@ -69,12 +71,12 @@ KineticEnergyNewton::KineticEnergyNewton(const KineticEnergyProblem& problem, co
     row += law.rows;
   }
   double lightest = *std::max_element(inverse_mass_.begin(), inverse_mass_.end());
-  if (!(lightest > 0.0)) lightest = 1.0;  // nothing can move: any scale will do
+  if (!(lightest > 0.0)) lightest = 1.0;  // nothing can move: any scale works
   for (double& a : inverse_mass_) a = std::max(a, kLeastInverseMass * lightest);
   share_ = kMomentumShare * speed_ / std::sqrt(lightest);
 }
 
-// Everything gets the width kappa V in velocity.
+// Widens every law to the width kappa V in velocity; false if none is wider than its target.
 bool KineticEnergyNewton::set_path(double kappa) {
   bool above = false;
   const auto raise = [&](double target, double value) {
@@ -97,7 +99,7 @@ bool KineticEnergyNewton::set_path(double kappa) {
   return above;
 }
 
-// y, f, gradient and Hessian at x.
+// Computes y, f, gradient and Hessian at x.
 void KineticEnergyNewton::evaluate_here() {
   const auto bounds = static_cast<Eigen::Index>(bounds_.size());
   const auto u = x_.head(rank_), p = x_.tail(bounds);
@@ -122,7 +124,7 @@ void KineticEnergyNewton::evaluate_here() {
   add_bounds();
 }
 
-// The part of gradient and Hessian that belongs to p.
+// Adds the parts of gradient and Hessian that belong to p.
 void KineticEnergyNewton::add_bounds() {
   const auto bounds = static_cast<Eigen::Index>(bounds_.size());
   gradient_.tail(bounds) = normal_ * w_;
@@ -144,7 +146,7 @@ bool KineticEnergyNewton::compute_step() {
   return step_.allFinite();
 }
 
-// The largest change of an impulse, relative to itself, that the step would bring.
+// Largest relative change of an impulse over the step.
 double KineticEnergyNewton::relative_step() const {
   const double w_change = w_step_.norm();
   double largest = w_change > 0.0 ? w_change / w_.norm() : 0.0;
@@ -163,7 +165,7 @@ double KineticEnergyNewton::relative_step() const {
   return largest;
 }
 
-// How far the step may go so that p stays well above zero.
+// Longest step length that keeps p well above zero.
 double KineticEnergyNewton::longest_step() const {
   double longest = std::numeric_limits<double>::infinity();
   for (Eigen::Index j = rank_; j < x_.size(); ++j) {
@@ -172,7 +174,7 @@ double KineticEnergyNewton::longest_step() const {
   return longest;
 }
 
-// Along the step to the minimum of the cost. False if round-off leaves nothing to gain.
+// Line search along the step to the minimum of the cost. False if round-off prevents any decrease.
 bool KineticEnergyNewton::advance() {
   const double at_zero = gradient_.dot(step_);
   if (!(at_zero < 0.0)) return false;
@@ -208,8 +210,8 @@ bool KineticEnergyNewton::advance() {
   return true;
 }
 
-// Newton until the next step is small; false if `max_steps` do not do. Ends where round-off ends
-// it, too.
+// Newton's method until the next step is small. False after `max_steps`, or where round-off stops
+// it.
 bool KineticEnergyNewton::minimize(double accuracy, int max_steps) {
   for (int step = 0;; ++step) {
     evaluate_here();
@@ -221,15 +223,15 @@ bool KineticEnergyNewton::minimize(double accuracy, int max_steps) {
   }
 }
 
-// The decrement of Newton's method at x: twice what the cost may still fall by.
+// Newton decrement at x: twice the predicted decrease of the cost.
 double KineticEnergyNewton::decrement_at(const VectorX& x) {
   x_ = x;
   evaluate_here();
   return compute_step() ? -gradient_.dot(step_) : std::numeric_limits<double>::infinity();
 }
 
-// From wide laws to the target's, each point started by extrapolation of the two before: the path
-// is smooth in kappa where the solution is strictly complementary.
+// Continues from wide laws to the target's. Each point starts from the extrapolation of the
+// previous two: the path is smooth in kappa where the solution is strictly complementary.
 void KineticEnergyNewton::follow_path() {
   double kappa = kPathStart, factor = kPathFactor, solved = 0.0, before = 0.0;
   VectorX last, earlier, start;
@@ -283,7 +285,7 @@ double KineticEnergyNewton::residual(const VectorX& w, VectorX& v, VectorX& y, V
   return gap > 0.0 ? gap / std::sqrt(square) : 0.0;
 }
 
-// What rounding of v, of the products and sums alone makes of w - L'f, relative to |w|.
+// Estimate of w - L'f due to round-off of v, of the products and of the sums, relative to |w|.
 double KineticEnergyNewton::roundoff(const VectorX& w, const VectorX& v, const VectorX& y) const {
   const VectorX rounding = kEpsilon * (c_.cwiseAbs() + L_.cwiseAbs() * w.cwiseAbs());
   VectorX error = rounding + kEpsilon * (y.cwiseAbs() + v.cwiseAbs());
@@ -307,7 +309,7 @@ double KineticEnergyNewton::roundoff(const VectorX& w, const VectorX& v, const V
   return push.norm() / std::hypot(w.norm(), share_);
 }
 
-// Newton on w - L'f(w) = 0 with p a function of w, as long as it pays.
+// Newton's method on w - L'f(w) = 0 with p a function of w, until it stops improving.
 void KineticEnergyNewton::refine(KineticEnergyResult& out) {
   VectorX w = w_, best = w, v, y, f;
   out.residual = std::numeric_limits<double>::infinity();
@@ -326,7 +328,7 @@ void KineticEnergyNewton::refine(KineticEnergyResult& out) {
     }
     x_.head(rank_) = w - normal_.transpose() * x_.tail(normal_.rows());
     evaluate_here();
-    gradient_.tail(normal_.rows()).setZero();  // by the choice of p; what is left is rounding
+    gradient_.tail(normal_.rows()).setZero();  // zero by the choice of p, up to round-off
     if (!compute_step()) break;
     w += w_step_;
     ++iterations_;

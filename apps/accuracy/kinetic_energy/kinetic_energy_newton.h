@@ -5,9 +5,10 @@
 //   minimize  1/2 |w|^2 + sum_i l_i(y_i) + sum_j (p_j (c_N,j - v_min,j) + q*(-p_j)),
 //   w = u + L_N'p,  y = c + b + L u
 //
-// with the potentials l of contact/problem.h. Stationary in u: w = L'f(y); in p: c_N - v_min + L_N
-// w is the speed s(p) at which q' = -p. Over (w, p), the gradient in p would hold A_N'f, whose
-// rounding, where conflicting constraints make f large, was seen to end the refinement at 1e-7.
+// with the potentials l of contact/problem.h. Stationarity in u gives w = L'f(y); in p it says that
+// c_N - v_min + L_N w is the speed s(p) at which q' = -p. In the variables (w, p) the gradient in p
+// would contain A_N'f, whose round-off stopped the refinement at 1e-7 in tests where conflicting
+// constraints make f large.
 #pragma once
 
 #include "accuracy/kinetic_energy/kinetic_energy.h"
@@ -26,14 +27,14 @@ struct VelocityBound {
   double softness(double p) const { return p <= k / s0 ? k / (p * p) : s0 * s0 / k; }  // -ds/dp
 };
 
-/// One a contact, of the target.
+/// Velocity bounds of the contacts, at the target's smoothing.
 std::vector<VelocityBound> velocity_bounds(const KineticEnergyProblem& problem);
 
-/// y = v + A grad q + b and f = f(y) of all rows: the inverse.
+/// Computes y = v + A grad q + b and f = f(y) for all rows (the inverse).
 void kinetic_energy_impulse(const KineticEnergyProblem& problem, const VectorX& v, VectorX& y,
                             VectorX& f);
 
-/// The forward solution of one problem for one c; both must outlive it.
+/// Forward solution of one problem for one c; both must outlive it.
 class KineticEnergyNewton {
  public:
   KineticEnergyNewton(const KineticEnergyProblem& problem, const VectorX& c,
@@ -41,13 +42,13 @@ class KineticEnergyNewton {
   void solve(KineticEnergyResult& out);
 
  private:
-  bool set_path(double kappa);  // false if that is the target already
+  bool set_path(double kappa);  // false if all laws are at their targets
   void evaluate_here();
   bool compute_step();
   double relative_step() const;
   bool advance();
   bool minimize(double accuracy, int max_steps);
-  // The same with f as an unknown of its own (kinetic_energy_mixed.cc).
+  // The same with f as additional unknowns (kinetic_energy_mixed.cc).
   bool solve_mixed(double accuracy, int max_steps);
   double evaluate_mixed();
   double mixed_error(const VectorX& x, const VectorX& f);
@@ -62,19 +63,19 @@ class KineticEnergyNewton {
   const KineticEnergyProblem& problem_;
   const VectorX& c_;
   const Settings& settings_;
-  MatrixX L_, normal_;     // L and its bounded rows, L_N
-  std::vector<Law> laws_;  // on the path
+  MatrixX L_, normal_;     // L and its rows with a velocity bound, L_N
+  std::vector<Law> laws_;  // widened for the current point of the path
   std::vector<VelocityBound> bounds_;
   std::vector<double> inverse_mass_;
-  double speed_ = 0.0;  // of the fastest free row
-  double share_ = 0.0;  // of the momentum: what is not resolved better (solver.h, Report)
+  double speed_ = 0.0;  // largest speed among the free rows [m/s]
+  double share_ = 0.0;  // least scale of the residual (solver.h, Report)
   int rank_ = 0;
   VectorX x_, w_;  // (u, p); w
   VectorX free_;   // c + b
   VectorX y_, f_, gradient_, step_, y_step_, w_step_;
-  MatrixX hessian_;                // of the cost
-  std::vector<double> curvature_;  // of the laws, one after another
-  VectorX correction_;             // mixed: what brings f to the law at this y
+  MatrixX hessian_;                // Hessian of the cost
+  std::vector<double> curvature_;  // Hessians of the laws, concatenated
+  VectorX correction_;             // mixed: change of f that satisfies the law at this y
   int iterations_ = 0;
 };
 

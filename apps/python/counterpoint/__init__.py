@@ -11,7 +11,7 @@
 
 
 def _why_not(error: ImportError) -> str:
-    """Words for an import of the compiled part that failed."""
+    """Return a message for a failed import of the compiled module."""
     import importlib.machinery
     import importlib.util
     import pathlib
@@ -52,7 +52,7 @@ __all__ = sorted(
 
 
 def _move(source: object, name: str) -> None:
-    """Classes say that they are where users find them: for repr, help and pickle."""
+    """Set the module of classes to the public one, for repr, help and pickle."""
     for thing in vars(source).values():
         if isinstance(thing, type) and thing.__module__ == getattr(source, "__name__"):
             thing.__module__ = name

@@ -1,4 +1,4 @@
-// Derivatives of many steps over all cores.
+// Derivatives of many steps in parallel.
 #include <pybind11/stl.h>
 
 #include "objects/batch_handle.h"
@@ -9,7 +9,7 @@ namespace {
 
 using Blocks = py::array_t<double>;
 
-/// What a batch of inverses gives; blocks as C++ writes them, column by column.
+/// Results for a batch of inverses; C++ writes the blocks column by column.
 struct InverseBlocks {
   Blocks applied_force, dq, dv, dv_next;
   py::array_t<bool> by_differences;
@@ -18,10 +18,10 @@ struct ForwardBlocks {
   Blocks dv_dq, dv_dv, dv_du, dq_dq, dq_dv, dq_du;
 };
 
-/// Blocks of Eigen (column by column) as rows and columns, without a copy.
+/// Returns column-major blocks as (row, column) arrays without a copy.
 py::object as_rows(const Blocks& blocks) { return blocks.attr("swapaxes")(1, 2); }
 
-/// What a call reads, copied before the GIL is released.
+/// Copies of a call's arguments, made before the GIL is released.
 struct Steps {
   std::vector<State> starts, ends;
   std::vector<Input> known;
@@ -87,7 +87,7 @@ py::tuple forward_of_steps(BatchHandle& b, const py::object& states, const Array
     const py::gil_scoped_release release;
     b.batch.forward_derivatives(steps.starts, steps.ends, steps.known, where, where_forward, how);
   }
-  // These steps have no inverse: nothing was written.
+  // Runge-Kutta steps have no inverse, so nothing was written.
   if (b.scene.options.integrator == Integrator::kRungeKutta4)
     return py::make_tuple(py::none(), out);
   return py::make_tuple(of_inverse, out);

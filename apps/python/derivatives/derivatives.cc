@@ -1,4 +1,4 @@
-// Derivatives of a step, of its inverse and forward.
+// Derivatives of a step and of its inverse.
 #include "motion/reports.h"
 #include "objects/derivative_method.h"
 #include "objects/workspace.h"
@@ -6,7 +6,7 @@
 namespace counterpoint::python {
 namespace {
 
-/// Never changed once they are a Python object's: their arrays are views.
+/// Constant once a Python object holds them, since their arrays are views.
 using Inverted = std::shared_ptr<InverseDerivatives>;
 using Advanced = std::shared_ptr<ForwardDerivatives>;
 

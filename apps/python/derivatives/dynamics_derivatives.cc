@@ -1,10 +1,10 @@
-// Derivatives of inverse and forward dynamics, and what they are linear in: inertial parameters.
+// Derivatives of inverse and forward dynamics, and the regressor of the inertial parameters.
 #include "objects/data_handle.h"
 
 namespace counterpoint::python {
 namespace {
 
-/// Never changed once they are a Python object's: their arrays are views.
+/// Constant once a Python object holds them, since their arrays are views.
 using OfRnea = std::shared_ptr<RneaDerivatives>;
 using OfAba = std::shared_ptr<AbaDerivatives>;
 

@@ -1,4 +1,4 @@
-// Derivatives of steps by figures of the model and of the laws.
+// Derivatives of steps by parameters of the model and of the contact laws.
 #include <pybind11/stl.h>
 
 #include "counterpoint/engine/derivatives.h"
@@ -24,13 +24,13 @@ Kind kind_from(const std::string& word) {
       kind_name, kNumKinds);
 }
 
-/// A figure of one model; targets are its bodies, geometries or coordinates.
+/// A parameter of one model; its targets are bodies, geometries or coordinates.
 struct ParameterHandle {
   ModelPtr model;
   StepParameter parameter;
 };
 
-/// Index of a body, a geometry or a coordinate of v, by name or number, as Model finds them.
+/// Index of a body, geometry or velocity coordinate, by name or number.
 int target_index(const ModelPtr& model, Kind kind, py::handle key) {
   const auto index = [&](const char* find) {
     return py::cast(model).attr(find)(key).attr("index").cast<int>();
@@ -191,7 +191,7 @@ dq_dp : ndarray, shape (nv, n)
 
 }  // namespace
 
-// Long: a list of names.
+// Long: declarations of classes and functions.
 void bind_parameters(py::module_& m) {
   using P = ParameterHandle;
   py::class_<P>(m, "StepParameter", kParameterDoc)

@@ -1,4 +1,4 @@
-"""What accuracy costs: the double pendulum's error against the time that its steps take."""
+"""Measure the cost of accuracy: the error of a double pendulum over the computing time of its steps."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def end_of(integrator: Integrator, time_step: float) -> tuple[NDArray[np.float64
     scene = cp.load_scene(scene_file("double_pendulum"))
     scene.options.time_step = time_step
     scene.options.integrator = integrator
-    scene.options.switch_effect("effort_limits", False)  # nothing drives it; runge_kutta_4 wants smooth effects only
+    scene.options.switch_effect("effort_limits", False)  # no motor drives it; runge_kutta_4 accepts smooth effects only
     sim = cp.Simulator(scene)
     start = time.perf_counter()
     sim.advance(round(DURATION / time_step))

@@ -1,4 +1,4 @@
-"""Compare a simulation with a recording: here one that is made first, with less friction."""
+"""Compare simulations of different friction with a recording, which is simulated here first."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scenes import scene_file
 
 
 def record(scene: cp.Scene, file: Path, every: int = 5) -> None:
-    """A motion as a table of q and v, as a motion capture would give it."""
+    """Write a motion as a table of q and v, like one from motion capture."""
     motion = cp.Simulator(scene).run(0.5)
     names = ["time", *scene.model.coordinates.q, *scene.model.coordinates.v]
     table = np.column_stack([motion.time, motion.q, motion.v])[::every]
@@ -19,7 +19,7 @@ def record(scene: cp.Scene, file: Path, every: int = 5) -> None:
 
 
 def column_map(scene: cp.Scene, file: Path) -> cp.recordings.ColumnMap:
-    """Which column is which coordinate: here all are called as in a trajectory."""
+    """Map columns to coordinates: here the columns have the names used in trajectories."""
     names = [*scene.model.coordinates.q, *scene.model.coordinates.v]
     file.write_text("time: time\ncolumns:\n" + "".join(f"  {name}: {name}\n" for name in names))
     return cp.recordings.load_column_map(file, scene.model)

@@ -1,4 +1,4 @@
-"""An environment with reset() and step() as gymnasium has them, without depending on it."""
+"""An environment with the reset() and step() of gymnasium, without depending on it."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ if __name__ == "__main__":
     observation, _ = env.reset(seed=0)
     total, done = 0.0, False
     while not done:
-        # Pump energy: push the way it swings.
+        # Pump energy: push in the direction of motion.
         observation, reward, failed, timeout, _ = env.step(float(np.sign(observation[2])))
         total += reward
         done = failed or timeout

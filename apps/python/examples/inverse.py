@@ -1,4 +1,4 @@
-"""Recover what moved a robot from its motion alone."""
+"""Recover the forces that moved a robot from its motion alone."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ motion = cp.Simulator(scene).run(inputs=torques)
 
 workspace = cp.Workspace(model)
 worst = scale = 0.0
-ground: list[float] = []  # its vertical force [N]
+ground: list[float] = []  # vertical force of the ground [N]
 for k in range(motion.num_steps):
     found = cp.step_inverse(
         model, scene.options, motion.q[k], motion.v[k], motion.v[k + 1], known=motion.input(k), workspace=workspace

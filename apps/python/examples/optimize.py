@@ -1,4 +1,4 @@
-"""Find motions: a double pendulum swings up by its elbow alone; a pendulum is lifted with least effort."""
+"""Optimize motions: a double pendulum swings up with its elbow motor alone; a pendulum is lifted with least effort."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from scenes import data_folder, scene_file
 
 optimization = cp.optimization
 
-# From a problem file: its scene, ends and terms.
+# A problem from a file, which defines scene, start, goal and terms.
 problem = optimization.load_problem(data_folder() / "scenes" / "optimize" / "acrobot.yaml")
 
 
@@ -22,7 +22,7 @@ found = optimization.verify(result)
 print(f"steps done forward land within {found.forward_check_max:.1e} rad of the motion")
 result.trajectory.write("swing.csv")
 
-# Without a file: least effort from hanging to 90 degrees in a second, at rest.
+# A problem without a file: least effort from hanging to rest at 90 degrees in one second.
 pendulum = cp.load_scene(scene_file("pendulum"))
 pendulum.options.time_step = 0.02
 lift = optimization.Problem(pendulum, 50, start_q=[0.0], goal_q=[1.5707963267948966])

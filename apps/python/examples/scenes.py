@@ -1,4 +1,4 @@
-"""Where the examples find scenes: the repository, or the installed data. Run alone it lists them."""
+"""Paths of the scenes for the examples, in the repository or the installed data. Run as a program, it lists them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def data_folder() -> Path:
-    """The project's data: COUNTERPOINT_DATA, the repository, or <prefix>/share/counterpoint."""
+    """Return the data folder: COUNTERPOINT_DATA, the repository's, or <prefix>/share/counterpoint."""
     here = Path(__file__).resolve()
     candidates = [here.parents[3] / "data", Path(sys.prefix) / "share" / "counterpoint"]
     given = os.environ.get("COUNTERPOINT_DATA")

@@ -1,4 +1,4 @@
-"""Simulate a scene, look at it, write it down; then many of them at once."""
+"""Simulate a scene, write its trajectory and a replay; then simulate many motions in parallel."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ motion = sim.run(1.0)
 print(f"{motion.num_steps} steps; the pelvis ends at z = {sim.q[2]:.3f} m")
 motion.write("fall.csv")
 
-# One HTML page that plays anywhere; in a notebook, `motion` alone at the end of a cell shows it.
+# One self-contained HTML page; in a notebook, `motion` at the end of a cell displays it.
 if cp.view.can_make_pages():
     cp.view.Replay(motion, title="A fall").save("fall.html")
 
-# Sixteen starts over all cores, each under random forces of its own.
+# Sixteen starts in parallel on all cores, each with its own random forces.
 rng = np.random.default_rng(0)
 starts = np.tile(np.concatenate([scene.q, scene.v]), (16, 1))
 starts[:, 2] += rng.uniform(0.0, 0.3, 16)

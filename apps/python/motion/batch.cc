@@ -1,4 +1,4 @@
-// Many motions of one scene over all cores, to the bits of one after the other.
+// Many motions of one scene in parallel, with the same bits as one after the other.
 #include <pybind11/stl.h>
 
 #include "objects/batch_handle.h"
@@ -9,11 +9,11 @@
 namespace counterpoint::python {
 namespace {
 
-/// What rollouts came to.
+/// Results of rollouts.
 struct RolloutHandle {
   ModelPtr model;
   py::array_t<double> states;  ///< (motions, steps, nq + nv)
-  std::vector<long> steps;     ///< that succeeded, by motion
+  std::vector<long> steps;     ///< number of successful steps, by motion
   std::vector<StepReport> reports;
   std::vector<State> ends;
 };
@@ -44,10 +44,10 @@ std::vector<State> states_from(const ModelHandle& handle, const py::object& stat
 
 namespace {
 
-/// One motion; its states go to `out`, NaN from where a step failed or it was stopped.
+/// Computes one motion. Writes its states to `out`, NaN after a failed step or a stop.
 void roll_out(int motion, const InputTable& table, const InputMap& map,
               const std::atomic<bool>& stop, Simulator& simulator, RolloutHandle& result,
-              double* out) {  // Parameters: arguments of Python, by name
+              double* out) {  // Parameters: one motion's inputs and outputs of a rollout
   const Model& model = simulator.model();
   const auto i = static_cast<size_t>(motion);
   const auto nq = model.nq(), width = model.nq() + model.nv();
@@ -132,7 +132,7 @@ size_t checked(const RolloutHandle& r, size_t motion) {
                         std::to_string(r.ends.size()));
 }
 
-/// Columns begin ... begin + size - 1 of the states, as a view.
+/// View of the columns begin ... begin + size - 1 of the states.
 py::object part(const RolloutHandle& r, int begin, int size) {
   return r.states[py::make_tuple(py::ellipsis(), py::slice(begin, begin + size, 1))];
 }

@@ -1,4 +1,4 @@
-// counterpoint.collision: questions about shapes and scenes.
+// counterpoint.collision: queries on shapes and scenes.
 #include <pybind11/stl.h>
 
 #include "counterpoint/collision/collider.h"
@@ -39,7 +39,7 @@ struct QueryHandle {
 using QueryPtr = std::shared_ptr<QueryHandle>;
 constexpr const char* kWhat = "SceneQuery";
 
-/// A hit, or a contact, with the names of what it is on.
+/// A ray hit or a contact, with the names of its geometries.
 struct NamedHit {
   RayHit hit;
   std::string geometry;
@@ -161,7 +161,7 @@ RayHit or None
 )");
 }
 
-/// Rays one after the other: distances (inf: no hit) and geometries (-1).
+/// Casts rays; returns distances (inf: no hit) and geometries (-1: no hit).
 py::tuple cast_rays(const QueryHandle& q, const Array& origins, const Array& directions,
                     double max_distance) {
   const auto to = matrix(directions, -1, 3, "directions");

@@ -1,4 +1,4 @@
-// counterpoint.contact: contact problems without bodies, and how they are solved.
+// counterpoint.contact: contact problems given as matrices, and settings of their solver.
 #include <pybind11/stl.h>
 
 #include "counterpoint/contact/solver.h"

@@ -1,4 +1,4 @@
-// Kinematics, dynamics, energies: one algorithm a function, as in the engine.
+// Kinematics, dynamics and energies: one function per algorithm, as in the engine.
 #include "objects/data_handle.h"
 
 namespace counterpoint::python {
@@ -59,7 +59,7 @@ py::array crba_of(const ModelPtr& model, const Array& q, const DataPtr& data,
   const Model& m = model->model;
   const auto qs = vector(q, m.nq(), "q");
   auto M = output(out, {m.nv(), m.nv()}, "out");
-  // Symmetric: by rows what it is by columns.
+  // M is symmetric, so a column-major map fills the row-major array correctly.
   Eigen::Map<MatrixX> result(M.mutable_data(), m.nv(), m.nv());
   compute(model, data, [&](Dynamics& d) {
     d.set_configuration(qs);

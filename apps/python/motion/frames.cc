@@ -1,4 +1,4 @@
-// Where frames are and how they move, by name.
+// Poses and velocities of frames, by name.
 #include "counterpoint/engine/dynamics.h"
 #include "objects/handles.h"
 

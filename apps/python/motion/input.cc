@@ -1,4 +1,4 @@
-// What is applied from outside during a step.
+// Inputs applied during a step.
 #include <pybind11/stl.h>
 
 #include "objects/handles.h"
@@ -68,7 +68,7 @@ point : array_like, shape (3,)
     In the frame of the link [m].
 )";
 
-// Long: one member of the class after the other.
+// Long: declarations of the members of a class.
 void bind_inputs(py::module_& m) {
   py::class_<InputHandle, InputPtr>(m, "Input", kInputDoc)
       .def(py::init([](const ModelPtr& model, const py::object& force) {

@@ -1,4 +1,4 @@
-// What steps and inverses say.
+// Reports of steps and results of inverses.
 #include "reports.h"
 
 #include <pybind11/stl.h>
@@ -184,7 +184,7 @@ void bind_contact_force(py::module_& m) {
       });
 }
 
-// Long: a list of names.
+// Long: declarations of the members of a class.
 void bind_inverse(py::module_& m) {
   using I = InverseHandle;
   using Self = std::shared_ptr<I>;

@@ -17,15 +17,15 @@ struct ControlledReportHandle {
   ControlledReport report;
 };
 
-/// Never moved once it is a Python object's: its arrays are views.
+/// Not moved while a Python object holds it, since its arrays are views.
 struct InverseHandle {
   ModelPtr model;
   Inverse inverse;
 };
 
-/// "diverged: 'cube.vx' moves ...", as the commands say it.
+/// Message as in the commands: "diverged: 'cube.vx' moves ...".
 std::string message_of(const ReportHandle& report);
-/// Throws StepError if it failed, with what was computed before.
+/// Throws StepError if the step failed; `partial` holds the results before it.
 void check(const ReportHandle& report, const py::object& partial = py::none());
 
 }  // namespace counterpoint::python

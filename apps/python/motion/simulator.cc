@@ -1,4 +1,4 @@
-// The few lines most users need: a scene, its state, step, inverse.
+// Simulator: a scene with its state, step and inverse.
 #include <pybind11/stl.h>
 
 #include "objects/fast.h"
@@ -25,7 +25,7 @@ py::object take_step(SimulatorHandle& s, bool must_succeed) {
   return object;
 }
 
-/// step(check=True) as CPython calls it fastest.
+/// step(check=True) with the fastest calling convention of CPython.
 PyObject* fast_step(PyObject* self, PyObject* const* values, Py_ssize_t count, PyObject* names) {
   return translated([&]() -> PyObject* {
     const Py_ssize_t named = names == nullptr ? 0 : PyTuple_GET_SIZE(names);
@@ -38,7 +38,7 @@ PyObject* fast_step(PyObject* self, PyObject* const* values, Py_ssize_t count, P
   });
 }
 
-/// Puts it in place of what pybind11 made of step().
+/// Replaces the method step() defined by pybind11 with fast_step.
 void make_step_fast(const py::handle& type) {
   static const std::string text = py::str(type.attr("step").attr("__doc__")).cast<std::string>();
   static PyMethodDef definition{
@@ -85,7 +85,7 @@ std::shared_ptr<InverseHandle> inverse_of(SimulatorHandle& s, const Array& q, co
   return out;
 }
 
-/// A copy: the simulator's own lasts until its next inverse.
+/// Returns a copy, since the simulator's own result lasts only until its next inverse.
 std::shared_ptr<InverseHandle> last_forces(SimulatorHandle& s) {
   const Guard::Lock lock(s.guard, kSimulator);
   auto out = std::make_shared<InverseHandle>();

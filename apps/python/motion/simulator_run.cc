@@ -12,7 +12,7 @@
 namespace counterpoint::python {
 namespace {
 
-/// Steps without a record.
+/// Takes steps without recording them.
 ReportHandle advance(SimulatorHandle& s, long steps, bool must_succeed) {
   ReportHandle report{s.model, {}};
   SignalWatch watch;
@@ -31,7 +31,7 @@ ReportHandle advance(SimulatorHandle& s, long steps, bool must_succeed) {
   return report;
 }
 
-/// What a run records, and its last step's report.
+/// Recorded trajectory of a run, and the report of its last step.
 struct Recorded {
   Trajectory trajectory;
   StepReport report;
@@ -41,7 +41,8 @@ Recorded run_fixed(SimulatorHandle& s, const InputTable& table, const InputMap& 
                    SignalWatch& watch) {
   Simulator& simulator = s.simulator;
   const Model& model = simulator.model();
-  // Long runs are often ended early: room for all of their steps could be more than there is.
+  // Limit on the reserved steps: long runs often end early, and all their steps might not fit in
+  // memory.
   constexpr py::ssize_t kMostReserved = 10'000;
   MotionRecorder recorder(model, map.columns(),
                           static_cast<size_t>(std::min(table.steps(), kMostReserved)));
@@ -79,7 +80,7 @@ Recorded run_controlled(SimulatorHandle& s, double duration, const InputMap& map
   return {recorder.finish(simulator.state()), step.second};
 }
 
-/// @throws py::value_error for durations that are none, or too long.
+/// @throws py::value_error for durations that are negative, NaN or too long.
 long steps_in(double duration, double time_step) {
   const double steps = std::ceil(duration / time_step - 1e-6);
   if (!(duration >= 0.0) || !(steps < 1e9))

@@ -1,4 +1,4 @@
-// States and inputs: what a step depends on beside the model and its options.
+// States and names of coordinates.
 #include "counterpoint/engine/state.h"
 
 #include <pybind11/stl.h>
@@ -9,7 +9,7 @@
 namespace counterpoint::python {
 namespace {
 
-/// A remembered force as a row: kind, a, b, at (3), force (3), torque (3), as in state files.
+/// Columns of a remembered force: kind, a, b, at (3), force (3), torque (3), as in state files.
 constexpr int kMemoryColumns = 12;
 
 py::array memory_array(const std::vector<RememberedForce>& memory) {
@@ -70,7 +70,7 @@ StatePtr copy_of(const StateHandle& s) {
   return std::make_shared<StateHandle>(s.coordinates, s.value(), false);
 }
 
-/// To the last bit, memory included.
+/// Compares to the last bit, remembered forces included.
 bool equal(const StateHandle& a, const StateHandle& b) {
   const auto same = [](const VectorX& x, const VectorX& y) {
     return x.size() == y.size() &&

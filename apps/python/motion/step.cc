@@ -1,4 +1,4 @@
-// One step forward, and its inverse: pure functions of what they are given.
+// One step forward and its inverse, as pure functions of their arguments.
 #include "counterpoint/engine/step.h"
 
 #include "objects/workspace.h"
@@ -7,7 +7,7 @@
 namespace counterpoint::python {
 namespace {
 
-/// @throws py::value_error where the state is of another model.
+/// @throws py::value_error if the state belongs to another model.
 void check_state(const ModelPtr& model, const StateHandle& state, const char* name) {
   if (state.value().q.size() != model->model.nq() || state.value().v.size() != model->model.nv())
     throw py::value_error(std::string(name) + ": it is of another model");

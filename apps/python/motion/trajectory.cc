@@ -1,4 +1,4 @@
-// Trajectories and states in files.
+// Trajectories and states, in memory and in files.
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -54,7 +54,7 @@ void write(const TrajectoryHandle& t, const std::filesystem::path& file) {
   writer.write_end(state(x.num_steps()));
 }
 
-/// Every column by name, for tables; of what acts one row fewer, hence NaN in the last.
+/// Returns every column by name, for tables. Inputs have one row less, so their last entry is NaN.
 py::dict to_dict(const TrajectoryPtr& t) {
   const Trajectory& x = t->trajectory;
   const CoordinateNames& names = t->model->coordinates->names;

@@ -15,8 +15,7 @@ std::string text_of(const Shape1& shape) {
 
 Shape1 shape_of(const py::array& array) { return {array.shape(), array.shape() + array.ndim()}; }
 
-/// @throws py::value_error unless it turns and does nothing else, to 1e-6 (numbers printed to few
-/// digits).
+/// @throws py::value_error unless R is a rotation matrix to 1e-6 (numbers printed with few digits).
 Matrix3 checked_rotation(const Matrix3& R, const char* name) {
   if ((R.transpose() * R - Matrix3::Identity()).cwiseAbs().maxCoeff() < 1e-6 &&
       R.determinant() > 0.0)

@@ -1,4 +1,4 @@
-// Threads that share a scene, as Python has them.
+// Threads that share a scene, as a Python object.
 #pragma once
 
 #include <vector>
@@ -16,14 +16,14 @@ struct BatchHandle {
   Batch batch;
   Guard guard;
 };
-/// How Guard calls it.
+/// Name in the messages of Guard.
 inline constexpr const char* kBatch = "Batch";
 
-/// States from a sequence of State, or from an array of q and v by rows: at time 0, no memory.
-/// @throws py::value_error.
+/// States from a sequence of State, or from an array with rows (q, v); these have time 0 and no
+/// remembered forces. @throws py::value_error.
 std::vector<State> states_from(const ModelHandle& handle, const py::object& states);
 
-/// Batch.inverse_derivatives, Batch.forward_derivatives.
+/// Binds Batch.inverse_derivatives and Batch.forward_derivatives.
 void bind_batch_derivatives(py::module_& m,
                             py::class_<BatchHandle, std::shared_ptr<BatchHandle>>& batch);
 

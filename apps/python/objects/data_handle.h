@@ -1,4 +1,4 @@
-// A model's dynamics at a state, kept between calls.
+// Dynamics of a model at a state, kept between calls.
 #pragma once
 
 #include "counterpoint/engine/dynamics.h"
@@ -6,7 +6,7 @@
 
 namespace counterpoint::python {
 
-/// What is filled by the functions that it is passed to.
+/// Intermediate results, filled by the functions to which it is passed.
 struct DataHandle {
   explicit DataHandle(ModelPtr m) : model(std::move(m)), dynamics(model->model) {}
   ModelPtr model;
@@ -21,7 +21,7 @@ inline DataPtr data_for(const ModelPtr& model, const DataPtr& given) {
   return given;
 }
 
-/// Runs task(dynamics) without the GIL, alone in `data`.
+/// Runs task(dynamics) without the GIL and with exclusive use of `data`.
 template <class Task>
 void compute(const ModelPtr& model, const DataPtr& given, Task task) {
   const DataPtr d = data_for(model, given);

@@ -1,4 +1,4 @@
-// How derivatives are found, as a word.
+// Names of the methods for derivatives.
 #pragma once
 
 #include <string>
@@ -20,7 +20,7 @@ inline const char* method_name(DerivativeMethod method) {
   return "";
 }
 
-/// @throws py::value_error naming the words.
+/// @throws py::value_error listing the permitted words.
 inline DerivativeMethod method_from(const std::string& word) {
   constexpr int kNumMethods = 3;
   return from_word<DerivativeMethod>(

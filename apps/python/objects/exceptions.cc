@@ -1,4 +1,4 @@
-// Exceptions of C++ as those of Python.
+// Translates C++ exceptions to Python's.
 #include "exceptions.h"
 
 #include <filesystem>
@@ -8,7 +8,7 @@
 namespace counterpoint::python {
 namespace {
 
-/// Of the interpreter: set when the module is imported, and never taken away.
+/// Owned by the interpreter: set when the module is imported and never released.
 PyObject* input_error = nullptr;
 PyObject* step_error = nullptr;
 

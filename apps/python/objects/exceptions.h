@@ -9,17 +9,18 @@
 
 namespace counterpoint::python {
 
-/// StepError with `report` and `partial`.
+/// Throws StepError with the attributes `report` and `partial`.
 [[noreturn]] void throw_step_error(const std::string& message, const py::object& report,
                                    const py::object& partial);
 [[noreturn]] void throw_file_not_found(const std::filesystem::path& file,
                                        const std::string& message);
 
-/// The exception that is being handled as Python's: for what pybind11 does not call.
+/// Sets the exception that is being handled as Python's error, for functions that are not called
+/// through pybind11.
 void set_python_error();
 
-/// Calls read() without the GIL; an InputError about a file that is not there becomes a
-/// FileNotFoundError of the same message.
+/// Calls read() without the GIL. Turns an InputError about a missing file into a FileNotFoundError
+/// with the same message.
 template <class Read>
 auto reading(const std::filesystem::path& file, Read read) {
   try {

@@ -1,14 +1,14 @@
-// The most frequent calls of loops in Python, without pybind11's dispatch, which takes half a
-// microsecond. A
-// method or property defined by pybind11 first is replaced by one of CPython's own kind, with the
-// same name and docstring.
+// Fast replacements for the most frequent calls in Python loops, since the dispatch of pybind11
+// takes half a microsecond. A method or property is first defined by pybind11, then replaced by a
+// native one of CPython with the same name and docstring.
 #pragma once
 
 #include "exceptions.h"
 
 namespace counterpoint::python {
 
-/// The C++ object of an instance of a class of pybind11. @throws py::type_error where it has none.
+/// Returns the C++ object held by an instance of a pybind11 class. @throws py::type_error if there
+/// is none.
 template <class T>
 T& held_by(PyObject* self) {
   auto* instance = reinterpret_cast<py::detail::instance*>(self);
@@ -18,7 +18,7 @@ T& held_by(PyObject* self) {
   return *static_cast<T*>(object);
 }
 
-/// Runs call(), which returns a new reference; exceptions become Python's.
+/// Runs call(), which returns a new reference; translates exceptions to Python's.
 template <class Call>
 PyObject* translated(Call call) {
   try {
@@ -29,12 +29,12 @@ PyObject* translated(Call call) {
   return nullptr;
 }
 
-/// Replaces the getter of a property; Get, which has no captures, gives a new reference from T&.
+/// Replaces the getter of a property. Get, without captures, maps T& to a new reference.
 template <class T, class Get>
 void make_fast(const py::handle& type, const char* name, Get) {
   const py::object slow = type.attr("__dict__")[name];
   const py::object set = slow.attr("fset");
-  // Of the interpreter, as the type is: never freed.
+  // Owned by the interpreter, like the type: never freed.
   auto* text = new std::string(py::str(slow.attr("__doc__")).cast<std::string>());
   auto* definition = new PyGetSetDef{};
   definition->name = name;

@@ -1,4 +1,4 @@
-// What the words of geometry are in Python.
+// Names of geometry enumerations in Python.
 #pragma once
 
 #include "counterpoint/model/geometry.h"

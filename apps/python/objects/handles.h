@@ -1,4 +1,5 @@
-// What the Python objects hold: models and states with their names, and who may touch them.
+// Contents of the Python objects: models and states with their names, and guards against concurrent
+// use.
 #pragma once
 
 #include <atomic>
@@ -12,7 +13,7 @@
 
 namespace counterpoint::python {
 
-/// Names of coordinates, and where each is.
+/// Names of the coordinates and the index of each.
 struct Coordinates {
   explicit Coordinates(CoordinateNames names);
 
@@ -21,7 +22,7 @@ struct Coordinates {
     Kind kind;
     int index;
   };
-  /// @throws py::key_error naming what is like it.
+  /// @throws py::key_error suggesting similar names.
   Place find(const std::string& name) const;
 
   CoordinateNames names;
@@ -30,12 +31,12 @@ struct Coordinates {
 
 using CoordinatesPtr = std::shared_ptr<Coordinates>;
 
-/// Names that are like `name`, or else the first few, for messages: "did you mean 'elbow'?".
+/// Text for messages with names similar to `name`, or else the first few: "did you mean 'elbow'?".
 std::string suggestion(const std::string& name, const std::vector<std::string>& names);
 [[noreturn]] void throw_unknown(const char* what, const std::string& name,
                                 const std::vector<std::string>& names);
 
-/// A model, immutable, shared by all that is made from it.
+/// An immutable model, shared by all objects made from it.
 struct ModelHandle {
   explicit ModelHandle(Model m);
   Model model;
@@ -43,13 +44,13 @@ struct ModelHandle {
 };
 using ModelPtr = std::shared_ptr<ModelHandle>;
 
-/// Taut links (body, factor, kept), as Python has them. @throws py::value_error where the model has
-/// no such body.
+/// Taut links as tuples (body, factor, kept). @throws py::value_error if the model has no such
+/// body.
 std::vector<std::tuple<int, double, double>> tuples_of(const std::vector<TautLink>& links);
 std::vector<TautLink> taut_links_of(const Model& model,
                                     const std::vector<std::tuple<int, double, double>>& tuples);
 
-/// Index of the frame of this name. @throws py::key_error naming what is like it.
+/// Index of the frame with this name. @throws py::key_error suggesting similar names.
 int check_frame(const ModelHandle& model, const std::string& name);
 
 /// A Scene whose model is shared.
@@ -63,19 +64,20 @@ struct SceneHandle {
 };
 using ScenePtr = std::shared_ptr<SceneHandle>;
 
-/// A State whose arrays q and v are made once. Their memory is of `value`, never resized.
+/// A State whose arrays q and v are created once and show the memory of `value`, which is never
+/// resized.
 class StateHandle {
  public:
   StateHandle(CoordinatesPtr coordinates, State state, bool read_only);
 
   const State& value() const { return *state_; }
-  /// Takes all of another state of the same sizes.
+  /// Copies all of another state of the same sizes.
   void assign(const State& other);
   void set_time(double time) { state_->time = time; }
   void set_memory(std::vector<RememberedForce> memory) { state_->memory = std::move(memory); }
-  /// The coordinate of this name.
+  /// The coordinate with this name.
   double& at(const std::string& name) const;
-  /// @throws py::value_error where it belongs to a simulator.
+  /// @throws py::value_error if the state belongs to a simulator.
   void check_writable() const;
 
   CoordinatesPtr coordinates;
@@ -87,7 +89,8 @@ class StateHandle {
 };
 using StatePtr = std::shared_ptr<StateHandle>;
 
-/// An Input whose arrays are made once; servo targets are always there, at first the model's.
+/// An Input whose arrays are created once. Servo targets always exist, initially those of the
+/// model.
 class InputHandle {
  public:
   explicit InputHandle(ModelPtr model);
@@ -105,10 +108,10 @@ class InputHandle {
 };
 using InputPtr = std::shared_ptr<InputHandle>;
 
-/// An input that C++ calls valid for this model, for what Python left out.
+/// Returns the input from Python, or `none` if the argument was left out.
 const Input& input_of(const InputPtr& input, const Input& none);
 
-/// Keeps a second thread out of what belongs to one.
+/// Raises an error if a second thread uses an object that is not thread-safe.
 class Guard {
  public:
   class Lock {
@@ -130,8 +133,8 @@ class Guard {
   std::atomic<bool> taken_ = false;
 };
 
-/// Indices of a name or a number among `count`. @throws py::index_error, py::key_error,
-/// py::type_error.
+/// Index among `count` from a name or a number; negative numbers count from the end. @throws
+/// py::index_error, py::key_error, py::type_error.
 template <class Find, class Names>
 int index_from(py::handle key, int count, const char* what, Find find, Names names) {
   if (py::isinstance<py::str>(key)) {

@@ -6,7 +6,7 @@
 namespace counterpoint::python {
 namespace {
 
-/// Index of the first link that has a wrench column of this name; -1: none.
+/// Index of the first link that has a wrench column with this name; -1 if none.
 int link_of(const Model& model, const std::string& name) {
   for (int i = 0; i < static_cast<int>(model.frames().size()); ++i) {
     const std::vector<std::string> names = InputColumns{false, {i}}.names(model);

@@ -1,4 +1,5 @@
-// Columns of numbers as what acts in steps: "elbow.u", "elbow.target", "hand.fx", as in CSV files.
+// Maps columns of numbers to the inputs of steps: "elbow.u", "elbow.target", "hand.fx", as in CSV
+// files.
 #pragma once
 
 #include <string>
@@ -11,20 +12,21 @@ namespace counterpoint::python {
 
 class InputMap {
  public:
-  /// No names: the applied forces, nv of them, in their order. @throws py::key_error.
+  /// Without names the columns are the applied forces (nv), in their order. @throws py::key_error.
   InputMap(const ModelHandle& model, const std::vector<std::string>& names);
 
-  /// How many numbers a step takes.
+  /// Number of columns.
   int size() const { return size_; }
-  /// The columns that a trajectory needs beside the applied forces.
+  /// The columns that a trajectory needs in addition to the applied forces.
   const InputColumns& columns() const { return columns_; }
 
-  /// Scratch of a thread.
+  /// Scratch memory of a thread.
   struct Values {
-    VectorX known;  ///< by columns_.names()
+    VectorX known;  ///< in the order of columns_.names()
   };
   Values start(const Model& model) const { return {columns_.values(model, Input())}; }
-  /// Sets forces, targets and wrenches that there are columns for; others stay, but wrenches.
+  /// Sets the forces, targets and wrenches that have columns; other forces and targets stay, other
+  /// wrenches do not.
   void apply(const Model& model, const double* row, Values& values, Input& input) const;
 
  private:
@@ -33,25 +35,25 @@ class InputMap {
     int index;
   };
   int size_ = 0;
-  bool plain_ = false;  ///< the row is the applied force
+  bool plain_ = false;  ///< the row is the applied force itself
   InputColumns columns_;
   std::vector<Place> places_;
 };
 
-/// What acts in the steps of some motions: inputs[motion, step, column].
+/// Inputs of the steps of several motions: inputs[motion, step, column].
 class InputTable {
  public:
-  /// inputs: None, (steps, nu) for all, or (motions, steps, nu). steps: as many, or -1: as the
-  /// inputs say.
+  /// @param inputs None, (steps, nu) for all motions, or (motions, steps, nu)
+  /// @param steps expected number of steps, or -1 to take that of `inputs`
   InputTable(const py::object& inputs, int motions, py::ssize_t steps, const InputMap& map);
   py::ssize_t steps() const { return steps_; }
-  /// nullptr: nothing is given.
+  /// Returns a row, or nullptr if no inputs were given.
   const double* row(int motion, py::ssize_t step) const {
     return data_ == nullptr ? nullptr : data_ + (motion * motion_stride_ + step) * size_;
   }
 
  private:
-  Array array_;  ///< keeps the numbers alive
+  Array array_;  ///< keeps the data alive
   const double* data_ = nullptr;
   py::ssize_t motion_stride_ = 0, steps_ = 0, size_ = 0;
 };

@@ -5,7 +5,7 @@
 namespace counterpoint::python {
 namespace {
 
-constexpr std::chrono::milliseconds kInterval(100);  ///< between two looks at signals
+constexpr std::chrono::milliseconds kInterval(100);  ///< between two checks for signals
 
 bool in_main_thread() {
   const py::module_ threading = py::module_::import("threading");
@@ -19,8 +19,8 @@ SignalWatch::SignalWatch() : read_(Clock::now()), checked_(read_) {}
 bool SignalWatch::interrupted() {
   if (type_) return true;
   if (!main_ || --left_ > 0) return false;
-  // The clock is read so often that an interval is met well, and no more: steps can be shorter than
-  // a reading.
+  // Adapts the number of calls per clock reading to the interval, since a step can take less time
+  // than a reading.
   const Clock::time_point now = Clock::now();
   const auto since = now - read_;
   if (since < kInterval / 8)
@@ -45,7 +45,7 @@ bool SignalWatch::check() {
 void SignalWatch::keep(py::error_already_set& error) {
   error.restore();
   if (type_)
-    PyErr_Clear();  // the first one counts
+    PyErr_Clear();  // the first exception is the one reported
   else
     fetch();
 }
@@ -79,7 +79,7 @@ void run_interruptibly(SignalWatch& watch, std::atomic<bool>& stop,
 }
 
 void set_partial(py::handle exception, const py::object& partial) {
-  // An exception that takes no attributes goes on without.
+  // An exception type that accepts no attributes is raised without it.
   if (PyObject_SetAttrString(exception.ptr(), "partial", partial.ptr()) != 0) PyErr_Clear();
 }
 

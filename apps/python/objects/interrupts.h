@@ -1,4 +1,4 @@
-// Ctrl-C ends what takes long, with what was computed so far.
+// Ctrl-C ends long computations and keeps the results so far.
 #pragma once
 
 #include <atomic>
@@ -9,22 +9,23 @@
 
 namespace counterpoint::python {
 
-/// Looks for signals (PyErr_CheckSignals) within computations that have released the GIL, about ten
-/// times a second and in Python's main thread alone, which handles them. Made and destroyed with
-/// the GIL.
+/// Checks for signals (PyErr_CheckSignals) within computations that have released the GIL, about
+/// ten times a second and only in Python's main thread, which handles them. Construct and destroy
+/// it while holding the GIL.
 class SignalWatch {
  public:
   SignalWatch();
 
-  /// A signal's handler has raised: end what is going on. Called often, without the GIL, by the
-  /// thread that made this; most calls only count.
+  /// True if a signal handler has raised an exception, so that the computation should end. Call it
+  /// often, without the GIL, from the thread that constructed the object; most calls only count.
   bool interrupted();
-  /// The same, with the GIL, at once. Takes an exception that is set as raised, too.
+  /// Checks at once, while holding the GIL. Also takes over an exception that is set as raised.
   bool check();
-  /// Keeps the exception that is being handled, raised by a caller's own function; with the GIL.
+  /// Stores the exception that is being handled, raised by a user's function; needs the GIL.
   void keep(py::error_already_set& error);
 
-  /// With the GIL, at the end: what was raised, `partial` being its attribute of that name.
+  /// At the end, with the GIL: raises the stored exception, with `partial` as its attribute of that
+  /// name.
   void raise_if_interrupted(const py::object& partial);
   bool raised() const { return static_cast<bool>(type_); }
 
@@ -35,16 +36,16 @@ class SignalWatch {
   py::object type_, value_, traceback_;
   Clock::time_point read_, checked_;
   long left_ = 1, stride_ = 1;
-  bool main_ = true;  ///< as far as is known
+  bool main_ = true;  ///< true unless known to be another thread
 };
 
-/// Runs `compute` on a thread of its own, without the GIL, while this one looks for signals: for
-/// what is computed by several threads. `stop` becomes true when a handler has raised; compute()
-/// then ends early. Exceptions of compute() come out of this.
+/// Runs `compute` on a separate thread without the GIL while this thread checks for signals; for
+/// computations on several threads. Sets `stop` to true when a handler has raised an exception;
+/// compute() should then end early. Rethrows exceptions of compute().
 void run_interruptibly(SignalWatch& watch, std::atomic<bool>& stop,
                        const std::function<void()>& compute);
 
-/// Gives an exception that is to be raised what was computed so far, as its attribute `partial`.
+/// Stores the results so far as the attribute `partial` of an exception about to be raised.
 void set_partial(py::handle exception, const py::object& partial);
 
 }  // namespace counterpoint::python

@@ -1,4 +1,4 @@
-// A Simulator with what Python sees of it.
+// A Simulator with the Python objects that show its state and input.
 #pragma once
 
 #include "counterpoint/engine/simulator.h"
@@ -18,19 +18,19 @@ struct SimulatorHandle {
 
   ModelPtr model;
   Simulator simulator;
-  StatePtr state;  ///< what Python sees of simulator.state(): copied after every step
-  InputPtr input;  ///< copied into simulator.input() before
+  StatePtr state;  ///< shown in Python; simulator.state() is copied to it after every step
+  InputPtr input;  ///< copied to simulator.input() before every step
   py::object state_object, input_object;
-  /// What the last step() gave; taken again once nobody else holds it.
+  /// Result of the last step(); reused if no other reference to it exists.
   py::object report_object;
   Guard guard;
 };
 using SimulatorPtr = std::shared_ptr<SimulatorHandle>;
 
-/// How Guard calls it.
+/// Name in the messages of Guard.
 inline constexpr const char* kSimulator = "Simulator";
 
-/// advance() and run() (simulator_run.cc).
+/// Binds advance() and run() (simulator_run.cc).
 void bind_runs(py::class_<SimulatorHandle, SimulatorPtr>& simulator);
 
 }  // namespace counterpoint::python

@@ -1,4 +1,4 @@
-// Motions in memory.
+// Trajectories in memory.
 #pragma once
 
 #include "counterpoint/engine/motion_files.h"
@@ -6,21 +6,21 @@
 
 namespace counterpoint::python {
 
-/// Never changed once made: its arrays are views.
+/// A trajectory that never changes, since its arrays are views.
 struct TrajectoryHandle {
   ModelPtr model;
-  ScenePtr scene;  ///< where it is known: what a replay shows
+  ScenePtr scene;  ///< for replays, if known
   Trajectory trajectory;
 };
 using TrajectoryPtr = std::shared_ptr<TrajectoryHandle>;
 
-/// Takes a motion step by step.
+/// Records a motion step by step.
 class MotionRecorder {
  public:
   MotionRecorder(const Model& model, InputColumns columns, size_t steps);
   void step(const State& before, const Input& input, double h, const Softening& softening,
             const State& after);
-  /// The last state. Row k of the trajectory is where step k starts.
+  /// Adds the last state and returns the trajectory. Row k is the start of step k.
   Trajectory finish(const State& last);
 
  private:

@@ -1,4 +1,4 @@
-// Enumerations as the words that scene files use.
+// Enumerations as the words used in scene files.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,8 @@
 
 namespace counterpoint::python {
 
-/// "'blunt': expected 'convex', 'lagged' or 'coulomb'" as a ValueError.
+/// Converts a word to an enumerator. @throws py::value_error "'blunt': expected 'convex', 'lagged'
+/// or 'coulomb'".
 template <class Enum, class FromName, class ToName>
 Enum from_word(const std::string& word, const char* what, FromName from_name, ToName to_name,
                int count) {
@@ -23,7 +24,7 @@ Enum from_word(const std::string& word, const char* what, FromName from_name, To
   throw py::value_error(message);
 }
 
-/// The reverse of a naming function by search.
+/// Inverts a naming function by search.
 template <class Enum, class ToName>
 std::optional<Enum> find_word(const std::string& word, ToName to_name, int count) {
   for (int i = 0; i < count; ++i)
@@ -31,7 +32,7 @@ std::optional<Enum> find_word(const std::string& word, ToName to_name, int count
   return std::nullopt;
 }
 
-/// How a robot's base is held: 'fixed', 'floating' or 'spherical'.
+/// Base type of a robot: 'fixed', 'floating' or 'spherical'.
 inline Base base_from(const std::string& word) {
   const auto name = [](Base base) {
     return base == Base::kFixed ? "fixed" : base == Base::kFloating ? "floating" : "spherical";

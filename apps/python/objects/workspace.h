@@ -1,4 +1,4 @@
-// What a step without a simulator works with.
+// Working memory of steps without a simulator.
 #pragma once
 
 #include "counterpoint/engine/step.h"
@@ -6,7 +6,7 @@
 
 namespace counterpoint::python {
 
-/// Workspace, and copies of what a step reads, so that it can run without the GIL.
+/// A Workspace, and copies of a step's arguments, so that the step can run without the GIL.
 struct WorkspaceHandle {
   explicit WorkspaceHandle(ModelPtr m) : model(std::move(m)), workspace(model->model) {}
   ModelPtr model;
@@ -38,7 +38,7 @@ struct WorkspaceHandle {
 };
 using WorkspacePtr = std::shared_ptr<WorkspaceHandle>;
 
-/// The one given, or a new one.
+/// Returns the given workspace, or a new one.
 inline WorkspacePtr workspace_for(const ModelPtr& model, const WorkspacePtr& given) {
   if (!given) return std::make_shared<WorkspaceHandle>(model);
   if (given->model != model) throw py::value_error("workspace: it is of another model");

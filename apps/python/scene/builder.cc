@@ -1,4 +1,4 @@
-// Scenes without a file: robots and environment in, a Model out.
+// Builds a Model from robots and environment, without a file.
 #include <pybind11/stl.h>
 
 #include "bindings.h"

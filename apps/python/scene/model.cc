@@ -1,4 +1,4 @@
-// Models and what is in them. A part is its model and an index: cheap, and safe to keep.
+// Models and their parts. A part is a reference to the model and an index: cheap, and safe to keep.
 #include <pybind11/stl.h>
 
 #include "counterpoint/collision/collider.h"
@@ -48,7 +48,7 @@ py::list parts(const ModelPtr& model, int count) {
 
 py::slice range(int begin, int size) { return {begin, begin + size, 1}; }
 
-/// Values of one of the model's vectors at the joint.
+/// Entries of one of the model's vectors for the joint.
 py::array at_joint(const JointPart& j, const VectorX& values, bool positions = false) {
   const Body& b = body_of(j);
   const double* first = values.data() + (positions ? b.q_index : b.v_index);

@@ -1,4 +1,4 @@
-// How a scene is stepped.
+// Simulation options of a scene.
 #include <pybind11/stl.h>
 
 #include "counterpoint/model/scene.h"
@@ -19,7 +19,7 @@ Effect effect_from(const std::string& name) {
   return from_word<Effect>(name, "effect", effect_from_name, effect_name, kNumEffects);
 }
 
-/// A dict as repr: "SimulationOptions(time_step=0.002, ...)".
+/// Text for repr(): "SimulationOptions(time_step=0.002, ...)".
 std::string repr(const char* type, const py::object& object,
                  std::initializer_list<const char*> names) {
   std::string text = std::string(type) + "(";

@@ -1,4 +1,4 @@
-// Scenes: from files, from models, pickled.
+// Scenes: from files, from models, and pickled.
 #include "counterpoint/model/scene.h"
 
 #include <pybind11/stl.h>
@@ -46,7 +46,7 @@ ScenePtr from_model(const ModelPtr& model, const py::object& q, const py::object
 }
 
 void set(VectorX& x, const Array& values, const char* name) {
-  x = vector(values, x.size(), name);  // of the same size: views stay good
+  x = vector(values, x.size(), name);  // the size stays the same, so views remain valid
 }
 
 }  // namespace

@@ -56,7 +56,8 @@ Shape triangle_mesh(const std::filesystem::path& file, const Array& scale) {
   return reading(file, [&] { return terrain_of(load_mesh(file, factors), file); });
 }
 
-/// As scene files have them: an image needs the height of white, a table none.
+/// Height field as in scene files: an image needs `height`, the height of white; a table must not
+/// have it.
 Shape height_field(const std::filesystem::path& file, std::pair<double, double> size,
                    std::optional<double> height) {
   positive(size.first, "size"), positive(size.second, "size");

@@ -1,4 +1,4 @@
-// counterpoint.optimization: feedback along a motion, and motions repeated.
+// counterpoint.optimization: feedback along a motion, and repeated motions.
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -20,7 +20,7 @@ struct RepeatedHandle {
   opt::RepeatedMotion motion;
 };
 
-/// Shape (steps, nv, 2 nv).
+/// Copies gains to an array of shape (steps, nv, 2 nv).
 py::array gains_of(const std::vector<MatrixX>& gains, Eigen::Index nv) {
   py::array_t<double> out({static_cast<py::ssize_t>(gains.size()), nv, 2 * nv});
   double* at = out.mutable_data();

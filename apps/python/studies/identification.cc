@@ -1,4 +1,4 @@
-// counterpoint.recordings: figures of a scene by name, and found from recordings.
+// counterpoint.recordings: parameters of a scene by name, and their identification from recordings.
 #include <pybind11/functional.h>
 #include <pybind11/stl.h>
 
@@ -35,14 +35,15 @@ Bounds bounds(const std::optional<apps::Interval>& interval) {
   return std::pair(interval->lower, interval->upper);
 }
 
-/// The same model with other figures: names stay, so they are shared through a handle anew.
+/// Handle of a scene with changed parameters; the model needs a new handle.
 ScenePtr handle_of(Scene&& scene) {
   return std::make_shared<SceneHandle>(
       SceneHandle{scene.name, std::make_shared<ModelHandle>(std::move(scene.model)), scene.q,
                   scene.v, scene.options});
 }
 
-/// Called from time to time: interrupts, and the caller's own function.
+/// Returns a function, called from time to time, that checks for signals and calls the user's
+/// function.
 std::function<void(int, int)> watch(const py::object& progress) {
   return [&progress](int done, int total) {
     const py::gil_scoped_acquire acquire;
@@ -72,8 +73,8 @@ apps::Experiment experiment_from(const SceneHandle& scene, const ColumnMap& map,
   return e;
 }
 
-/// Figures and motions that explain the recordings. `progress` is asked before each Newton step and
-/// may raise; it is told steps, of a number that is not known: 0.
+/// Finds parameters and motions that explain the recordings. Calls `progress`, which may raise,
+/// before each Newton step with the number of steps; their total is unknown and passed as 0.
 Fit explained_best(const apps::Experiment& e, const std::vector<Parameter>& parameters,
                    const std::function<void(int, int)>& progress) {
   std::vector<const Recording*> recordings;

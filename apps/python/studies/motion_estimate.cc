@@ -1,4 +1,5 @@
-// counterpoint.recordings.estimate_motion: the motion behind a noisy recording, and its forces.
+// counterpoint.recordings.estimate_motion: estimates the motion behind a noisy recording, and its
+// forces.
 #include <pybind11/stl.h>
 
 #include "counterpoint/engine/estimate/motion_follower.h"
@@ -22,7 +23,7 @@ std::optional<RecordingErrors> errors_of(const std::optional<std::string>& error
   throw py::value_error("errors: expected 'white', 'slow' or None, not '" + *errors + "'");
 }
 
-/// Contact forces on links, by the name of the sum.
+/// Contact forces on links, by the name of their sum.
 py::dict contact_forces_of(const MotionEstimate& estimate) {
   py::dict out;
   for (std::size_t s = 0; s < estimate.sums.size(); ++s) {

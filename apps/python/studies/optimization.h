@@ -1,4 +1,4 @@
-// Motions found by optimization, as Python has them.
+// Motion optimization as Python objects.
 #pragma once
 
 #include "counterpoint/engine/optimize/optimize.h"
@@ -8,21 +8,21 @@ namespace counterpoint::python {
 
 namespace opt = optimization;
 
-/// What is wanted of a motion. Its model is the handle's.
+/// A problem file; its model belongs to the scene's handle.
 struct ProblemHandle {
   ScenePtr scene;  ///< with the problem's own options
   opt::ProblemFile file;
 };
 using ProblemPtr = std::shared_ptr<ProblemHandle>;
 
-/// Never changed once it is a Python object's.
+/// Constant once a Python object holds it.
 struct ResultHandle {
   ProblemPtr problem;
   opt::Result result;
 };
 using ResultPtr = std::shared_ptr<ResultHandle>;
 
-/// Frames as rows of an array, and back. @throws py::value_error.
+/// Convert frames to rows of an array and back. @throws py::value_error.
 py::array rows_from(const std::vector<VectorX>& list, Eigen::Index width);
 std::vector<VectorX> frames_from(const Array& array, Eigen::Index width, const char* name);
 

@@ -1,4 +1,4 @@
-// counterpoint.optimization: what is wanted of a motion.
+// counterpoint.optimization: the problem, with its conditions and costs.
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -80,7 +80,8 @@ ProblemPtr make_problem(
   return out;
 }
 
-/// By row: one number for all, one a row, or by the names of coordinates, the others zero.
+/// Values by row: one number for all, one per row, or by names of coordinates with zero for the
+/// others.
 VectorX by_row(const ModelHandle& model, opt::Quantity quantity, const py::object& given,
                const char* name) {
   const int rows = opt::rows_of(model.model, quantity);
@@ -129,7 +130,7 @@ void add_term(ProblemHandle& p, const std::string& word, const py::object& weigh
       weight.is_none() && pushes
           ? opt::unactuated_weights(model.model, problem.motors)
           : by_row(model, *quantity, weight.is_none() ? py::float_(1.0) : weight, "weight");
-  // A force of no motor is no effort: it is to vanish.
+  // The force of a coordinate without a motor must vanish, so it has no weight as effort.
   if (*quantity == opt::Quantity::kAppliedForce)
     for (Eigen::Index i = 0; i < term.weight.size(); ++i)
       if (!problem.motors[static_cast<size_t>(i)]) term.weight[i] = 0.0;
@@ -251,7 +252,7 @@ name : str
     In reports.
 )";
 
-// Long: a list of names.
+// Long: declarations of the members of a class.
 void bind_problem(py::module_& o) {
   using P = ProblemHandle;
   py::class_<P, ProblemPtr>(o, "Problem", kProblemDoc)

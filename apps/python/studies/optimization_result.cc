@@ -1,4 +1,4 @@
-// counterpoint.optimization: motions found, and whether they are what the engine does.
+// counterpoint.optimization: motions found, and their verification by simulation.
 #include <pybind11/stl.h>
 
 #include "counterpoint/engine/optimize/optimize.h"
@@ -9,7 +9,7 @@
 namespace counterpoint::python {
 namespace {
 
-/// What Newton's steps are shown to: signals, and a function of the caller's.
+/// Called after Newton steps: checks for signals and calls the user's function.
 class Observer {
  public:
   Observer(SignalWatch& watch, py::object function) : watch_(watch), call_(std::move(function)) {}
@@ -34,7 +34,7 @@ class Observer {
 
 ResultPtr optimize(const ProblemPtr& problem, const py::object& start,
                    const std::optional<opt::Settings>& settings, const py::object& progress) {
-  auto own = std::make_shared<ProblemHandle>(*problem);  // other threads may add terms to it
+  auto own = std::make_shared<ProblemHandle>(*problem);  // other threads may add terms
   const opt::Problem& p = own->file.problem;
   opt::Settings used = settings.value_or(own->file.settings);
   const std::vector<VectorX> frames =
@@ -145,7 +145,7 @@ void bind_verification(py::module_& o) {
       });
 }
 
-// Long: a list of names.
+// Long: declarations of the members of a class.
 void bind_result(py::module_& o) {
   using R = ResultHandle;
   py::class_<R, ResultPtr>(o, "Result", "A motion found.")

@@ -1,4 +1,4 @@
-// counterpoint.recordings: real motions compared with, and figures of a scene found from them.
+// counterpoint.recordings: compares recorded motions with a scene.
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -57,7 +57,7 @@ std::vector<PredictionPtr> predict(const SceneHandle& handle, const ColumnMap& m
   return out;
 }
 
-/// What no contact can have given, by recording: figures and forces by step.
+/// Returns, by recording, the figures and forces by step that no contact can explain.
 py::list explain(const SceneHandle& handle, const ColumnMap& map,
                  const std::vector<RecordingPtr>& recordings, std::optional<double> reach) {
   if (compared(map) == apps::Compared::kImpacts)

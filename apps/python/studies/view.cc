@@ -1,4 +1,4 @@
-// counterpoint.view: replays, in a notebook or as a file.
+// counterpoint.view: replays in a notebook or a file.
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -9,7 +9,7 @@
 namespace counterpoint::python {
 namespace {
 
-/// Text as the value of an attribute in double quotes.
+/// Escapes text for an attribute value in double quotes.
 std::string escaped(const std::string& text) {
   std::string out;
   out.reserve(text.size() + text.size() / 8);
@@ -41,7 +41,7 @@ std::string page(const ScenePtr& handle, const TrajectoryHandle& t, const Trajec
   return view::replay_page(replay);
 }
 
-/// A motion to be looked at.
+/// A motion to show.
 struct ReplayHandle {
   ScenePtr scene;
   TrajectoryPtr trajectory, ghost;
@@ -111,7 +111,7 @@ height : int
         return py::str("<Replay of '{}', {} rows>")
             .format(r.scene->name, r.trajectory->trajectory.num_rows());
       });
-  // A trajectory at the end of a notebook's cell shows itself.
+  // A trajectory at the end of a notebook cell displays itself.
   const py::object trajectory = m.attr("Trajectory");
   trajectory.attr("_repr_html_") = py::cpp_function(
       [](const TrajectoryPtr& t) -> py::object {

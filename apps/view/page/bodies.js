@@ -1,12 +1,12 @@
 // Bodies with their shapes: one InstancedMesh for all shapes of a kind, so that a thousand boxes
-// are one call.
+// take one draw call.
 import * as THREE from 'three';
 
 const kPalette = ['#d9a441', '#4fa39a', '#8c9d4c', '#a281b8', '#c27f5c', '#6f9fc0', '#c06f8b', '#7f8a99'];
 const kRobot = ['#8fa5bd', '#c5d0da', '#a9b9ca'];
 const kWorld = '#a7adb4';
 
-/// White with marks in a paler tone, so that one sees things turn.
+/// A white texture with marks in a paler tone, which make rotations visible.
 function marks(draw) {
   const canvas = document.createElement('canvas');
   canvas.width = canvas.height = 256;
@@ -26,14 +26,15 @@ const kChecks = () => marks((c) => {
     for (let j = 0; j < 4; ++j) if ((i + j) % 2) c.fillRect(32 * i, 64 * j, 32, 64);
 });
 
-/// Darkens the edges of a box by lines as thin on a wall as on a die: measured in pixels, not in the face.
+/// Darkens the edges of a box by lines of a fixed width in pixels, independent of the size of the
+/// face.
 function drawEdges(shader) {
   shader.fragmentShader = shader.fragmentShader.replace('#include <map_fragment>', `#include <map_fragment>
     vec2 fromEdge = min(vMapUv, 1.0 - vMapUv) / fwidth(vMapUv);
     diffuseColor.rgb *= mix(0.55, 1.0, smoothstep(0.7, 1.8, min(fromEdge.x, fromEdge.y)));`);
 }
 
-/// Along z, as the engine has it; three.js turns them around y.
+/// Turns the axis of a geometry from y (three.js) to z (the engine).
 function alongZ(geometry) { return geometry.rotateX(Math.PI / 2); }
 
 function meshGeometry(mesh) {
@@ -44,7 +45,7 @@ function meshGeometry(mesh) {
   return geometry;
 }
 
-/// The kind of a shape: which geometry it shares, how that is stretched, how it is painted.
+/// The kind of a shape: the geometry it shares, its scale and its texture.
 function kindOf(shape, replay, given) {
   const [x, y, z] = shape.size;
   switch (shape.type) {
@@ -66,7 +67,7 @@ function kindOf(shape, replay, given) {
               scale: [1, 1, 1], flat: true, twoSided: shape.type === 'terrain' || given || shape.visual};
     }
     default:
-      return null;  // planes: ground.js
+      return null;  // planes: stage.js
   }
 }
 
@@ -77,7 +78,7 @@ function localMatrix(shape, scale) {
 }
 
 export class Bodies {
-  /// ghost: translucent, of one colour, without shadow.
+  /// ghost: draws translucent, in one colour, without shadow.
   constructor(replay, motion, scene, ghost) {
     this.replay = replay;
     this.motion = motion;
@@ -120,7 +121,7 @@ export class Bodies {
 
   finishKind(kind) {
     const mesh = new THREE.InstancedMesh(kind.make(), this.material(kind), kind.items.length);
-    mesh.frustumCulled = false;  // instances move, their common bound is not kept
+    mesh.frustumCulled = false;  // instances move, and no common bound is kept
     mesh.castShadow = !this.ghost;
     mesh.receiveShadow = !this.ghost;
     mesh.userData.items = kind.items;
@@ -130,7 +131,7 @@ export class Bodies {
     this.group.add(mesh);
   }
 
-  /// Meshes as given or as hulls; robots as they look or as they collide.
+  /// Selects meshes as given or as hulls, and robots by visuals or by collision shapes.
   show({hull, visuals}) {
     Object.assign(this, {hull, visuals});
     for (const kind of this.kinds.values())
@@ -147,7 +148,7 @@ export class Bodies {
     return new THREE.Color(palette[Math.max(0, index) % palette.length]);
   }
 
-  /// Colours of all shapes; those asleep (by tree) fade towards `background`.
+  /// Colours all shapes; those of sleeping trees fade towards `background`.
   paint(frame, options) {
     if (this.ghost) return;
     const trees = this.motion.trees;
@@ -165,7 +166,7 @@ export class Bodies {
       if (kind.mesh.instanceColor) kind.mesh.instanceColor.needsUpdate = true;
   }
 
-  /// Puts everything where the motion has it at `at` (Motion.at).
+  /// Moves all bodies to their poses at `at` (Motion.at).
   update(at) {
     const pose = new Float64Array(7), place = new THREE.Vector3(), turn = new THREE.Quaternion();
     const one = new THREE.Vector3(1, 1, 1), matrix = new THREE.Matrix4();
@@ -181,7 +182,7 @@ export class Bodies {
     }
   }
 
-  /// The share of the bodies that something fixed to the world hides from a point.
+  /// Share of the bodies hidden from a point by shapes fixed to the world.
   hiddenFrom(eye) {
     const list = this.replay.bodies.map((_, i) => i).slice(1, 60), ray = new THREE.Raycaster();
     const hidden = list.filter((body) => {
@@ -193,7 +194,7 @@ export class Bodies {
     return hidden.length / Math.max(1, list.length);
   }
 
-  /// The shape that a ray meets first.
+  /// The first shape that a ray hits.
   pick(raycaster) {
     const meshes = [...this.kinds.values()].map((kind) => kind.mesh).filter((mesh) => mesh.visible);
     const [hit] = raycaster.intersectObjects(meshes, false);

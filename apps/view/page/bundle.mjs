@@ -1,4 +1,4 @@
-// Packs the page's scripts, with the licences of what is in them, into a C++ source that holds them:
+// Bundles the page's scripts and the licences of their packages into a C++ source file:
 // node bundle.mjs FOLDER OUTPUT, where FOLDER has these files and node_modules (bundle.cmake).
 import {readFileSync, writeFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
@@ -20,11 +20,11 @@ const result = await build({
   target: ['chrome100', 'firefox100', 'safari15.4'], loader: {'.css': 'text'}, legalComments: 'none', logLevel: 'warning',
 });
 const script = result.outputFiles[0].text;
-// As it will stand inside <script>: nothing in it may end that.
+// The bundle stands inside <script>: nothing in it may end that element.
 if (/<\/script|<!--/i.test(script)) throw new Error('the bundle holds markup that would end its <script>');
 const program = `/*!\n${licences.join('\n\n----\n\n').replaceAll('*/', '* /')}\n*/\n${script}`
   .replaceAll('\u00a9', '(c)').replace(/[^\x00-\x7f]/g, '?');
-// A list of numbers: compilers have limits for string literals.
+// A list of numbers, since compilers limit the length of string literals.
 const numbers = [...Buffer.from(program, 'ascii'), 0].join(',').replace(/(.{95,100},)/g, '$1\n');
 writeFileSync(output, `#include "view/program.h"
 namespace counterpoint::view {

@@ -11,7 +11,7 @@ function base64(bytes) {
   return btoa(raw);
 }
 
-/// The picture at a time, with the time and the scale of forces written in.
+/// Draws the picture at a time [s], with the time and the force scale written into it.
 function draw(view, time, canvas) {
   view.setTime(time);
   view.renderNow();
@@ -31,7 +31,7 @@ function draw(view, time, canvas) {
   return context;
 }
 
-/// How many pictures from START to END.
+/// Number of pictures from START to END.
 function count([from, to, rate]) { return Math.max(1, Math.floor((to - from) * rate + 1e-6) + 1); }
 
 function gif(view, range, canvas) {
@@ -45,7 +45,7 @@ function gif(view, range, canvas) {
   return encoder.bytes();
 }
 
-/// Does what the fragment asks for, if it asks.
+/// Draws the pictures that the fragment asks for, if any.
 export function capture(view, link) {
   if (!link.png && !link.gif && !link.webm) return;
   const [width, height] = link.size ?? [960, 540];
@@ -60,7 +60,8 @@ export function capture(view, link) {
   }
   if (link.gif?.length === 3) leave('gif', base64(gif(view, link.gif, canvas)));
   if (link.webm?.length !== 3) return;
-  // The encoder answers later. A document that is open keeps the page loading, and Chromium waiting.
+  // The encoder answers later. An open document keeps the page loading, so that Chromium waits for
+  // it.
   const wait = element('iframe', {hidden: true});
   document.body.append(wait);
   wait.contentDocument.open();

@@ -1,13 +1,13 @@
-// Curves beside the picture, with a cursor that moves with time. Drag over one: time follows; wheel:
-// zoom along time; double click: all of it again.
+// Curves beside the picture, with a cursor at the current time. Dragging over a curve sets the
+// time, the wheel zooms along time, a double click shows all again.
 import {element, text} from './dom.js';
 
 const kColors = ['#2f7fe6', '#e4703c', '#2fa06a', '#a05bd0', '#c09a1c', '#c2476f'];
 
-/// A ghost's curve has the colour of the one that it is `like`, and is dashed.
+/// A ghost's curve is dashed, in the colour of the curve that it is `like`.
 function colorOf(curve, i) { return kColors[(curve.like ?? i) % kColors.length]; }
 
-/// Curves that are seen together under one name: the same group, or one by itself.
+/// Curves by plot: those of the same group, or a curve without group by itself.
 function groups(curves) {
   const out = new Map();
   for (const curve of curves) {
@@ -55,7 +55,7 @@ class Chart {
     }, {passive: false});
   }
 
-  /// Curves of ghosts come and go with them.
+  /// Curves of a ghost are shown only while that ghost is.
   isShown(curve) { return curve.ghost === undefined || curve.ghost === this.owner.ghost; }
 
   timeAt(event) {
@@ -63,7 +63,7 @@ class Chart {
     return a + (b - a) * Math.min(1, Math.max(0, (event.clientX - box.left) / box.width));
   }
 
-  /// The least and the largest value in view.
+  /// The smallest and largest value in view.
   bounds() {
     const [from, to] = this.owner.range, {time} = this.owner;
     let low = Infinity, high = -Infinity;
@@ -79,7 +79,7 @@ class Chart {
     return [low - slack, high + slack];
   }
 
-  /// The curves, without the cursor: drawn anew only when the range or the size changes.
+  /// Draws the curves without the cursor: needed only when the range or the size changes.
   drawCurves(context, width, height, style) {
     const [from, to] = this.owner.range, {time} = this.owner, [low, high] = this.bounds();
     const x = (t) => (t - from) / (to - from) * width, y = (v) => (high - v) / (high - low) * height;
@@ -177,7 +177,7 @@ export class Curves {
     this.changed?.();
   }
 
-  /// Where a body is: read off the motion, so that it need not be in the page twice.
+  /// Adds the position of a body, read off the poses, so that the page need not store it twice.
   addBody(body) {
     const {name} = this.replay.bodies[body], [motion, ...ghosts] = this.replay.motions;
     const group = `${name}: position`;

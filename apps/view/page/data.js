@@ -1,4 +1,5 @@
-// What apps/view/replay_page.cc wrote into the page, as arrays of numbers (docs/reference/replay.md, Format).
+// Decodes the data that apps/view/replay.cc wrote into the page (docs/reference/replay.md, Format)
+// into arrays of numbers.
 import {unzlibSync} from 'fflate';
 
 const kPose = 7;  // x y z [m], qw qx qy qz
@@ -10,19 +11,19 @@ function bytesOfBase64(text) {
   return bytes;
 }
 
-/// The bytes of a packed block.
+/// Returns the bytes of a packed block.
 export function unpack(text) {
   return unzlibSync(bytesOfBase64(text));
 }
 
-/// Signed whole numbers of a packed block, seven bits a byte, the sign in the lowest bit.
+/// Reads signed integers from a packed block: seven bits a byte, the sign in the lowest bit.
 export class IntegerReader {
   constructor(text) {
     this.bytes = unpack(text);
     this.at = 0;
   }
   next() {
-    // Products instead of shifts: values may need more than 32 bits.
+    // Multiplications instead of shifts, since values may need more than 32 bits.
     let value = 0, scale = 1, byte;
     do {
       byte = this.bytes[this.at++];
@@ -31,7 +32,7 @@ export class IntegerReader {
     } while (byte & 128);
     return value % 2 === 0 ? value / 2 : -(value + 1) / 2;
   }
-  /// `count` values from their second differences, each handed to `put(index, value)`.
+  /// Reads `count` values from their second differences and calls put(index, value) for each.
   smooth(count, put) {
     let last = 0, slope = 0;
     for (let k = 0; k < count; ++k) {
@@ -41,7 +42,7 @@ export class IntegerReader {
       put(k, last);
     }
   }
-  /// The same from first differences.
+  /// Reads `count` values from their first differences.
   steps(count, put) {
     let last = 0;
     for (let k = 0; k < count; ++k) put(k, last += this.next());
@@ -69,7 +70,7 @@ function decodePoses(motion, bodies) {
   return poses;
 }
 
-/// Flags that seldom change, by frame and item.
+/// Flags by frame and item, stored by first differences.
 function decodeFlags(text, frames, items) {
   const flags = new Uint8Array(frames * items);
   if (!text) return flags;
@@ -91,7 +92,7 @@ export class Motion {
   }
   get start() { return this.time[0]; }
   get end() { return this.time[this.frames - 1]; }
-  /// The last frame at or before a time, and how far it is to the next (0 ... 1).
+  /// The last frame at or before a time [s], and the fraction of the way to the next (0 ... 1).
   at(time) {
     let low = 0, high = this.frames - 1;
     if (time <= this.time[0]) return {frame: 0, share: 0};
@@ -102,7 +103,8 @@ export class Motion {
     }
     return {frame: low, share: (time - this.time[low]) / (this.time[high] - this.time[low])};
   }
-  /// x y z qw qx qy qz of a body into `out`; between frames straight, quaternions normalised.
+  /// Writes x y z qw qx qy qz of a body to `out`, interpolated linearly between frames with the
+  /// quaternion normalized.
   pose(body, {frame, share}, out) {
     const stride = this.bodies * kPose;
     const a = frame * stride + body * kPose;
@@ -115,7 +117,7 @@ export class Motion {
   }
 }
 
-/// Contact forces, by frame: position [m] and force [N] of each, and the pair of shapes.
+/// Contact forces by frame: position [m] and force [N] of each, and the pair of shapes.
 export class Contacts {
   constructor(packed, frames) {
     this.pairs = packed.pairs;
@@ -146,7 +148,7 @@ export class Contacts {
   }
 }
 
-/// The force [N] that nine tenths of all stay below: what arrows are scaled by.
+/// The 90 % quantile of the forces [N], by which arrows are scaled.
 function typicalForce(values) {
   const sizes = [];
   const stride = 6 * Math.max(1, Math.floor(values.length / 6 / 20000));
@@ -156,7 +158,7 @@ function typicalForce(values) {
   return sizes[Math.floor(0.9 * sizes.length)] || 1;
 }
 
-/// A ghost's curve is like the first of its group.
+/// A ghost's curve takes the colour of the first curve of its group.
 function decodeCurves(packed, frames) {
   if (!packed) return [];
   const reader = new IntegerReader(packed.data);

@@ -1,4 +1,4 @@
-// Elements from code. Names of the scene come in as text nodes only, never as markup.
+// Creates DOM elements. Names from the scene enter as text nodes only, never as markup.
 
 /// element('button', {class: 'x', onclick: f}, 'text', child ...)
 export function element(tag, attributes = {}, ...children) {
@@ -12,7 +12,7 @@ export function element(tag, attributes = {}, ...children) {
   return out;
 }
 
-/// A number as people read it: four digits.
+/// Formats a number with four digits.
 export function text(value) {
   if (!Number.isFinite(value)) return '–';
   const size = Math.abs(value);
@@ -20,7 +20,7 @@ export function text(value) {
   return String(Number(value.toPrecision(4)));
 }
 
-/// Hands bytes to the user as a file.
+/// Offers bytes to the user as a file to save.
 export function save(name, bytes) {
   const link = element('a', {download: name, href: URL.createObjectURL(new Blob([bytes]))});
   document.body.append(link);

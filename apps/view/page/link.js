@@ -1,15 +1,15 @@
-// What the page's fragment says: #t=1.25&follow=pelvis (docs/reference/replay.md, Links).
+// The settings in the page's fragment: #t=1.25&follow=pelvis (docs/reference/replay.md, Links).
 
 export const kToggles = ['forces', 'points', 'com', 'frames', 'limits', 'closures', 'sleep', 'names', 'hull',
                          'ghost', 'visuals', 'pulls', 'curves', 'legend'];
 
-/// Numbers between commas; null where one is none.
+/// Parses numbers between commas; null if one is invalid.
 function numbers(value) {
   const list = value.split(',').map(Number);
   return list.every(Number.isFinite) ? list : null;
 }
 
-/// The settings that a fragment names; what is malformed is left out.
+/// Returns the settings in a fragment; malformed ones are left out.
 export function read(fragment) {
   const out = {show: {}};
   for (const [key, value] of new URLSearchParams(fragment.replace(/^#/, ''))) {
@@ -33,7 +33,7 @@ export function read(fragment) {
   return out;
 }
 
-/// The fragment of a view.
+/// Returns the fragment of a view.
 export function write({t, follow, cam, speed, ghost, show, defaults, curves}) {
   const parts = new URLSearchParams();
   parts.set('t', String(Number(t.toFixed(4))));

@@ -1,4 +1,4 @@
-// The page of a replay: reads what is packed into it and puts the pieces together.
+// The page of a replay: decodes the packed data and connects the parts.
 import * as THREE from 'three';
 import style from './style.css';
 import {Bodies} from './bodies.js';
@@ -101,7 +101,7 @@ class View {
     this.setTime(time);
   }
 
-  // --- what is shown
+  // --- visible layers and theme
 
   toggle(name) {
     this.state.show[name] = !this.state.show[name];
@@ -126,7 +126,7 @@ class View {
     this.redraw();
   }
 
-  /// Of several ghosts one is drawn, the first at the start.
+  /// Selects the ghost to draw; at the start it is the first.
   chooseGhost(index) {
     const count = this.replay.motions.length - 1;
     if (!count) return;
@@ -146,7 +146,7 @@ class View {
     this.redraw();
   }
 
-  /// By name of a body or link; '' or an unknown one: none.
+  /// Follows a body or link by name; '' or an unknown name ends following.
   follow(name) {
     this.state.follow = this.names.get(name) > 0 ? name : null;
     this.anchor = null;
@@ -172,7 +172,8 @@ class View {
     this.redraw();
   }
 
-  /// Where a body is, or a point in its frame [CSS pixels]; for tests, and labels.
+  /// Position of a body's origin, or of a point in its frame, on the screen [CSS pixels]; for tests
+  /// and labels.
   project(name, point = [0, 0, 0]) {
     const p = new THREE.Vector3(...point).applyMatrix4(this.bodies.matrices[this.names.get(name)]);
     return this.stage.project(p.toArray());
@@ -231,7 +232,7 @@ class View {
   }
   redraw() { this.dirty = true; }
 
-  /// Everything at the time of the state, but not drawn.
+  /// Updates everything to the time of the state, without drawing.
   update() {
     const {state} = this, {frame} = state.at;
     this.bodies.update(state.at);
@@ -253,7 +254,7 @@ class View {
     this.paint(frame);
   }
 
-  /// Colours change seldom: only then they are sent anew.
+  /// Colours change seldom, so they are uploaded only when they do.
   paint(frame) {
     const {state, motion} = this;
     const asleep = state.show.sleep ? motion.asleep.subarray(frame * motion.trees, (frame + 1) * motion.trees) : [];
@@ -264,7 +265,7 @@ class View {
                               background: this.stage.background});
   }
 
-  /// Moves the camera along with the body that is followed.
+  /// Moves the camera along with the followed body.
   keepUp() {
     const {follow} = this.state;
     if (!follow) return;
@@ -278,7 +279,7 @@ class View {
     this.stage.render();
   }
 
-  /// A round force [N], and how long its arrow is in the middle of the picture.
+  /// A round force [N] and the length of its arrow in the middle of the picture [pixels].
   forceRuler() {
     const {show} = this.state, {scale, typical} = this.forceScale;
     const shown = (this.replay.contacts && show.forces) || (this.replay.closureForces && show.pulls);
@@ -348,7 +349,7 @@ class View {
     this.rendered = 0;
     this.standard = this.replay.shown_curves;
     for (const name of this.standard) this.curves.add(name);
-    if (this.ghost && this.replay.bodies.length === 2) this.curves.addBody(1);  // one against the other
+    if (this.ghost && this.replay.bodies.length === 2) this.curves.addBody(1);  // to compare it with its ghost
     this.listenToPointer();
     listen(this);
     this.stage.controls.addEventListener('change', () => this.redraw());

@@ -1,12 +1,11 @@
-// What is drawn beside the bodies: contact forces, centre of mass, frames, joints at limits,
-// closures.
+// Marks beside the bodies: contact forces, centre of mass, frames, joints at limits, closures.
 import * as THREE from 'three';
 
 const kForce = '#e4402c', kCut = '#f2a07e', kPoint = '#7a1d12', kLimit = '#c2289d', kClosure = '#7d4fd1';
 export const kPull = ['#4a1fa8', '#9d86d8', '#2c1266'];
 const kUp = new THREE.Vector3(0, 0, 1);
 
-/// What marks are scaled by [m]: the scene, or its bodies where those are small in it.
+/// Length that scales the marks [m]: the radius of the scene, or less if its bodies are small.
 function markSize(replay) { return Math.min(replay.radius, 7 * replay.body_radius); }
 
 function instanced(geometry, material, capacity, scene) {
@@ -17,22 +16,22 @@ function instanced(geometry, material, capacity, scene) {
   return mesh;
 }
 
-/// How long arrows are, the same for all: a typical force is a third of the size of marks.
+/// Length of arrows, with one scale for all: a typical force is a third of the size of marks.
 export class ForceScale {
   constructor(replay) {
     this.size = markSize(replay);
     this.enlarge = 1;
     this.typical = (replay.contacts ?? replay.closureForces)?.typical;
   }
-  /// Metres a newton.
+  /// Scale [m/N].
   get scale() { return this.enlarge * 0.33 * this.size / this.typical; }
-  /// Arrows are cut here [m], and paler.
+  /// Longer arrows are cut to this length [m] and drawn paler.
   get longest() { return 1.2 * this.size; }
 }
 
-/// Arrows of contacts, or of closures.
+/// Arrows of contacts or closures.
 export class Forces {
-  /// colors: of whole arrows, of those that are cut, of points.
+  /// colors: of whole arrows, of cut arrows, of points.
   constructor(contacts, scale, scene, [whole, cut, point] = [kForce, kCut, kPoint]) {
     this.contacts = contacts;
     this.of = scale;
@@ -44,7 +43,7 @@ export class Forces {
     for (let k = 0; k + 1 < first.length; ++k) most = Math.max(most, first[k + 1] - first[k]);
     const material = () => new THREE.MeshStandardMaterial({roughness: 0.5, emissive: point,
                                                            emissiveIntensity: 0.35});
-    const many = most > 400;  // then each is drawn with less
+    const many = most > 400;  // with many arrows each is drawn with fewer triangles
     const shaft = new THREE.CylinderGeometry(1, 1, 1, many ? 5 : 12, 1, many).rotateX(Math.PI / 2).translate(0, 0, 0.5);
     const head = new THREE.ConeGeometry(1, 1, many ? 6 : 16).rotateX(Math.PI / 2).translate(0, 0, 0.5);
     this.shafts = instanced(shaft, material(), most, scene);
@@ -56,7 +55,8 @@ export class Forces {
     this.colors = [new THREE.Color(whole), new THREE.Color(cut)];
   }
 
-  /// The same arrows again, faint, in front of everything: what stands inside a body is not lost.
+  /// Draws the same arrows again, faintly and in front of everything, so that those inside bodies
+  /// stay visible.
   seenThrough(mesh, capacity, scene) {
     const material = new THREE.MeshBasicMaterial({color: this.color, transparent: true, opacity: 0.22, depthTest: false,
                                                   depthWrite: false});
@@ -123,14 +123,14 @@ export class CentreOfMass {
   }
 }
 
-/// Bodies without shapes: a rod from the joint that they hang by to their centre of mass, and from their
-/// parent's joint to it; a ball at the centre of mass.
+/// Bodies without shapes: a rod from the joint to the body's centre of mass, another from the
+/// parent's joint to it, and a ball at the centre of mass.
 export class Sticks {
   constructor(replay, group) {
     const bodies = (wanted) => new Set(replay.shapes.filter(wanted).map((shape) => shape.body));
     const shaped = bodies((shape) => !shape.visual);
     this.thick = 0.012 * markSize(replay);
-    // What is smaller than the rod's ball would not be seen in its place.
+    // Visuals smaller than the rod's ball would not be seen, so these bodies keep the rod.
     this.seen = bodies((shape) => shape.visual && (shape.mesh !== undefined || Math.max(...shape.size) > 3 * this.thick));
     this.list = replay.bodies.map((body, i) => ({...body, i})).filter(({i}) => i > 0 && !shaped.has(i));
     const material = new THREE.MeshStandardMaterial({color: '#8fa5bd', roughness: 0.6});
@@ -146,7 +146,7 @@ export class Sticks {
     this.rods.setMatrixAt(slot, matrix.compose(from, turn, new THREE.Vector3(this.thick, this.thick, length)));
   }
 
-  /// visuals: bodies are shown as they look, so that those that look like something need no rod.
+  /// visuals: visuals are shown, so that bodies with one need no rod.
   update(matrices, visuals) {
     const matrix = new THREE.Matrix4();
     const list = visuals ? this.list.filter((body) => !this.seen.has(body.i)) : this.list;
@@ -192,7 +192,7 @@ export class Frames {
   }
 }
 
-/// Rings around joints that are at a limit.
+/// Rings around joints at a limit.
 export class Limits {
   constructor(replay, motion, scene) {
     this.motion = motion;
@@ -215,7 +215,7 @@ export class Limits {
   }
 }
 
-/// A rod between the anchors, a ball at each.
+/// A rod between the anchors of each closure, with a ball at either end.
 export class Closures {
   constructor(replay, scene) {
     this.closures = replay.closures;

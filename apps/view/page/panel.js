@@ -1,4 +1,4 @@
-// Buttons, sliders, lists, legend: what stands around the picture.
+// Buttons, sliders, lists and legend around the picture.
 import {element, save, text} from './dom.js';
 import {unpack} from './data.js';
 
@@ -14,7 +14,7 @@ const kKeys = [
   ['X', 'closure forces'], ['K', 'curves'], ['I', 'legend and menu'], ['D', 'dark, light'], ['U', 'copy a link to this view'], ['?', 'keys'],
 ];
 
-/// [toggle, label, colour and form of its mark], of those that the replay has something for.
+/// [toggle, label, kind of mark] for each layer that the replay has data for.
 function layers(replay) {
   const has = (shape) => replay.shapes.some(shape);
   const rows = [];
@@ -35,7 +35,7 @@ function layers(replay) {
 }
 
 export class Panel {
-  /// act: what the buttons do (main.js).
+  /// act: the actions behind the buttons (main.js).
   constructor(replay, root, act) {
     this.replay = replay;
     this.act = act;
@@ -52,7 +52,7 @@ export class Panel {
   button(label, title, onclick) {
     return element('button', {title, 'aria-label': title, onclick: (event) => {
       onclick();
-      event.currentTarget.blur();  // keys stay with the page
+      event.currentTarget.blur();  // key presses stay with the page
     }}, label);
   }
 
@@ -71,7 +71,7 @@ export class Panel {
     this.follow = element('select', {'aria-label': 'Follow a body', title: 'Follow a body (F)', class: 'follow',
                                      onchange: () => { act.follow(this.follow.value); this.follow.blur(); }});
     this.follow.append(element('option', {value: ''}, 'follow …'));
-    const bodies = this.replay.bodies.slice(1, 2001);  // a longer list is of no use
+    const bodies = this.replay.bodies.slice(1, 2001);  // a longer list is not usable
     this.follow.append(...bodies.map((body) => element('option', {value: body.name}, body.name)));
     return element('nav', {class: 'bar'},
       this.play, this.button('◀|', 'One frame back (←)', () => act.step(-1)),
@@ -96,7 +96,7 @@ export class Panel {
     return this.legend;
   }
 
-  /// Which of several ghosts is shown.
+  /// List to choose the ghost shown.
   makeGhosts() {
     this.ghosts = element('select', {'aria-label': 'Ghost', title: 'Ghost (H)',
                                      onchange: () => { this.act.chooseGhost(Number(this.ghosts.value)); this.ghosts.blur(); }});
@@ -129,7 +129,7 @@ export class Panel {
                        'Click a body: select it; its position is added to the curves.'));
   }
 
-  /// A line of words that goes away by itself.
+  /// Shows a message for 2.5 s.
   say(words) {
     this.message.textContent = words;
     this.message.hidden = false;
@@ -144,7 +144,7 @@ export class Panel {
     this.tip.style.transform = `translate(${x + 14}px, ${y + 10}px)`;
   }
 
-  /// Names at their bodies: [{name, x, y}].
+  /// Shows names at their bodies: [{name, x, y}].
   showLabels(list) {
     while (this.labels.childElementCount > list.length) this.labels.lastChild.remove();
     while (this.labels.childElementCount < list.length) this.labels.append(element('span'));
@@ -155,7 +155,7 @@ export class Panel {
     });
   }
 
-  /// What changes with time and settings.
+  /// Updates the controls that depend on time and settings.
   update(state) {
     const {end} = this.replay.motions[0];
     this.play.textContent = state.playing ? '❚❚' : '▶';

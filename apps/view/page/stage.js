@@ -9,7 +9,7 @@ const kThemes = {
          sun: 2.2, ambient: 0.85},
 };
 
-/// 1, 2 or 5 times a power of ten, near `x`.
+/// Rounds to 1, 2 or 5 times a power of ten.
 export function roundStep(x) {
   const power = 10 ** Math.floor(Math.log10(x));
   const share = x / power;
@@ -23,7 +23,7 @@ function groundTexture(theme) {
   context.fillStyle = theme.ground;
   context.fillRect(0, 0, 512, 512);
   context.strokeStyle = theme.line;
-  context.lineWidth = 1.5;  // of five cells a side, the outer lines are thicker
+  context.lineWidth = 1.5;  // five cells a side; the outer lines are thicker
   for (let i = 1; i < 5; ++i) {
     const at = 512 * i / 5;
     context.beginPath();
@@ -66,7 +66,7 @@ export class Stage {
     this.reset();
   }
 
-  /// The bounds of all that moves, at any time.
+  /// Radius of the ball around all moving bodies over the whole motion [m].
   get radius() { return this.replay.radius; }
 
   ground(shape) {
@@ -78,7 +78,7 @@ export class Stage {
     mesh.position.set(x, y, z);
     mesh.quaternion.set(qx, qy, qz, qw);
     mesh.receiveShadow = true;
-    // A body that lies in the plane shows in front of it.
+    // A body that lies in the plane is drawn in front of it.
     material.polygonOffset = true;
     material.polygonOffsetFactor = material.polygonOffsetUnits = 1;
     this.scene.add(mesh);
@@ -103,7 +103,8 @@ export class Stage {
     }
   }
 
-  /// Looks at all that moves, from the front and the right, or whence the least of it is hidden.
+  /// Looks at all moving bodies from the front right, or from the direction in which the fewest are
+  /// hidden.
   reset(hidden = () => 0) {
     let best = null;
     for (const [azimuth, elevation] of [[-55, 20], [-125, 20], [55, 20], [125, 20], [-55, 60], [125, 60]]) {
@@ -121,7 +122,7 @@ export class Stage {
               new THREE.Vector3(...this.replay.center));
   }
 
-  /// Angles [degrees], distance [m].
+  /// Sets the view: angles [degrees], distance [m].
   look(azimuth, elevation, distance, target) {
     const a = THREE.MathUtils.degToRad(azimuth), e = THREE.MathUtils.degToRad(elevation);
     const flat = distance * Math.cos(e);
@@ -131,21 +132,21 @@ export class Stage {
     this.controls.update();
   }
 
-  /// The reverse: [azimuth, elevation, distance, x, y, z].
+  /// Returns the present view: [azimuth, elevation, distance, x, y, z].
   get view() {
     const arm = this.camera.position.clone().sub(this.controls.target), distance = arm.length();
     return [THREE.MathUtils.radToDeg(Math.atan2(arm.y, arm.x)),
             THREE.MathUtils.radToDeg(Math.asin(arm.z / distance)), distance, ...this.controls.target.toArray()];
   }
 
-  /// Moves camera and target alike.
+  /// Moves camera and target together.
   shift(move) {
     this.controls.target.add(move);
     this.camera.position.add(move);
     this.controls.update();
   }
 
-  /// Puts what is looked at `pixels` to the right of the middle: the legend has the left.
+  /// Shifts the picture by `pixels` to the right, since the legend covers the left.
   aside(pixels) {
     const {width, height} = this.renderer.getSize(new THREE.Vector2());  // Vector2 has width, height
     if (pixels) this.camera.setViewOffset(width, height, -pixels, 0, width, height);
@@ -182,7 +183,7 @@ export class Stage {
     frustum.updateProjectionMatrix();
   }
 
-  /// Where a point [m] is on the screen [CSS pixels of the canvas].
+  /// Projects a point [m] to the screen [CSS pixels of the canvas].
   project(point) {
     this.camera.updateMatrixWorld();
     const p = new THREE.Vector3(...point).project(this.camera);

@@ -1,11 +1,11 @@
 // Video for documents: VP9 by the browser's own encoder (WebCodecs), put into WebM (EBML, RFC 8794).
 
-/// The number in `count` bytes, the highest first.
+/// The number in `count` bytes, big-endian.
 function bytesOf(value, count) {
   return Array.from({length: count}, (_, i) => Math.floor(value / 2 ** (8 * (count - 1 - i))) % 256);
 }
 
-/// An element: its id, the length of what it holds in eight bytes, what it holds.
+/// An EBML element: its id, the length of its content in eight bytes, its content.
 function element(id, ...parts) {
   const length = parts.reduce((sum, part) => sum + part.length, 0);
   const idBytes = bytesOf(id, id > 0xffffff ? 4 : id > 0xffff ? 3 : id > 0xff ? 2 : 1);
@@ -28,7 +28,7 @@ function double(id, value) {
   return element(id, bytes);
 }
 
-/// Frames of one group begin with one that needs no other; times in ms.
+/// A cluster of frames; the first is a key frame. Times in ms.
 function cluster(frames) {
   const start = frames[0].time;
   const blocks = frames.map(({time, key, data}) =>
@@ -49,7 +49,7 @@ function webm(frames, width, height, duration) {
   return [header, segment];
 }
 
-/// A video of frames that draw(k) puts on a canvas, `rate` of them a second.
+/// Encodes a video of the frames that draw(k) puts on a canvas, at `rate` frames per second.
 export async function video(frames, rate, {width, height}, draw) {
   if (typeof VideoEncoder === 'undefined') throw new Error('this browser has no encoder for video (WebCodecs)');
   const out = [];
@@ -62,7 +62,7 @@ export async function video(frames, rate, {width, height}, draw) {
     },
     error: (error) => { wrong = error; },
   });
-  // A tenth of a bit a pixel: edges stay sharp, as what moves is a small part of the picture.
+  // 0.1 bit per pixel keeps edges sharp, as only a small part of the picture moves.
   encoder.configure({codec: width * height > 2e6 ? 'vp09.00.51.08' : 'vp09.00.41.08', width, height, framerate: rate,
                      bitrate: Math.max(4e5, 0.1 * width * height * rate), latencyMode: 'quality'});
   const group = Math.max(1, Math.min(250, Math.floor(20 * rate)));  // 16 bits hold 32 s in ms
