@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/step.h"
 
 namespace counterpoint {

@@ -3,6 +3,7 @@
 
 #include "counterpoint/engine/batch.h"
 #include "counterpoint/engine/derivatives.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/model/model_builder.h"

@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/step.h"
 
 namespace counterpoint {

@@ -9,6 +9,7 @@
 
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/dynamics/euler_top.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/step.h"
 #include "families.h"
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "counterpoint/collision/collider.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/step.h"
 #include "mujoco_families.h"
 

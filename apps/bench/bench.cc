@@ -14,6 +14,7 @@
 #include "counterpoint/engine/dynamics/crba.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/dynamics/rnea.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint::apps {

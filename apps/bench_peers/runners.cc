@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "counterpoint/collision/collider.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/simulator.h"
 #include "measure/median.h"
 #include "measure/thread_clock.h"

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "command.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"
 #include "interrupt.h"

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "command.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 #include "report/report.h"
 
 namespace counterpoint::apps {

@@ -8,7 +8,8 @@
 
 #include "command.h"
 #include "counterpoint/collision/collider.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/effects.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/geometry.h"
 #include "input/scene_arguments.h"
 #include "report/effect_table.h"

@@ -8,7 +8,7 @@
 
 #include "command.h"
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/step.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"

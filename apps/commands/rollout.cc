@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "command.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "input/applied_inputs.h"
 #include "input/scene_arguments.h"
 #include "interrupt.h"

@@ -9,7 +9,7 @@
 #include "command.h"
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/simulator.h"
 #include "input/applied_inputs.h"
 #include "input/scene_arguments.h"

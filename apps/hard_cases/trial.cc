@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "view/view_option.h"
 
 namespace counterpoint::apps {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 
 namespace counterpoint::apps {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "recordings/estimation.h"
 
 namespace counterpoint::apps {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint::apps {

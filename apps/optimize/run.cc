@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/text_files.h"
 #include "measure/median.h"
 #include "tasks/task_list.h"

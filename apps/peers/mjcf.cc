@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/model/model.h"
 #include "mjcf_words.h"
 

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/optimize/optimize.h"
 
 namespace counterpoint::apps {

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <numeric>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/optimize/optimize.h"
 #include "recordings/page.h"
 #include "report/html_page.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/optimize/optimize.h"
 #include "recordings/motion_figures.h"
 

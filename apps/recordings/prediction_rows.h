@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 #include "recordings/estimation.h"
 
 namespace counterpoint::apps {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 #include "counterpoint/engine/step.h"
 
 namespace counterpoint::apps {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/step.h"
 #include "progress.h"

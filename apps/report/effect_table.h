@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/step.h"
 #include "report.h"
 

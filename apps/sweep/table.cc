@@ -7,7 +7,7 @@
 #include <map>
 #include <optional>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "variation.h"
 
 namespace counterpoint::apps::sweep {

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <string>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 
 namespace counterpoint::apps::tasks {
 

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "counterpoint/engine/batch.h"
+#include "counterpoint/engine/tasks.h"
 #include "task_list.h"
 
 namespace counterpoint::apps::tasks {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/model/scene.h"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 #include "counterpoint/model/spatial.h"
 #include "view/clip.h"
 

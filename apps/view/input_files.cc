@@ -7,7 +7,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/geometry.h"
 #include "view/packing.h"
 

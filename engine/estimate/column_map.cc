@@ -11,7 +11,7 @@
 #include "counterpoint/engine/estimate/recording.h"
 #include "counterpoint/engine/estimate/sensors/map_nodes.h"
 #include "counterpoint/engine/estimate/sensors/sensor_map.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 #include "counterpoint/model/text_files.h"
 
 namespace counterpoint::estimation {

@@ -3,6 +3,7 @@
 
 #include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/step.h"
 
 namespace counterpoint::estimation {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "counterpoint/engine/batch.h"
+#include "counterpoint/engine/tasks.h"
 #include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/estimate/recording.h"
 

@@ -8,7 +8,7 @@
 
 #include "counterpoint/engine/estimate/sensors/read_sources.h"
 #include "counterpoint/engine/estimate/sensors/table_columns.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 
 namespace counterpoint::estimation {
 namespace {

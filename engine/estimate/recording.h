@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "counterpoint/engine/estimate/sensors/sensor.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 #include "counterpoint/engine/simulator.h"
 
 namespace counterpoint::estimation {

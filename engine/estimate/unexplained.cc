@@ -12,7 +12,7 @@
 #include "counterpoint/engine/estimate/contact_effects.h"
 #include "counterpoint/engine/estimate/estimate.h"
 #include "counterpoint/engine/estimate/recording.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/step.h"
 
 namespace counterpoint::estimation {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "counterpoint/contact/disjoint_sets.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/forces/taut_links.h"
 
 namespace counterpoint {

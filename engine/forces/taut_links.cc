@@ -1,3 +1,4 @@
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/forces/taut_links.h"
 
 #include <fmt/format.h>

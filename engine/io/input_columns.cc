@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 
 namespace counterpoint {
 namespace {

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/state.h"
 #include "counterpoint/model/geometry.h"
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "counterpoint/engine/io/table_format.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/spatial.h"
 #include "counterpoint/model/text_files.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 
 namespace counterpoint {
 

@@ -6,7 +6,8 @@
 #include <limits>
 #include <span>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/effects.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/step.h"
 
 namespace counterpoint {

@@ -6,7 +6,7 @@
 
 #include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/optimize/optimize.h"
 #include "counterpoint/engine/optimize/terms/evaluator.h"
 

@@ -5,6 +5,7 @@
 #include "counterpoint/engine/constraints/contact_memory.h"
 #include "counterpoint/engine/diagnosis/failure_cause.h"
 #include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/step/midpoint.h"
 #include "counterpoint/engine/step/runge_kutta.h"

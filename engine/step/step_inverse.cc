@@ -7,6 +7,7 @@
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/dynamics/rnea.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/forces/drag.h"
 #include "counterpoint/engine/forces/joint_forces.h"
 #include "counterpoint/engine/forces/servos.h"

@@ -8,6 +8,7 @@
 #include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/constraints/equality_solver.h"
 #include "counterpoint/engine/diagnosis/state_check.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/forces/free_groups.h"
 #include "counterpoint/engine/forces/taut_links.h"
 #include "counterpoint/engine/step.h"

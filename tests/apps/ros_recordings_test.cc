@@ -10,7 +10,7 @@
 
 #include "apps/command.h"
 #include "apps/mcap_bag.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 
 namespace counterpoint::ros_recordings_test {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "apps/command.h"
 #include "apps/ranks.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 
 namespace counterpoint::test::sweep_test {
 namespace {

@@ -3,6 +3,7 @@
 
 #include <map>
 
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/step.h"
 #include "support/recover.h"

@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "counterpoint/engine/estimate/motion_estimate.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 #include "support/paths.h"
 
 namespace counterpoint::estimation::recorded_walks_test {

@@ -8,6 +8,7 @@
 
 #include "accuracy/kinetic_energy/kinetic_energy.h"
 #include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/step/step_constraints.h"
 #include "counterpoint/engine/step/step_forces.h"
 #include "stepping_adapter.h"

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "arrays.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint::python {

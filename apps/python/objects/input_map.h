@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "handles.h"
 
 namespace counterpoint::python {

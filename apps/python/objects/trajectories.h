@@ -1,7 +1,7 @@
 // Trajectories in memory.
 #pragma once
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "handles.h"
 
 namespace counterpoint::python {

@@ -11,6 +11,7 @@
 #include "counterpoint/engine/derivatives/step/midpoint_derivator.h"
 #include "counterpoint/engine/derivatives/step/runge_kutta_derivator.h"
 #include "counterpoint/engine/derivatives/step/step_differences.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/step/inverted_step.h"
 #include "counterpoint/model/special_values.h"
 

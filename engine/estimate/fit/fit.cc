@@ -7,7 +7,7 @@
 #include <random>
 #include <tuple>
 
-#include "counterpoint/engine/batch.h"
+#include "counterpoint/engine/tasks.h"
 #include "counterpoint/engine/estimate/estimate.h"
 #include "counterpoint/engine/estimate/fit/fit_spread.h"
 #include "counterpoint/engine/estimate/fit/fit_system.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "counterpoint/engine/estimate/sensors/sensor.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 
 namespace counterpoint::estimation {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "counterpoint/engine/estimate/sensors/sensor.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 
 namespace counterpoint::estimation {
 

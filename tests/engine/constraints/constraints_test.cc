@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "counterpoint/engine/constraints/contact_law.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/estimate/contact_effects.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/step.h"

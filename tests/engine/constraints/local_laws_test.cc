@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/estimate/contact_effects.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/step.h"

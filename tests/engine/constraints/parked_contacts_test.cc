@@ -9,6 +9,7 @@
 #include <random>
 
 #include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/step.h"
 #include "support/allocation_guard.h"

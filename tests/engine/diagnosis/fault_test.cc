@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/step.h"
 #include "support/small_scenes.h"

@@ -8,7 +8,7 @@
 
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/model/model_builder.h"
 #include "support/random_model.h"

@@ -1,4 +1,5 @@
 // Light links under tension: no suspended load adds energy, whatever its mass.
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/forces/taut_links.h"
 
 #include <fmt/format.h>
@@ -7,7 +8,7 @@
 #include <cmath>
 
 #include "counterpoint/engine/derivatives.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/linkages.h"
 #include "support/step_derivatives.h"

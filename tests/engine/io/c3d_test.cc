@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "counterpoint/engine/io/c3d_parameters.h"
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 #include "counterpoint/model/spatial.h"
 #include "engine/io/c3d_file.h"
 #include "support/temp_folder.h"

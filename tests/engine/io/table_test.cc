@@ -11,7 +11,7 @@
 #include <limits>
 #include <thread>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 #include "counterpoint/model/spatial.h"
 #include "support/temp_folder.h"
 

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/model_builder.h"
 #include "support/random_model.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/tables.h"
 #include "counterpoint/model/spatial.h"
 #include "support/temp_folder.h"
 

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/state.h"
 #include "support/paths.h"

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/engine/trajectory.h"
 #include "fuzz/fuzz.h"
 #include "fuzz/small_model.h"
 
