@@ -1,8 +1,9 @@
+#include "counterpoint/engine/effects.h"
+
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/step.h"
 
 namespace counterpoint {

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/step.h"
+#include "counterpoint/engine/trajectory.h"
 
 namespace counterpoint {
 namespace {

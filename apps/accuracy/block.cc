@@ -61,10 +61,10 @@ bool run(const Scene& scene, const EngineSetting& setting, double seconds, State
 
 }  // namespace
 
-std::optional<BlockFigures> measure_block(const EngineSetting& wanted) {
+std::optional<BlockMetrics> measure_block(const EngineSetting& wanted) {
   EngineSetting setting = wanted;
   setting.options.effects = kDefaultEffects;
-  BlockFigures out;
+  BlockMetrics out;
   const auto nothing = [](const State&) {};
 
   const Scene slope = block_on_plane(kSlope), level = block_on_plane(0.0);

@@ -8,7 +8,7 @@
 namespace counterpoint::apps::accuracy {
 namespace {
 
-std::string figure(double value) {
+std::string metric(double value) {
   return std::isfinite(value) ? fmt::format("{:.3g}", value) : "-";
 }
 
@@ -37,20 +37,20 @@ void print_table(std::FILE* out, const PageTable& table) {
 std::vector<std::string> physics_row(const std::string& name, const Physics& p) {
   std::vector<std::string> row = {name};
   if (p.contact) {
-    row.insert(row.end(), {figure(p.contact->primal), figure(p.contact->dual),
-                           figure(p.contact->complementarity), figure(p.penetration)});
+    row.insert(row.end(), {metric(p.contact->primal), metric(p.contact->dual),
+                           metric(p.contact->complementarity), metric(p.penetration)});
   } else {
     row.insert(row.end(), 4, "-");
   }
   if (p.block) {
-    row.push_back(figure(1e6 * p.block->creep));
-    row.push_back(figure(p.block->hover));
-    row.push_back(figure(p.block->rest));
+    row.push_back(metric(1e6 * p.block->creep));
+    row.push_back(metric(p.block->hover));
+    row.push_back(metric(p.block->rest));
   } else {
     row.insert(row.end(), 3, "-");
   }
-  row.push_back(figure(p.inverse_error));
-  row.push_back(figure(p.energy_error));
+  row.push_back(metric(p.inverse_error));
+  row.push_back(metric(p.energy_error));
   return row;
 }
 
@@ -162,10 +162,10 @@ PageTable work_precision_table(const Findings& findings, const MeasuredFamily& m
     std::string remark = findings.on_front({family, i}) ? "front" : "";
     if (p.error.all < kAboveReference * findings.reference.error)
       remark += remark.empty() ? "at the reference's own error" : ", at the reference's own error";
-    table.rows.push_back({name, figure(p.error.all), figure(p.error.length), figure(p.error.angle),
-                          figure(p.worst), seconds_text(p.cost),
+    table.rows.push_back({name, metric(p.error.all), metric(p.error.length), metric(p.error.angle),
+                          metric(p.worst), seconds_text(p.cost),
                           fmt::format("{:.0f} %", 100.0 * (p.cost_high - p.cost_low) / p.cost),
-                          figure(1.0 / p.cost), remark});
+                          metric(1.0 / p.cost), remark});
   }
   return table;
 }

@@ -31,7 +31,7 @@ std::string csv_row(const Findings& findings, const MeasuredFamily& m, size_t fa
                                 cell(p.worst), cell(p.cost), cell(p.cost_low), cell(p.cost_high),
                                 p.steps, p.failed, findings.on_front({family, i}) ? 1 : 0);
   const Physics* physics = p.physics ? &*p.physics : nullptr;
-  const BlockFigures* block = physics && physics->block ? &*physics->block : nullptr;
+  const BlockMetrics* block = physics && physics->block ? &*physics->block : nullptr;
   const auto add = [&](bool there, double value) {
     out += ',';
     if (there) out += cell(value);

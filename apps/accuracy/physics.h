@@ -21,7 +21,7 @@ struct ContactResiduals {
 
 /// A block of edge 0.2 m and mass 1 kg with friction 0.5 on a plane, at the setting's own step and
 /// contact.
-struct BlockFigures {
+struct BlockMetrics {
   double creep = 0.0;  ///< mean speed while held on a slope of tangent 0.4 [m/s]
   double hover = 0.0;  ///< largest height above the plane while sliding from 2 m/s to rest [m]
   double rest = 0.0;   ///< height at rest on the level plane, negative: overlap [m]
@@ -36,7 +36,7 @@ struct Physics {
   /// largest force at work and the scene's weight (a N m counts as a N; 1 N without gravity); NaN:
   /// the integrator has no inverse.
   double inverse_error = 0.0;
-  std::optional<BlockFigures> block;  ///< empty without contacts, or if one of its steps fails
+  std::optional<BlockMetrics> block;  ///< empty without contacts, or if one of its steps fails
 };
 
 /// Repeats all pieces with the forces of every step. `contacts`: the scene has contacts, so the
@@ -47,6 +47,6 @@ Physics measure_physics(const Scene& scene, const EngineSetting& setting, const 
                         const std::function<bool()>& stop = {});
 
 /// Measures the block only; empty if a step fails.
-std::optional<BlockFigures> measure_block(const EngineSetting& setting);
+std::optional<BlockMetrics> measure_block(const EngineSetting& setting);
 
 }  // namespace counterpoint::apps::accuracy

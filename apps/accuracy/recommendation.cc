@@ -97,7 +97,7 @@ std::vector<Place> pareto_front(const std::vector<MeasuredFamily>& measured) {
 
 std::string block_words(const Point& point) {
   if (!point.physics || !point.physics->block) return {};
-  const BlockFigures& block = *point.physics->block;
+  const BlockMetrics& block = *point.physics->block;
   return fmt::format(
       " With it a block held on a slope creeps at {:.2g} um/s, and one that slides at 2 m/s rises "
       "by "

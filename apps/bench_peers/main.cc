@@ -58,7 +58,7 @@ void write_svg(const std::filesystem::path& file, const std::vector<PeerRow>& ro
     for (const auto& [nv, time] : points) curve.add(nv, time);
     chart.curves.push_back(curve);
   }
-  open_figures(file, std::ios::trunc) << svg(chart);
+  open_metrics(file, std::ios::trunc) << svg(chart);
 }
 
 int run(int argc, char** argv) {
@@ -93,9 +93,9 @@ int run(int argc, char** argv) {
   };
   fmt::print("Counterpoint: {}\nPinocchio: {}\nMuJoCo: {}\n", COUNTERPOINT_FLAGS,
              named(peers::pinocchio_version()), named(peers::mujoco_version()));
-  PeerTable figures(arguments.csv);
-  for (const std::string& table : arguments.tables) kTables.at(table)(options, figures);
-  if (!arguments.svg.empty()) write_svg(arguments.svg, figures.rows());
+  PeerTable metrics(arguments.csv);
+  for (const std::string& table : arguments.tables) kTables.at(table)(options, metrics);
+  if (!arguments.svg.empty()) write_svg(arguments.svg, metrics.rows());
   return 0;
 }
 

@@ -24,7 +24,7 @@ void print(const PeerRow& row) {
 
 }  // namespace
 
-std::ofstream open_figures(const std::filesystem::path& file, std::ios::openmode mode) {
+std::ofstream open_metrics(const std::filesystem::path& file, std::ios::openmode mode) {
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
   std::ofstream out(file, mode);
   if (!out) throw std::runtime_error(file.string() + ": cannot be written");
@@ -38,7 +38,7 @@ void PeerTable::add(const PeerRow& row) {
   const bool first = rows_.size() == 1;
   std::string remark = row.remark;
   std::replace(remark.begin(), remark.end(), ',', ';');
-  std::ofstream out = open_figures(csv_, first ? std::ios::trunc : std::ios::app);
+  std::ofstream out = open_metrics(csv_, first ? std::ios::trunc : std::ios::app);
   if (first)
     out << "table,scene,nv,quantity,engine,microseconds,ours_over_this,quality,error,iterations,"
            "remark\n";

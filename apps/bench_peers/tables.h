@@ -29,7 +29,7 @@ struct PeerRow {
 
 /// Opens a file for figures; creates its folder if necessary. @throws std::runtime_error if it
 /// cannot be written.
-std::ofstream open_figures(const std::filesystem::path& file, std::ios::openmode mode);
+std::ofstream open_metrics(const std::filesystem::path& file, std::ios::openmode mode);
 
 /// The figures so far: each is printed and written immediately.
 class PeerTable {

@@ -47,7 +47,7 @@ void fill_report(const Model& model, const std::vector<Prediction>& predictions,
       add_failure(model, *prediction.failure, entry);
       ++failures;
     } else {
-      for (const auto& [key, value] : figures(prediction, by)) entry[key] = value;
+      for (const auto& [key, value] : metrics(prediction, by)) entry[key] = value;
     }
     entry["steps"] = prediction.steps;
     entry["newton_iterations_mean"] = static_cast<double>(prediction.newton_iterations) /
@@ -56,7 +56,7 @@ void fill_report(const Model& model, const std::vector<Prediction>& predictions,
   report["status"] = failures == 0 ? "ok" : "failed";
   report["failures"] = failures;
   Json medians;
-  for (const auto& [key, value] : median_figures(predictions, by)) medians[key] = value;
+  for (const auto& [key, value] : median_metrics(predictions, by)) medians[key] = value;
   report["median"] = medians;
   report["recordings"] = recordings;
   fmt::print(report.text(), "{} recordings, {} failed\n", predictions.size(), failures);
@@ -72,9 +72,9 @@ std::vector<const Recording*> pointers(const std::vector<Recording>& recordings)
 }
 
 /// Reports the residual forces by coordinate, over all recordings.
-void report_coordinates(const std::vector<CoordinateFigures>& coordinates, Report& report) {
+void report_coordinates(const std::vector<CoordinateMetrics>& coordinates, Report& report) {
   report["coordinates"] = coordinate_list(coordinates);
-  for (const CoordinateFigures& one : coordinates)
+  for (const CoordinateMetrics& one : coordinates)
     fmt::print(report.text(), "  {}: rms {:.5g}{}\n", one.name, one.rms,
                one.r2 ? fmt::format(", R2 {:.4f}", *one.r2) : "");
 }
@@ -149,12 +149,12 @@ void report_explained(const std::vector<ExplainedRecording>& all, Report& report
     Json& entry = list.emplace_back();
     entry["file"] = explained.file;
     entry["rows"] = explained.rows;
-    for (const auto& [name, value] : explained.figures) entry[name] = value;
+    for (const auto& [name, value] : explained.metrics) entry[name] = value;
   }
-  for (size_t i = 0; !all.empty() && i < all[0].figures.size(); ++i) {
+  for (size_t i = 0; !all.empty() && i < all[0].metrics.size(); ++i) {
     std::vector<double> values;
-    for (const ExplainedRecording& one : all) values.push_back(one.figures[i].second);
-    medians[all[0].figures[i].first] = median(values);
+    for (const ExplainedRecording& one : all) values.push_back(one.metrics[i].second);
+    medians[all[0].metrics[i].first] = median(values);
   }
   report["median"] = medians;
   report["recordings"] = list;
@@ -181,8 +181,8 @@ int compare_inverse(CompareArguments& arguments) {
   recordings.resize(all.size());
   int exit_code = kSuccess;
   if (all.size() < given) exit_code = end_early(all.size(), given, arguments, report);
-  const std::vector<CoordinateFigures> coordinates =
-      force_figures(explainer, scene.model, pointers(recordings), all);
+  const std::vector<CoordinateMetrics> coordinates =
+      force_metrics(explainer, scene.model, pointers(recordings), all);
   report_explained(all, report);
   report_coordinates(coordinates, report);
   report.write();
@@ -218,8 +218,8 @@ std::vector<std::pair<std::string, std::string>> write_recording(const Compilati
   const std::filesystem::path folder = arguments.page;
   const std::string name = std::filesystem::path(recording.file).filename().string();
   std::string error;
-  for (const auto& [figure, value] : figures(prediction, compared(map)))
-    error += fmt::format("{} {} {:.4g}", error.empty() ? ":" : ",", figure, value);
+  for (const auto& [metric, value] : metrics(prediction, compared(map)))
+    error += fmt::format("{} {} {:.4g}", error.empty() ? ":" : ",", metric, value);
   const std::string curves = fmt::format("recording{}.html", number);
   const std::string replay = fmt::format("replay{}.html", number);
   HtmlPage page("Recorded and simulated: " + name);
@@ -246,7 +246,7 @@ void write_page_of(const Compilation& of) {
   page.paragraph(fmt::format("{} recordings, mode {}{}.", predictions.size(), arguments.mode,
                              arguments.set.empty() ? "" : ", " + arguments.set));
   PageTable medians{{"median", "value"}, {}};
-  for (const auto& [name, value] : median_figures(predictions, by))
+  for (const auto& [name, value] : median_metrics(predictions, by))
     medians.rows.push_back({name, fmt::format("{:.5g}", value)});
   page.table(medians);
   const std::vector<Chart> charts = error_charts({{"error", &predictions}}, by);
@@ -318,7 +318,7 @@ int compare(CompareArguments& arguments) {
   report.begin("compare", arguments.scene.file);
   report["mode"] = arguments.mode;
   fill_report(scene.model, predictions, compared(map), report);
-  report_coordinates(velocity_figures(map, predictions), report);
+  report_coordinates(velocity_metrics(map, predictions), report);
   int exit_code = kSuccess;
   if (predictions.size() < given)
     exit_code = end_early(predictions.size(), given, arguments, report);

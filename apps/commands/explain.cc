@@ -13,8 +13,8 @@
 #include "input/scene_arguments.h"
 #include "interrupt.h"
 #include "recordings/estimation.h"
-#include "recordings/motion_figures.h"
 #include "recordings/motion_follow.h"
+#include "recordings/motion_metrics.h"
 #include "recordings/motion_page.h"
 #include "recordings/motion_tables.h"
 #include "report/progress.h"
@@ -139,16 +139,16 @@ std::vector<std::string> write_tables(const ExplainArguments& arguments,
 
 /// Writes the report and prints the results. Returns kSuccess if every estimate can be
 /// trusted.
-int tell(const ExplainedMotions& motions, const std::vector<ExplainedFigures>& figures,
+int tell(const ExplainedMotions& motions, const std::vector<ExplainedMetrics>& metrics,
          Report& report) {
   const Model& model = motions.scene.model;
   int exit_code = kSuccess;
   Json list = Json::array();
   for (std::size_t i = 0; i < motions.estimates.size(); ++i) {
     const MotionEstimate& estimate = motions.estimates[i];
-    list.push_back(motion_entry(model, estimate, figures[i]));
-    fmt::print(report.text(), "{}", motion_text(model, estimate, figures[i]));
-    const std::string complaint = motion_complaint(estimate, figures[i]);
+    list.push_back(motion_entry(model, estimate, metrics[i]));
+    fmt::print(report.text(), "{}", motion_text(model, estimate, metrics[i]));
+    const std::string complaint = motion_complaint(estimate, metrics[i]);
     if (complaint.empty()) continue;
     std::fflush(report.text());
     fmt::print(stderr, "error: {}: {}\n", estimate.file, complaint);
@@ -208,22 +208,22 @@ int follow(ExplainArguments& arguments, const Scene& scene, const ColumnMap& map
   options.errors = whole.errors;
   Report& report = arguments.report;
   report.begin("explain", arguments.scene.file);
-  const FollowedFigures figures =
+  const FollowedMetrics metrics =
       follow_motion({arguments.recordings.front(), arguments.output, arguments.contacts,
                      arguments.forces, arguments.idle},
                     scene, map, options);
-  if (figures.told == 0)
+  if (metrics.told == 0)
     throw InputError(fmt::format("{}: {} rows; {} or more are expected to explain a motion",
-                                 arguments.recordings.front(), figures.rows, kLeastRows));
-  report["status"] = figures.stopped ? "stopped" : "ok";
-  report["rows"] = figures.told;
-  report["errors"] = recording_errors_name(figures.errors);
-  report["unexplained"] = {{"mean", figures.unexplained_mean}, {"max", figures.unexplained_max}};
+                                 arguments.recordings.front(), metrics.rows, kLeastRows));
+  report["status"] = metrics.stopped ? "stopped" : "ok";
+  report["rows"] = metrics.told;
+  report["errors"] = recording_errors_name(metrics.errors);
+  report["unexplained"] = {{"mean", metrics.unexplained_mean}, {"max", metrics.unexplained_max}};
   fmt::print(report.text(),
              "{} rows explained as they came ({} errors); {:.2g} of the weight not explained in "
              "the mean, at most {:.2g}{}\n",
-             figures.told, recording_errors_name(figures.errors), figures.unexplained_mean,
-             figures.unexplained_max, figures.stopped ? "; stopped by Ctrl-C" : "");
+             metrics.told, recording_errors_name(metrics.errors), metrics.unexplained_mean,
+             metrics.unexplained_max, metrics.stopped ? "; stopped by Ctrl-C" : "");
   report.write();
   return kSuccess;
 }
@@ -242,9 +242,9 @@ int explain(ExplainArguments& arguments) {
   const std::vector<MotionEstimate> estimates = estimate_all(arguments, scene, map, recordings);
   recordings.resize(estimates.size());
   const ExplainedMotions motions{scene, map, recordings, estimates};
-  std::vector<ExplainedFigures> figures;
+  std::vector<ExplainedMetrics> metrics;
   for (std::size_t i = 0; i < estimates.size(); ++i)
-    figures.push_back(explained_figures(scene, map, recordings[i], estimates[i]));
+    metrics.push_back(explained_metrics(scene, map, recordings[i], estimates[i]));
 
   Report& report = arguments.report;
   report.begin("explain", arguments.scene.file);
@@ -252,8 +252,8 @@ int explain(ExplainArguments& arguments) {
   if (!arguments.page.empty())
     write_motion_page(arguments.page,
                       {arguments.scene.file, arguments.map, arguments.scene.package_folders()},
-                      motions, figures);
-  int exit_code = tell(motions, figures, report);
+                      motions, metrics);
+  int exit_code = tell(motions, metrics, report);
   if (estimates.size() < given || estimates.back().stopped)
     exit_code = end_stopped(motions, given, files, report);
   report.write();

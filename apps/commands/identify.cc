@@ -79,9 +79,9 @@ Split split(const IdentifyArguments& arguments, const Experiment& e) {
   return out;
 }
 
-Json json_figures(const std::vector<Prediction>& predictions, Compared by) {
+Json json_metrics(const std::vector<Prediction>& predictions, Compared by) {
   Json out = Json::object();
-  for (const auto& [name, value] : median_figures(predictions, by)) out[name] = value;
+  for (const auto& [name, value] : median_metrics(predictions, by)) out[name] = value;
   return out;
 }
 
@@ -99,11 +99,11 @@ Json score(const Rollouts& rollouts, Compared by) {
   const auto& [before, after] = rollouts;
   int better = 0;
   for (size_t i = 0; i < before.size(); ++i)
-    better += figures(after[i], by)[0].second < figures(before[i], by)[0].second;
+    better += metrics(after[i], by)[0].second < metrics(before[i], by)[0].second;
   return {{"recordings", before.size()},
           {"better", better},
-          {"scene", json_figures(before, by)},
-          {"found", json_figures(after, by)}};
+          {"scene", json_metrics(before, by)},
+          {"found", json_metrics(after, by)}};
 }
 
 void print_score(std::FILE* text, const char* title, const Json& score) {
@@ -239,10 +239,10 @@ std::uint64_t fingerprint(const IdentifyArguments& a, const Experiment& e) {
 }
 
 /// Reports that Ctrl-C ended the search or the scoring. Returns the exit code.
-int end_early(const char* figures, Report& report) {
+int end_early(const char* metrics, Report& report) {
   report["status"] = "stopped";
   report.write();
-  fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM: the figures are {}\n", figures);
+  fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM: the figures are {}\n", metrics);
   return kFailed;
 }
 
@@ -281,15 +281,16 @@ Fit explained_best(IdentifyArguments& arguments, const Experiment& e,
   MotionEstimateOptions options;
   options.threads = arguments.tasks.threads(world);
   options.stop = Interrupt::wanted;
-  const FigureEstimate found = estimate_figures(e.scene, e.map, recordings, parameters, options);
+  const ParameterEstimate found =
+      estimate_parameters(e.scene, e.map, recordings, parameters, options);
   Report& report = arguments.report;
   report["ranks"] = 1;
   report["threads"] = options.threads;
   report["smoothing_m"] = found.smoothing;
   report["cost_ratio"] = std::vector<double>(found.cost_ratio.begin(), found.cost_ratio.end());
   fmt::print(report.text(), "{} motions explained, {} Newton steps\n", recordings.size(),
-             found.figures.evaluations);
-  return found.figures;
+             found.parameters.evaluations);
+  return found.parameters;
 }
 
 int identify(IdentifyArguments& arguments, tasks::World& world) {
@@ -319,11 +320,11 @@ int identify(IdentifyArguments& arguments, tasks::World& world) {
     Json& coordinates = report[name]["coordinates"];
     if (arguments.objective == "force") {
       for (const auto& [key, scene] : {std::pair{"scene", &e.scene}, std::pair{"found", &after}})
-        coordinates[key] = coordinate_list(unexplained_figures(e, *scene, *which));
+        coordinates[key] = coordinate_list(unexplained_metrics(e, *scene, *which));
     } else {
       for (const auto& [key, set] :
            {std::pair{"scene", &shown.before}, std::pair{"found", &shown.after}})
-        coordinates[key] = coordinate_list(velocity_figures(e.map, *set));
+        coordinates[key] = coordinate_list(velocity_metrics(e.map, *set));
     }
     print_coordinates(report.text(), coordinates);
   }

@@ -8,8 +8,8 @@
 
 #include "command.h"
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/step.h"
+#include "counterpoint/engine/trajectory.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"
 #include "interrupt.h"

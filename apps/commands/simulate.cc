@@ -9,8 +9,8 @@
 #include "command.h"
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/trajectory.h"
 #include "input/applied_inputs.h"
 #include "input/scene_arguments.h"
 #include "interrupt.h"
@@ -119,7 +119,7 @@ void write_report(SimulateArguments& arguments, const Simulator& simulator, cons
   report.write();
 }
 
-void print_figures(const Report& report, const Simulator& simulator, double simulated,
+void print_metrics(const Report& report, const Simulator& simulator, double simulated,
                    const RunTally& tally) {
   const double steps = static_cast<double>(std::max(tally.steps, 1L));
   fmt::print(
@@ -215,7 +215,7 @@ int simulate(SimulateArguments& arguments) {
   const std::string message = failed ? failure_message(model, *failed) : stopped(tally, simulator);
   write_report(arguments, simulator, start, failed, message, tally);
   if (message.empty()) {
-    print_figures(arguments.report, simulator, simulator.state().time - start.time, tally);
+    print_metrics(arguments.report, simulator, simulator.state().time - start.time, tally);
     return kSuccess;
   }
   fmt::print(stderr, "error: {}\n", message);

@@ -69,7 +69,7 @@ int finish(const sweep::Study& study, const tasks::Results& results, SweepArgume
 
 int run_sweep(SweepArguments& arguments, tasks::World& world) {
   const sweep::Study study = sweep::load_study(arguments.study);
-  sweep::check_figures(study);
+  sweep::check_metrics(study);
   arguments.tasks.default_parts(arguments.output + ".parts");
   const Interrupt interrupt;
   arguments.report.begin("sweep", study.scene_file);

@@ -18,10 +18,10 @@ class CounterpointRunner : public Runner {
   Input& input() override { return sim_.input(); }
   void reset() override { sim_.reset(); }
 
-  StepFigures step() override {
+  StepMetrics step() override {
     before_ = sim_.state();
     const StepReport report = sim_.step();
-    StepFigures out{report.newton_iterations, report.max_penetration, {}};
+    StepMetrics out{report.newton_iterations, report.max_penetration, {}};
     if (!report.succeeded()) out.failure = why_failed(sim_.model(), report);
     return out;
   }
@@ -51,7 +51,7 @@ class MujocoRunner : public Runner {
   Input& input() override { return input_; }
   void reset() override { mujoco_.set_state({0.0, scene_.q, scene_.v}); }
 
-  StepFigures step() override {
+  StepMetrics step() override {
     peers::MujocoStep report = mujoco_.step(input_);
     return {report.iterations, report.max_penetration, std::move(report.failure)};
   }

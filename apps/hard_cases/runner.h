@@ -18,7 +18,7 @@ enum class Engine { kCounterpoint, kMujocoDefault, kMujocoBest };
 const char* engine_name(Engine engine);
 
 /// Figures of a step.
-struct StepFigures {
+struct StepMetrics {
   long iterations = 0;           ///< solver iterations
   double max_penetration = 0.0;  ///< at the start of the step [m]
   std::string failure;           ///< empty: the step succeeded
@@ -40,7 +40,7 @@ class Runner {
   virtual const State& state() const = 0;    ///< in the coordinates of the model
   virtual Input& input() = 0;                ///< kept until changed; zero at first
   virtual void reset() = 0;                  ///< returns to the scene's start
-  virtual StepFigures step() = 0;            ///< if it fails, the state is unchanged
+  virtual StepMetrics step() = 0;            ///< if it fails, the state is unchanged
   virtual Forces forces() = 0;               ///< forces of the last step
 };
 

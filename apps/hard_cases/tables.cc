@@ -63,7 +63,7 @@ std::string case_rows(const Result& result) {
   const std::vector<Check>& all = rows(result);
   std::string out;
   for (std::size_t i = 0; i < std::max<std::size_t>(all.size(), 1); ++i) {
-    std::string name, figure, known, source, quantity;
+    std::string name, metric, known, source, quantity;
     if (i == 0) {
       name = ours.trial.chart.empty() ? result.hard_case.name
                                       : fmt::format("[{0}]({0}.svg)", result.hard_case.name);
@@ -74,12 +74,12 @@ std::string case_rows(const Result& result) {
     }
     if (i < ours.trial.checks.size()) {
       const Check& check = ours.trial.checks[i];
-      figure = fmt::format("{:.6g} {}", check.measured, check.unit);
+      metric = fmt::format("{:.6g} {}", check.measured, check.unit);
       passed = check.passed();
     } else if (i == 0) {
-      figure = cell(ours.failure);
+      metric = cell(ours.failure);
     }
-    out += fmt::format("| {} | {} | {} | {} | {} | {} |", name, quantity, figure, known, source,
+    out += fmt::format("| {} | {} | {} | {} | {} | {} |", name, quantity, metric, known, source,
                        verdict(result, passed));
     for (const Run& peer : result.peers) out += fmt::format(" {} |", peer_cell(peer, i));
     if (i == 0) {
@@ -108,7 +108,7 @@ Json json_checks(const std::vector<Check>& checks) {
   return out;
 }
 
-void add_figures(const Run& run, Json& entry) {
+void add_metrics(const Run& run, Json& entry) {
   entry["checks"] = json_checks(run.trial.checks);
   entry["steps"] = run.trial.steps;
   entry["newton_iterations_mean"] = run.iterations_mean();
@@ -124,7 +124,7 @@ Json json_peer(const Run& run) {
   entry["status"] = !run.lacking.empty() ? "not run" : run.passed() ? "passed" : "failed";
   const std::string& message = run.lacking.empty() ? run.failure : run.lacking;
   if (!message.empty()) entry["message"] = message;
-  if (run.lacking.empty()) add_figures(run, entry);
+  if (run.lacking.empty()) add_metrics(run, entry);
   return entry;
 }
 
@@ -192,7 +192,7 @@ Json json_case(const Result& result) {
   if (result.hard_case.known_failure) entry["known_failure"] = result.hard_case.known_failure;
   if (!ours.failure.empty()) entry["message"] = ours.failure;
   if (!ours.trial.remark.empty()) entry["remark"] = ours.trial.remark;
-  add_figures(ours, entry);
+  add_metrics(ours, entry);
   if (!result.peers.empty()) {
     Json peers = Json::array();
     for (const Run& peer : result.peers) peers.push_back(json_peer(peer));

@@ -35,19 +35,19 @@ void Trial::step(Runner& sim) {
   const bool first = recorder_ && &sim == runners_[0].get() &&
                      (recorded_.q.size() == 0 || sim.state().time >= recorded_.time);
   const State before = first ? sim.state() : State();
-  const StepFigures figures = sim.step();
-  if (first && figures.failure.empty()) {
+  const StepMetrics metrics = sim.step();
+  if (first && metrics.failure.empty()) {
     recorder_->add_step(before, sim.input(), sim.options().time_step, sim.state());
     recorded_ = sim.state();
   }
   ++steps;
-  iterations += figures.iterations;
-  iterations_max = std::max(iterations_max, figures.iterations);
-  max_penetration = std::max(max_penetration, figures.max_penetration);
-  if (!figures.failure.empty()) {
+  iterations += metrics.iterations;
+  iterations_max = std::max(iterations_max, metrics.iterations);
+  max_penetration = std::max(max_penetration, metrics.max_penetration);
+  if (!metrics.failure.empty()) {
     if (!state_file_.empty()) write_state(state_file_, sim.model(), sim.options(), sim.state());
     throw StepFailure(fmt::format("{}: step at {:.6g} s: {}", sim.scene().name, sim.state().time,
-                                  figures.failure));
+                                  metrics.failure));
   }
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
   if (spent.count() > allowed_) {

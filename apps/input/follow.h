@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/trajectory.h"
 
 namespace counterpoint::apps {
 

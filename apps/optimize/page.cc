@@ -13,18 +13,18 @@ namespace counterpoint::apps {
 
 namespace opt = optimization;
 
-MotionFigures motion_figures(const opt::ProblemFile& problem, const opt::Result& result) {
+MotionMetrics motion_metrics(const opt::ProblemFile& problem, const opt::Result& result) {
   const Model& model = *problem.problem.model;
   const double h = problem.problem.h();
   Workspace workspace(model);
   Inverse inverse;
-  MotionFigures figures;
+  MotionMetrics metrics;
   std::map<int, std::vector<double>> by_body;
   const std::size_t steps = result.applied_force.size();
   for (std::size_t t = 0; t < steps; ++t) {
     step_inverse(model, result.options, result.q[t], result.v[t], result.v[t + 1], workspace,
                  inverse);
-    figures.time.push_back(static_cast<double>(t) * h);
+    metrics.time.push_back(static_cast<double>(t) * h);
     for (const ContactForce& c : inverse.contacts) {
       for (const int geometry : {c.contact.geometry_a, c.contact.geometry_b}) {
         const int body = model.geometries()[static_cast<std::size_t>(geometry)].body;
@@ -45,15 +45,15 @@ MotionFigures motion_figures(const opt::ProblemFile& problem, const opt::Result&
                                    .maxCoeff() /
                                limit);
     }
-    figures.effort.push_back(effort);
+    metrics.effort.push_back(effort);
   }
   const double least = 1e-3 * opt::scene_weight(model);
   for (auto& [body, forces] : by_body) {
     if (*std::max_element(forces.begin(), forces.end()) < least) continue;
-    figures.links.push_back(model.joint(body - 1).link);
-    figures.force.push_back(std::move(forces));
+    metrics.links.push_back(model.joint(body - 1).link);
+    metrics.force.push_back(std::move(forces));
   }
-  return figures;
+  return metrics;
 }
 
 namespace {
@@ -84,38 +84,38 @@ std::vector<Chart> course_charts(const opt::Result& result) {
   return {cost, forces, smoothing};
 }
 
-std::vector<Chart> motion_charts(const MotionFigures& figures) {
+std::vector<Chart> motion_charts(const MotionMetrics& metrics) {
   Chart contact, effort;
   contact.title = "Normal contact force, as it came out";
   contact.y_label = "N";
   effort.title = "Largest share of an effort limit";
   effort.y_label = "1";
   contact.legend_beside = true;
-  for (std::size_t i = 0; i < figures.links.size(); ++i)
+  for (std::size_t i = 0; i < metrics.links.size(); ++i)
     contact.curves.push_back(
-        {.name = figures.links[i], .x = figures.time, .y = figures.force[i], .marks = true});
-  effort.curves = {{.name = "effort", .x = figures.time, .y = figures.effort, .marks = true}};
+        {.name = metrics.links[i], .x = metrics.time, .y = metrics.force[i], .marks = true});
+  effort.curves = {{.name = "effort", .x = metrics.time, .y = metrics.effort, .marks = true}};
   return {contact, effort};
 }
 
 /// Contact schedule of the links by step: '#' more than kLoaded (5 %) of the weight, '-' less, '.'
 /// none.
-PageTable schedule(const MotionFigures& figures, double weight) {
+PageTable schedule(const MotionMetrics& metrics, double weight) {
   PageTable table{{"link", "steps in contact"}, {}};
-  for (std::size_t i = 0; i < figures.links.size(); ++i) {
+  for (std::size_t i = 0; i < metrics.links.size(); ++i) {
     std::string marks;
-    for (const double f : figures.force[i])
+    for (const double f : metrics.force[i])
       marks += f > opt::kLoaded * weight ? '#' : f > 1e-3 * weight ? '-' : '.';
-    table.rows.push_back({figures.links[i], marks});
+    table.rows.push_back({metrics.links[i], marks});
   }
   return table;
 }
 
-PageTable figure_table(const OptimizedStart& start) {
-  Json figures;
-  fill_report(start, figures);
+PageTable metric_table(const OptimizedStart& start) {
+  Json metrics;
+  fill_report(start, metrics);
   PageTable table{{"figure", "value"}, {}};
-  for (const auto& [key, value] : figures.items())
+  for (const auto& [key, value] : metrics.items())
     table.rows.push_back({key, value.is_number_float() ? fmt::format("{:.6g}", value.get<double>())
                                : value.is_string()     ? value.get<std::string>()
                                                        : value.dump()});
@@ -147,7 +147,7 @@ void write_optimization_page(const std::filesystem::path& folder, const opt::Pro
                              const std::vector<OptimizedStart>& starts, std::size_t best,
                              const std::string& replay) {
   const opt::Result& result = starts[best].result;
-  const MotionFigures figures = motion_figures(problem, result);
+  const MotionMetrics metrics = motion_metrics(problem, result);
   make_report_folder(folder);
   write_iterations((folder / "iterations.csv").string(), result);
   write_motion((folder / "motion.csv").string(), problem, result);
@@ -160,7 +160,7 @@ void write_optimization_page(const std::filesystem::path& folder, const opt::Pro
   if (!replay.empty())
     links.emplace_back("the motion, to play; stages that led to it are its ghosts", replay);
   page.links(links);
-  page.table(figure_table(starts[best]));
+  page.table(metric_table(starts[best]));
   if (starts.size() > 1) {
     page.heading("Starts");
     page.table(start_table(starts));
@@ -169,13 +169,13 @@ void write_optimization_page(const std::filesystem::path& folder, const opt::Pro
   std::vector<Chart> charts = course_charts(result);
   for (const Chart& chart : charts) page.picture(svg(chart));
   page.heading("Forces");
-  for (const Chart& chart : motion_charts(figures)) {
+  for (const Chart& chart : motion_charts(metrics)) {
     if (chart.empty()) continue;
     page.picture(svg(chart));
     charts.push_back(chart);
   }
   page.paragraph("Contact schedule: # bears more than 5 % of the weight, - less, . nothing.");
-  page.table(schedule(figures, opt::scene_weight(*problem.problem.model)));
+  page.table(schedule(metrics, opt::scene_weight(*problem.problem.model)));
   page.heading("Terms");
   page.table(term_table(problem.problem, result));
   write_page(folder, page, charts);

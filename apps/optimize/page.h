@@ -11,13 +11,13 @@
 namespace counterpoint::apps {
 
 /// Forces of a motion over time, computed by the inverse.
-struct MotionFigures {
+struct MotionMetrics {
   std::vector<double> time;                ///< start times of the steps [s]
   std::vector<std::string> links;          ///< links that touch something in some step
   std::vector<std::vector<double>> force;  ///< normal force by link and step [N]
   std::vector<double> effort;              ///< largest share of an effort limit, by step
 };
-MotionFigures motion_figures(const optimization::ProblemFile& problem,
+MotionMetrics motion_metrics(const optimization::ProblemFile& problem,
                              const optimization::Result& result);
 
 /// Writes DIR/index.html, iterations.csv, motion.csv and charts. replay: page beside it, or empty.

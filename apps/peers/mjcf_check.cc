@@ -95,7 +95,7 @@ fs::path reduced_scene(const fs::path& robot) {
   return file;
 }
 
-std::string figure(double x) { return x == 0.0 ? "0" : fmt::format("{:.0e}", x); }
+std::string metric(double x) { return x == 0.0 ? "0" : fmt::format("{:.0e}", x); }
 
 /// Escapes text for a cell of a table and removes the folder, which differs between machines.
 std::string cell(std::string text, const fs::path& folder) {
@@ -119,12 +119,12 @@ struct Counts {
 };
 
 /// Differences from MuJoCo, as eight cells of a table.
-std::string figures_of(const MjcfComparison& c, const fs::path& folder) {
+std::string metrics_of(const MjcfComparison& c, const fs::path& folder) {
   if (!c.refused.empty()) return " | | | | | | | ";
   if (!c.unreadable.empty()) return cell(c.unreadable, folder) + " | | | | | | | ";
-  return fmt::format("{} | {} | {} | {} | {} | {} | {} | {}", figure(c.pose), figure(c.mass),
-                     figure(c.bias), figure(c.joint_force), figure(c.inertia),
-                     figure(c.mass_with_theirs), figure(c.bias_with_theirs), c.notes);
+  return fmt::format("{} | {} | {} | {} | {} | {} | {} | {}", metric(c.pose), metric(c.mass),
+                     metric(c.bias), metric(c.joint_force), metric(c.inertia),
+                     metric(c.mass_with_theirs), metric(c.bias_with_theirs), c.notes);
 }
 
 /// Loads, compares and simulates one robot; returns its row.
@@ -156,13 +156,13 @@ std::string check_robot(const Settings& settings, const fs::path& one, bool stan
   const bool readable = refused.empty() && c.unreadable.empty() && c.pose <= 1e-12;
   counts.near += readable && c.mass_with_theirs <= 1e-9 && c.bias_with_theirs <= 1e-9;
   counts.same += readable && c.mass <= 1e-9 && c.bias <= 1e-9;
-  const std::string figures = figures_of(c, settings.folder);
-  fmt::print("{} {} {} | scene: {}\n", name, fate.empty() ? "ran" : fate, figures,
+  const std::string metrics = metrics_of(c, settings.folder);
+  fmt::print("{} {} {} | scene: {}\n", name, fate.empty() ? "ran" : fate, metrics,
              scene_fate.empty() ? "ran" : scene_fate);
   std::fflush(stdout);
   return fmt::format("| {}{} | {} | {} | {} | {} | {} |\n", name, stands_in ? "*" : "",
                      files.robot.filename().string(), c.refused.empty() ? std::to_string(c.nv) : "",
-                     figures, fate.empty() ? "yes" : cell(fate, settings.folder),
+                     metrics, fate.empty() ? "yes" : cell(fate, settings.folder),
                      scene_fate.empty() ? "yes" : cell(scene_fate, settings.folder));
 }
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "counterpoint/engine/estimate/estimate.h"
-#include "counterpoint/engine/estimate/figure_estimate.h"
 #include "counterpoint/engine/estimate/motion_estimate.h"
+#include "counterpoint/engine/estimate/parameter_estimate.h"
 #include "counterpoint/engine/estimate/recording.h"
 
 namespace counterpoint::apps {

@@ -256,7 +256,7 @@ class RowReader {
 
 }  // namespace
 
-FollowedFigures follow_motion(const FollowedFiles& files, const Scene& scene,
+FollowedMetrics follow_motion(const FollowedFiles& files, const Scene& scene,
                               const estimation::ColumnMap& map,
                               const estimation::FollowOptions& options) {
   const Interrupt interrupt;
@@ -265,32 +265,32 @@ FollowedFigures follow_motion(const FollowedFiles& files, const Scene& scene,
   estimation::MotionFollower follower(scene, map, options);
   const VectorX weights =
       optimization::unactuated_weights(scene.model, optimization::motors_of(scene.model));
-  FollowedFigures figures;
+  FollowedMetrics metrics;
   long inner = 0;
   const auto take = [&](const MotionEstimate& rows, bool last) {
     tables.write(rows, last);
-    figures.told += static_cast<long>(rows.time.size());
+    metrics.told += static_cast<long>(rows.time.size());
     for (Eigen::Index t = 0; t < rows.force.cols(); ++t) {
       if (!rows.force.col(t).allFinite()) continue;
       const double largest = rows.force.col(t).cwiseProduct(weights).cwiseAbs().maxCoeff();
-      figures.unexplained_mean += largest;
-      figures.unexplained_max = std::max(figures.unexplained_max, largest);
+      metrics.unexplained_mean += largest;
+      metrics.unexplained_max = std::max(metrics.unexplained_max, largest);
       ++inner;
     }
   };
   double time = 0.0;
   VectorX q, force;
   const auto push = [&] {
-    ++figures.rows;
+    ++metrics.rows;
     take(follower.push(time, q, force), false);
   };
   while (reader.next(time, q, force)) push();
-  figures.stopped = Interrupt::wanted();
+  metrics.stopped = Interrupt::wanted();
   Interrupt::end();  // computing the last rows takes time: let signals end the program again
   take(follower.finish(), true);
-  figures.errors = follower.errors();
-  if (inner > 0) figures.unexplained_mean /= static_cast<double>(inner);
-  return figures;
+  metrics.errors = follower.errors();
+  if (inner > 0) metrics.unexplained_mean /= static_cast<double>(inner);
+  return metrics;
 }
 
 }  // namespace counterpoint::apps

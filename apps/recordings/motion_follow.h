@@ -14,7 +14,7 @@ struct FollowedFiles {
   double idle = 5.0;                     ///< a file that has not grown for this long has ended [s]
 };
 
-struct FollowedFigures {
+struct FollowedMetrics {
   long rows = 0, told = 0;
   double unexplained_mean = 0.0, unexplained_max = 0.0;  ///< [weights of the trees]
   bool stopped = false;                                  ///< ended by Ctrl-C
@@ -23,7 +23,7 @@ struct FollowedFigures {
 
 /// Reads to the end of the input or until Ctrl-C; rows written so far stay in the files. @throws
 /// InputError naming the recording and the line.
-FollowedFigures follow_motion(const FollowedFiles& files, const Scene& scene,
+FollowedMetrics follow_motion(const FollowedFiles& files, const Scene& scene,
                               const estimation::ColumnMap& map,
                               const estimation::FollowOptions& options);
 

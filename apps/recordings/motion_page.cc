@@ -7,8 +7,8 @@
 #include <iterator>
 #include <numeric>
 
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/optimize/optimize.h"
+#include "counterpoint/engine/trajectory.h"
 #include "recordings/page.h"
 #include "report/html_page.h"
 #include "view/view_option.h"
@@ -158,15 +158,15 @@ view::Clip recorded_clip(const MotionEstimate& estimate) {
 }
 
 /// Table of the agreement with recorded forces.
-PageTable agreement_table(const ExplainedFigures& figures) {
+PageTable agreement_table(const ExplainedMetrics& metrics) {
   PageTable table{{"recorded force", "rms of the difference", "unit", "of the weight [%]",
                    "rows within the 95 % interval [%]"},
                   {}};
-  for (const auto* list : {&figures.contact_forces, &figures.applied_forces})
+  for (const auto* list : {&metrics.contact_forces, &metrics.applied_forces})
     for (const ForceAgreement& one : *list)
       table.rows.push_back(
           {one.name, fmt::format("{:.4g}", one.rms), one.unit,
-           one.unit == "N" ? fmt::format("{:.3g}", 100.0 * one.rms / figures.weight) : "-",
+           one.unit == "N" ? fmt::format("{:.3g}", 100.0 * one.rms / metrics.weight) : "-",
            fmt::format("{:.0f}", 100.0 * one.inside_95)});
   return table;
 }
@@ -187,13 +187,13 @@ PageTable summary_table(const ExplainedMotions& motions) {
 
 /// Adds the part of the page about one recording.
 void add_recording(const ExplainedMotions& motions, std::size_t index,
-                   const ExplainedFigures& figures, const std::vector<Chart>& charts,
+                   const ExplainedMetrics& metrics, const std::vector<Chart>& charts,
                    HtmlPage& page) {
   const MotionEstimate& estimate = motions.estimates[index];
-  page.paragraph(weight_in_words(estimate, figures) + ".");
-  const std::string complaint = motion_complaint(estimate, figures);
+  page.paragraph(weight_in_words(estimate, metrics) + ".");
+  const std::string complaint = motion_complaint(estimate, metrics);
   if (!complaint.empty()) page.paragraph("Not to be trusted: " + complaint + ".");
-  const PageTable agreement = agreement_table(figures);
+  const PageTable agreement = agreement_table(metrics);
   if (!agreement.rows.empty()) page.table(agreement);
   page.paragraph("Bands: two standard deviations to either side.");
   for (const Chart& chart : charts) page.picture(svg(chart));
@@ -202,17 +202,17 @@ void add_recording(const ExplainedMotions& motions, std::size_t index,
 }  // namespace
 
 std::vector<Chart> explained_charts(const ExplainedMotions& motions, std::size_t index,
-                                    const ExplainedFigures& figures) {
+                                    const ExplainedMetrics& metrics) {
   const MotionEstimate& estimate = motions.estimates[index];
   const std::vector<std::string> names = sum_names(motions.map, estimate.sums);
   std::vector<Chart> charts;
   for (const std::size_t sum : shown_sums(motions.map, estimate))
     add_sum_charts(motions, index, sum, names[sum], charts);
-  if (figures.has_unactuated) {
+  if (metrics.has_unactuated) {
     Chart& chart = charts.emplace_back();
     chart.title = "Force that nothing explains";
     chart.y_label = "of the weight [%]";
-    chart.curves.push_back(row_curve(estimate.time, figures.unexplained, 100.0));
+    chart.curves.push_back(row_curve(estimate.time, metrics.unexplained, 100.0));
   }
   Chart& cost = charts.emplace_back();
   cost.title = "Distance from the recording";
@@ -224,7 +224,7 @@ std::vector<Chart> explained_charts(const ExplainedMotions& motions, std::size_t
 
 void write_motion_page(const std::filesystem::path& folder, const MotionOrigin& origin,
                        const ExplainedMotions& motions,
-                       const std::vector<ExplainedFigures>& figures) {
+                       const std::vector<ExplainedMetrics>& metrics) {
   make_report_folder(folder);
   HtmlPage page("Forces behind recordings: " + origin.scene_file);
   page.table(summary_table(motions));
@@ -240,8 +240,8 @@ void write_motion_page(const std::filesystem::path& folder, const MotionOrigin& 
       page.links(
           {{"the motion with its contact forces, to play; the recording is its ghost", replay}});
     }
-    std::vector<Chart> own = explained_charts(motions, i, figures[i]);
-    add_recording(motions, i, figures[i], own, page);
+    std::vector<Chart> own = explained_charts(motions, i, metrics[i]);
+    add_recording(motions, i, metrics[i], own, page);
     std::move(own.begin(), own.end(), std::back_inserter(charts));
   }
   write_page(folder, page, charts);

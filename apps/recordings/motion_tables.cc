@@ -7,9 +7,9 @@
 #include <cmath>
 #include <filesystem>
 
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/optimize/optimize.h"
-#include "recordings/motion_figures.h"
+#include "counterpoint/engine/trajectory.h"
+#include "recordings/motion_metrics.h"
 
 namespace counterpoint::apps {
 namespace {

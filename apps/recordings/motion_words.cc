@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "recordings/motion_figures.h"
+#include "recordings/motion_metrics.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -84,14 +84,14 @@ std::string parameter_lines(const MotionEstimate& estimate) {
 
 /// Lists the sensors with the largest rms residuals in units of their standard deviations.
 std::string sensor_lines(const MotionEstimate& estimate) {
-  std::vector<SensorFigures> worst = estimate.sensors;
-  const auto ratio = [](const SensorFigures& s) { return s.rms / s.deviation; };
-  std::stable_sort(worst.begin(), worst.end(), [&](const SensorFigures& a, const SensorFigures& b) {
+  std::vector<SensorMetrics> worst = estimate.sensors;
+  const auto ratio = [](const SensorMetrics& s) { return s.rms / s.deviation; };
+  std::stable_sort(worst.begin(), worst.end(), [&](const SensorMetrics& a, const SensorMetrics& b) {
     return ratio(a) > ratio(b);
   });
   worst.resize(std::min(worst.size(), kSensorsTold));
   std::string out;
-  for (const SensorFigures& one : worst)
+  for (const SensorMetrics& one : worst)
     out += fmt::format("  {} ({}): {:.2g} {} rms from the motion, {:.2g} of its deviations\n",
                        one.name, sensor_kind_name(one.kind), one.rms, sensor_unit(one.kind),
                        ratio(one));
@@ -102,7 +102,7 @@ std::string sensor_lines(const MotionEstimate& estimate) {
 
 Json sensor_list(const MotionEstimate& estimate) {
   Json list = Json::array();
-  for (const SensorFigures& one : estimate.sensors)
+  for (const SensorMetrics& one : estimate.sensors)
     list.push_back({{"name", one.name},
                     {"kind", sensor_kind_name(one.kind)},
                     {"unit", sensor_unit(one.kind)},
@@ -161,8 +161,8 @@ std::string whiteness_line(const Model& model, const MotionEstimate& estimate) {
 }  // namespace
 
 Json motion_entry(const Model& model, const MotionEstimate& estimate,
-                  const ExplainedFigures& figures) {
-  const std::string complaint = motion_complaint(estimate, figures);
+                  const ExplainedMetrics& metrics) {
+  const std::string complaint = motion_complaint(estimate, metrics);
   const std::vector<std::string> names = position_names(model);
   Json entry;
   entry["file"] = estimate.file;
@@ -174,18 +174,18 @@ Json motion_entry(const Model& model, const MotionEstimate& estimate,
   entry["seconds"] = estimate.seconds;
   entry["smoothing_m"] = estimate.smoothing;
   entry["cost_ratio"] = estimate.mean_cost_ratio;
-  entry["cost_ratio_worst"] = worst_row(figures.worst_cost);
+  entry["cost_ratio_worst"] = worst_row(metrics.worst_cost);
   entry["unexplained_mean"] = estimate.unexplained_mean;
   entry["unexplained_max"] = estimate.unexplained_max;
-  entry["unexplained_worst"] = worst_row(figures.worst_unexplained);
-  entry["weight_N"] = figures.weight;
-  entry["support"] = figures.support;
-  entry["carried"] = figures.carried;
+  entry["unexplained_worst"] = worst_row(metrics.worst_unexplained);
+  entry["weight_N"] = metrics.weight;
+  entry["support"] = metrics.support;
+  entry["carried"] = metrics.carried;
   Json& carriers = entry["carriers"] = Json::array();
-  for (const Carrier& one : figures.carriers)
+  for (const Carrier& one : metrics.carriers)
     carriers.push_back({{"name", one.name}, {"share", one.share}});
-  entry["contact_forces"] = agreement_list(figures.contact_forces, figures.weight);
-  entry["applied_forces"] = agreement_list(figures.applied_forces, figures.weight);
+  entry["contact_forces"] = agreement_list(metrics.contact_forces, metrics.weight);
+  entry["applied_forces"] = agreement_list(metrics.applied_forces, metrics.weight);
   Json& parameters = entry["parameters"] = Json::array();
   for (const EstimatedParameter& one : estimate.parameters)
     parameters.push_back({{"name", one.name},
@@ -215,29 +215,29 @@ Json motion_entry(const Model& model, const MotionEstimate& estimate,
 }
 
 std::string motion_text(const Model& model, const MotionEstimate& estimate,
-                        const ExplainedFigures& figures) {
+                        const ExplainedMetrics& metrics) {
   std::string out = fmt::format(
       "{}: {} rows, errors {}, {} Newton steps, {:.3g} s\n", estimate.file, estimate.time.size(),
       recording_errors_name(estimate.errors), estimate.newton_steps, estimate.seconds);
-  out += agreement_lines(figures.contact_forces, figures.weight);
-  out += agreement_lines(figures.applied_forces, figures.weight);
+  out += agreement_lines(metrics.contact_forces, metrics.weight);
+  out += agreement_lines(metrics.applied_forces, metrics.weight);
   out += parameter_lines(estimate);
   out += sensor_lines(estimate);
   out += outlier_lines(model, estimate);
   out += whiteness_line(model, estimate);
-  return out + weight_in_words(estimate, figures) + "\n";
+  return out + weight_in_words(estimate, metrics) + "\n";
 }
 
-std::string weight_in_words(const MotionEstimate& estimate, const ExplainedFigures& figures) {
-  std::string out = fmt::format("the {} carries ", figures.support);
-  if (figures.carriers.empty()) {
+std::string weight_in_words(const MotionEstimate& estimate, const ExplainedMetrics& metrics) {
+  std::string out = fmt::format("the {} carries ", metrics.support);
+  if (metrics.carriers.empty()) {
     out += "nothing";
   } else {
-    out += rounded_percent(figures.carried) + " of the weight";
+    out += rounded_percent(metrics.carried) + " of the weight";
     std::string separator = ": ";
     double rest = 0.0;
-    for (std::size_t k = 0; k < figures.carriers.size(); ++k) {
-      const Carrier& one = figures.carriers[k];
+    for (std::size_t k = 0; k < metrics.carriers.size(); ++k) {
+      const Carrier& one = metrics.carriers[k];
       if (k >= kCarriersTold || std::abs(one.share) < kLeastShare) {
         rest += one.share;
         continue;
@@ -247,28 +247,28 @@ std::string weight_in_words(const MotionEstimate& estimate, const ExplainedFigur
     }
     if (std::abs(rest) >= kLeastShare) out += separator + "others " + rounded_percent(rest);
   }
-  if (!figures.has_unactuated)
+  if (!metrics.has_unactuated)
     return out + "; every coordinate has a motor, which explains the rest";
   return out + fmt::format("; {} of the weight is not explained (at most {} at {:.4g} s)",
                            rounded_percent(estimate.unexplained_mean),
                            rounded_percent(estimate.unexplained_max),
-                           figures.worst_unexplained.time);
+                           metrics.worst_unexplained.time);
 }
 
-std::string motion_complaint(const MotionEstimate& estimate, const ExplainedFigures& figures) {
+std::string motion_complaint(const MotionEstimate& estimate, const ExplainedMetrics& metrics) {
   if (estimate.stopped) return {};  // the search was stopped, so this is not its final motion
   if (estimate.errors == RecordingErrors::kWhite && estimate.mean_cost_ratio > kMostCost)
     return fmt::format(
         "the motion found is farther from the recording than its errors allow ({:.3g} times their "
         "square in the mean), most at {:.4g} s in {}: the scene, a standard deviation of the "
         "column map, or --errors white is wrong",
-        estimate.mean_cost_ratio, figures.worst_cost.time, figures.worst_cost.coordinate);
+        estimate.mean_cost_ratio, metrics.worst_cost.time, metrics.worst_cost.coordinate);
   if (estimate.unexplained_mean > kMostUnexplained)
     return fmt::format(
         "{} of the weight is not explained in the mean, most at {:.4g} s in {}: something pushes "
         "there that the scene does not have, or its masses are wrong",
-        rounded_percent(estimate.unexplained_mean), figures.worst_unexplained.time,
-        figures.worst_unexplained.coordinate);
+        rounded_percent(estimate.unexplained_mean), metrics.worst_unexplained.time,
+        metrics.worst_unexplained.coordinate);
   return {};
 }
 

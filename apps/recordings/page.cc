@@ -45,7 +45,7 @@ void add_curves(const std::string& name, const std::vector<Series>& all, bool al
 }
 
 Chart error_chart(const std::vector<NamedPredictions>& sets, const std::string& title,
-                  const std::string& unit, double Deviation::*figure, double scale) {
+                  const std::string& unit, double Deviation::*metric, double scale) {
   Chart chart;
   chart.title = title;
   chart.y_label = unit;
@@ -55,7 +55,7 @@ Chart error_chart(const std::vector<NamedPredictions>& sets, const std::string& 
       if (p.failure) continue;
       Series& one = all.emplace_back();
       one.time = p.time;
-      for (const Deviation& d : p.deviations) one.value.push_back(scale * (d.*figure));
+      for (const Deviation& d : p.deviations) one.value.push_back(scale * (d.*metric));
     }
     if (!all.empty()) add_curves(set.name, all, sets.size() == 1, chart);
   }
@@ -110,19 +110,19 @@ std::vector<Chart> coordinate_charts(const Model& model, const Recording& record
 
 PageTable prediction_table(const std::vector<Prediction>& predictions, Compared by) {
   PageTable table{{"recording", "rows"}, {}};
-  for (const auto& [name, value] : figures({}, by)) table.header.emplace_back(name);
+  for (const auto& [name, value] : metrics({}, by)) table.header.emplace_back(name);
   for (const Prediction& p : predictions) {
     std::vector<std::string>& row = table.rows.emplace_back();
     row = {std::filesystem::path(p.file).filename().string(), std::to_string(p.rows)};
-    for (const auto& [name, value] : figures(p, by))
+    for (const auto& [name, value] : metrics(p, by))
       row.push_back(p.failure ? "failed" : fmt::format("{:.4g}", value));
   }
   return table;
 }
 
-Json coordinate_list(const std::vector<CoordinateFigures>& figures) {
+Json coordinate_list(const std::vector<CoordinateMetrics>& metrics) {
   Json list = Json::array();
-  for (const CoordinateFigures& one : figures) {
+  for (const CoordinateMetrics& one : metrics) {
     const auto number = [](const std::optional<double>& x) { return x ? Json(*x) : Json(); };
     list.push_back({{"name", one.name},
                     {"rms", one.rms},
@@ -133,10 +133,10 @@ Json coordinate_list(const std::vector<CoordinateFigures>& figures) {
   return list;
 }
 
-PageTable coordinate_table(const std::vector<CoordinateFigures>& figures) {
+PageTable coordinate_table(const std::vector<CoordinateMetrics>& metrics) {
   PageTable table{
       {"coordinate", "unexplained, rms [N or N m]", "mean", "recorded, deviation", "R2"}, {}};
-  for (const CoordinateFigures& one : figures) {
+  for (const CoordinateMetrics& one : metrics) {
     const auto text = [](const std::optional<double>& x) {
       return x ? fmt::format("{:.4g}", *x) : std::string("-");
     };
@@ -150,10 +150,10 @@ PageTable explanation_table(const std::vector<ExplainedRecording>& recordings) {
   PageTable table{{"recording", "rows"}, {}};
   for (const ExplainedRecording& one : recordings) {
     if (table.rows.empty())
-      for (const auto& [name, value] : one.figures) table.header.emplace_back(name);
+      for (const auto& [name, value] : one.metrics) table.header.emplace_back(name);
     std::vector<std::string>& row = table.rows.emplace_back();
     row = {std::filesystem::path(one.file).filename().string(), std::to_string(one.rows)};
-    for (const auto& [name, value] : one.figures) row.push_back(fmt::format("{:.4g}", value));
+    for (const auto& [name, value] : one.metrics) row.push_back(fmt::format("{:.4g}", value));
   }
   return table;
 }

@@ -29,8 +29,8 @@ std::vector<Chart> coordinate_charts(const Model& model, const Recording& record
 /// Table with a row per recording.
 PageTable prediction_table(const std::vector<Prediction>& predictions, Compared by);
 /// The results by coordinate, as entries of reports and as a table.
-Json coordinate_list(const std::vector<CoordinateFigures>& figures);
-PageTable coordinate_table(const std::vector<CoordinateFigures>& figures);
+Json coordinate_list(const std::vector<CoordinateMetrics>& metrics);
+PageTable coordinate_table(const std::vector<CoordinateMetrics>& metrics);
 PageTable explanation_table(const std::vector<ExplainedRecording>& recordings);
 /// Chart of unexplained force over time: median and quartiles over the recordings.
 Chart unexplained_chart(const std::vector<ExplainedRecording>& recordings);

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "counterpoint/engine/tables.h"
 #include "counterpoint/engine/step.h"
+#include "counterpoint/engine/tables.h"
 
 namespace counterpoint::apps {
 

@@ -19,7 +19,7 @@ constexpr std::size_t kMostRecorded = 8, kMostPlots = 48;
 /// requested by name.
 std::vector<std::size_t> shown_first(const Study& study) {
   const std::size_t all = recorded_names(study).size();
-  const std::size_t chosen = study.record.columns.size() + study.record.figures.size();
+  const std::size_t chosen = study.record.columns.size() + study.record.metrics.size();
   std::vector<std::size_t> order;
   for (std::size_t i = all - chosen; i < all; ++i) order.push_back(i);
   for (std::size_t i = 0; i < all - chosen; ++i) order.push_back(i);

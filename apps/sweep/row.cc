@@ -85,7 +85,7 @@ class TrajectoryFile {
   std::unique_ptr<TrajectoryWriter> writer_;
 };
 
-Json figures_of(const Simulator& simulator, const State& start, const RunTally& tally) {
+Json metrics_of(const Simulator& simulator, const State& start, const RunTally& tally) {
   Json json;
   tally.fill(simulator.state().time - start.time, json);
   json["energy_start_J"] = total_energy(simulator.model(), start);
@@ -106,7 +106,7 @@ Row empty_row(const Study& study, const std::string& reason) {
   if (study.record.final_state)
     row.state.assign(static_cast<std::size_t>(model.nq() + model.nv()), kNaN);
   row.columns.assign(study.record.columns.size(), kNaN);
-  row.figures.assign(study.record.figures.size(), kNaN);
+  row.metrics.assign(study.record.metrics.size(), kNaN);
   return row;
 }
 
@@ -119,7 +119,7 @@ std::optional<Row> run(const Study& study, const Trial& trial, Simulator& simula
   AppliedInputs inputs(trial.inputs, simulator);
   const State start = simulator.state();
   RunTally tally;
-  if (!study.record.figures.empty()) tally.watch = std::make_unique<RunWatch>(simulator);
+  if (!study.record.metrics.empty()) tally.watch = std::make_unique<RunWatch>(simulator);
   ColumnWatch watch(study.record.columns);
   watch.add(start);
   std::optional<TrajectoryFile> trajectory;
@@ -148,10 +148,10 @@ std::optional<Row> run(const Study& study, const Trial& trial, Simulator& simula
     row.state.insert(row.state.end(), simulator.state().v.begin(), simulator.state().v.end());
   }
   row.columns = watch.values();
-  if (study.record.figures.empty()) return row;
-  const Json figures = figures_of(simulator, start, tally);
-  for (const std::string& name : study.record.figures)
-    row.figures.push_back(number_of(figures, name));
+  if (study.record.metrics.empty()) return row;
+  const Json metrics = metrics_of(simulator, start, tally);
+  for (const std::string& name : study.record.metrics)
+    row.metrics.push_back(number_of(metrics, name));
   return row;
 }
 
@@ -208,7 +208,7 @@ std::string Row::bytes() const {
       .put(state_hash)
       .numbers(state)
       .numbers(columns)
-      .numbers(figures)
+      .numbers(metrics)
       .take();
 }
 
@@ -221,7 +221,7 @@ Row Row::of(const std::string& bytes) {
   row.state_hash = reader.get<std::uint64_t>();
   row.state = reader.numbers();
   row.columns = reader.numbers();
-  row.figures = reader.numbers();
+  row.metrics = reader.numbers();
   return row;
 }
 
@@ -242,22 +242,22 @@ tasks::TaskList task_list(const Study& study, const fs::path& trajectories, bool
   return list;
 }
 
-void check_figures(const Study& study) {
-  if (study.record.figures.empty()) return;
+void check_metrics(const Study& study) {
+  if (study.record.metrics.empty()) return;
   Simulator simulator(study.scene);
   RunTally tally;
   tally.watch = std::make_unique<RunWatch>(simulator);
-  const Json json = figures_of(simulator, simulator.state(), tally);
+  const Json json = metrics_of(simulator, simulator.state(), tally);
   std::vector<std::string> names;
   for (const auto& [key, value] : json.items())
     if (value.is_number() && key != "wall_seconds" && key != "realtime_factor" &&
         key.rfind("step_time_", 0) != 0)
       names.push_back(key);
   names.emplace_back("softened_first_time_s");
-  for (const std::string& figure : study.record.figures)
-    if (std::find(names.begin(), names.end(), figure) == names.end())
+  for (const std::string& metric : study.record.metrics)
+    if (std::find(names.begin(), names.end(), metric) == names.end())
       throw InputError(fmt::format("{}: record.figures: there is no '{}'; expected some of {}",
-                                   study.file.string(), figure, fmt::join(names, ", ")));
+                                   study.file.string(), metric, fmt::join(names, ", ")));
 }
 
 }  // namespace counterpoint::apps::sweep

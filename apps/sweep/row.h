@@ -15,7 +15,7 @@ struct Row {
   std::string reason;  ///< why it failed; empty: it did not fail
   double steps = 0.0, end_time = 0.0;
   std::uint64_t state_hash = 0;
-  std::vector<double> state, columns, figures;  ///< NaN: not available
+  std::vector<double> state, columns, metrics;  ///< NaN: not available
   bool failed() const { return !reason.empty(); }
 
   std::string bytes() const;
@@ -31,6 +31,6 @@ std::filesystem::path trajectory_file(const std::filesystem::path& folder, std::
 
 /// Checks the study's figures. @throws InputError that lists the figures in the report of
 /// `simulate`, if one is unknown. Creates a simulator of the scene.
-void check_figures(const Study& study);
+void check_metrics(const Study& study);
 
 }  // namespace counterpoint::apps::sweep

@@ -19,9 +19,9 @@ namespace fs = std::filesystem;
 
 /// True for figures that depend on the machine and its load: a table with them would not be
 /// reproducible.
-bool is_time(const std::string& figure) {
-  return figure == "wall_seconds" || figure == "realtime_factor" ||
-         figure.rfind("step_time_", 0) == 0;
+bool is_time(const std::string& metric) {
+  return metric == "wall_seconds" || metric == "realtime_factor" ||
+         metric.rfind("step_time_", 0) == 0;
 }
 
 std::string scene_path(const YamlValue& value, const fs::path& study) {
@@ -77,8 +77,8 @@ Record read_record(const YamlValue& value, const Model& model) {
       record.columns.push_back(read_column(one, names));
   if (!value.has("figures")) return record;
   for (const YamlValue& one : value.at("figures").list()) {
-    record.figures.push_back(one.text());
-    if (is_time(record.figures.back()))
+    record.metrics.push_back(one.text());
+    if (is_time(record.metrics.back()))
       one.fail(
           "is a time of this machine, not the same twice; the table is to be. `counterpoint "
           "simulate "

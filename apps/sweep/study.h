@@ -64,7 +64,7 @@ struct RecordedColumn {
 struct Record {
   bool final_state = true, trajectories = false;
   std::vector<RecordedColumn> columns;
-  std::vector<std::string> figures;  ///< names in the report of `simulate`
+  std::vector<std::string> metrics;  ///< names in the report of `simulate`
 };
 
 struct Study {

@@ -97,14 +97,14 @@ std::vector<std::string> recorded_names(const Study& study) {
     names.insert(names.end(), all.v.begin(), all.v.end());
   }
   for (const RecordedColumn& column : study.record.columns) names.push_back(column.name);
-  names.insert(names.end(), study.record.figures.begin(), study.record.figures.end());
+  names.insert(names.end(), study.record.metrics.begin(), study.record.metrics.end());
   return names;
 }
 
 std::vector<double> recorded_values(const Row& row) {
   std::vector<double> values = row.state;
   values.insert(values.end(), row.columns.begin(), row.columns.end());
-  values.insert(values.end(), row.figures.begin(), row.figures.end());
+  values.insert(values.end(), row.metrics.begin(), row.metrics.end());
   return values;
 }
 

@@ -294,10 +294,10 @@ class TaskRun {
     const std::string shared = broadcast(
         world_,
         BytesWriter().put(results_.finished).put(results_.computed).put(results_.stopped).take());
-    BytesReader figures(shared);
-    results_.finished = figures.get<std::int64_t>();
-    results_.computed = figures.get<std::int64_t>();
-    results_.stopped = figures.get<bool>();
+    BytesReader metrics(shared);
+    results_.finished = metrics.get<std::int64_t>();
+    results_.computed = metrics.get<std::int64_t>();
+    results_.stopped = metrics.get<bool>();
     if (!settings_.everywhere) return;
     BytesWriter all;
     if (world_.is_root())

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/step.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint::view {

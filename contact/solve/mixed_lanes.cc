@@ -21,17 +21,18 @@ COUNTERPOINT_INTO_EACH void store_operator(const SlopeFour& from, MixedFour::Ope
   store(from.normal_radial, to.normal_radial);
 }
 
-// Four laws, widened, with `center` added to their smoothing.
+// Four laws, widened, with `extra_smoothing` added to their smoothing.
 struct Widened {
   Four k, slip, rho, sigma, sigma_T;
 
-  COUNTERPOINT_INTO_EACH Widened(const ConeFour& c, const MixedFour& mixed, double center) {
+  COUNTERPOINT_INTO_EACH Widened(const ConeFour& c, const MixedFour& mixed,
+                                 double extra_smoothing) {
     load(c.k, k);
     load(c.slip, slip);
     load(c.rho, rho);
     load(mixed.sigma, sigma);
     load(mixed.sigma_T, sigma_T);
-    k += center;
+    k += extra_smoothing;
   }
 };
 
@@ -71,11 +72,11 @@ struct Lanes {
 };
 
 template <class Friction>
-COUNTERPOINT_INTO_EACH void find_impulses(const Lanes& lanes, const double* y, double center,
-                                          double* phi) {
+COUNTERPOINT_INTO_EACH void find_impulses(const Lanes& lanes, const double* y,
+                                          double extra_smoothing, double* phi) {
   MixedFour* mixed = lanes.mixed;
   for (const ConeFour& c : lanes.fours) {
-    const Widened law(c, *mixed++, center);
+    const Widened law(c, *mixed++, extra_smoothing);
     ThreeRows z;
     Four t;
     gather(y, c.row, z);
@@ -89,11 +90,11 @@ COUNTERPOINT_INTO_EACH void find_impulses(const Lanes& lanes, const double* y, d
 
 template <class Friction>
 COUNTERPOINT_INTO_EACH void find_errors(const Lanes& lanes, const double* y, const double* phi_all,
-                                        double center, Four& square_out) {
+                                        double extra_smoothing, Four& square_out) {
   Four square{};
   MixedFour* mixed = lanes.mixed;
   for (const ConeFour& c : lanes.fours) {
-    const Widened law(c, *mixed, center);
+    const Widened law(c, *mixed, extra_smoothing);
     ThreeRows x, phi, e;
     Four t, live;
     SlopeFour slopes;
@@ -195,15 +196,15 @@ COUNTERPOINT_INTO_EACH void find_step(const Lanes& lanes, const double* dy, doub
   }
 }
 
-COUNTERPOINT_WIDE void impulses_of(const Lanes& lanes, const double* y, double center,
+COUNTERPOINT_WIDE void impulses_of(const Lanes& lanes, const double* y, double extra_smoothing,
                                    double* phi) {
-  lanes.coulomb ? find_impulses<MixedCoulomb>(lanes, y, center, phi)
-                : find_impulses<MixedConvex>(lanes, y, center, phi);
+  lanes.coulomb ? find_impulses<MixedCoulomb>(lanes, y, extra_smoothing, phi)
+                : find_impulses<MixedConvex>(lanes, y, extra_smoothing, phi);
 }
 COUNTERPOINT_WIDE void errors_of(const Lanes& lanes, const double* y, const double* phi,
-                                 double center, Four& square) {
-  lanes.coulomb ? find_errors<MixedCoulomb>(lanes, y, phi, center, square)
-                : find_errors<MixedConvex>(lanes, y, phi, center, square);
+                                 double extra_smoothing, Four& square) {
+  lanes.coulomb ? find_errors<MixedCoulomb>(lanes, y, phi, extra_smoothing, square)
+                : find_errors<MixedConvex>(lanes, y, phi, extra_smoothing, square);
 }
 COUNTERPOINT_WIDE void hessians_of(const Lanes& lanes, double* hessian) {
   lanes.coulomb ? find_hessians<MixedCoulomb>(lanes, hessian)
@@ -239,13 +240,13 @@ void MixedLanes::begin(const ConeLanes& lanes, double sigma_share) {
   }
 }
 
-void MixedLanes::impulses(const double* y, double center, double* phi) {
-  impulses_of(lanes_of(*lanes_, fours_), y, center, phi);
+void MixedLanes::impulses(const double* y, double extra_smoothing, double* phi) {
+  impulses_of(lanes_of(*lanes_, fours_), y, extra_smoothing, phi);
 }
 
-double MixedLanes::evaluate(const double* y, const double* phi, double center) {
+double MixedLanes::evaluate(const double* y, const double* phi, double extra_smoothing) {
   Four square;
-  errors_of(lanes_of(*lanes_, fours_), y, phi, center, square);
+  errors_of(lanes_of(*lanes_, fours_), y, phi, extra_smoothing, square);
   return (square[0] + square[1]) + (square[2] + square[3]);
 }
 

@@ -28,10 +28,10 @@ class MixedLanes {
   void begin(const ConeLanes& lanes, double sigma_share);
   int count() const { return lanes_ != nullptr ? lanes_->count() : 0; }
 
-  /// Computes phi = F_sigma(D y), by rows; center: smoothing added to every law [J].
-  void impulses(const double* y, double center, double* phi);
+  /// Computes phi = F_sigma(D y), by rows; extra_smoothing: smoothing added to every law [J].
+  void impulses(const double* y, double extra_smoothing, double* phi);
   /// Computes the errors of phi at y, and A; returns the sum of sigma |error|^2 [J].
-  double evaluate(const double* y, const double* phi, double center);
+  double evaluate(const double* y, const double* phi, double extra_smoothing);
   /// Computes G = D B A D, and B.
   void hessians(double* hessian);
   /// Computes rhs = D B error, by rows.

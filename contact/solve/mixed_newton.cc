@@ -52,7 +52,7 @@ bool MixedNewton::advance(MixedSystem& system, int max_halvings, MixedSystem::Po
 MixedNewton::Result MixedNewton::run_near(MixedSystem& system, int max_iterations,
                                           MixedSystem::Point& point) {
   Result result;
-  system.center = 0.0;
+  system.extra_smoothing = 0.0;
   double norm = system.residual(point);
   for (;; ++result.iterations) {
     result.residual = norm / system.scale();
@@ -69,29 +69,30 @@ MixedNewton::Result MixedNewton::run_path(MixedSystem& system, int max_iteration
                                           MixedSystem::Point& point) {
   Result result;
   const double laws = std::max(1, system.num_laws());
-  system.center = smoothing;
+  system.extra_smoothing = smoothing;
   double norm = system.residual(point);
   double factor = kFirstFactor;
   int since = 0, raises = 0;
   for (;; ++result.iterations, ++since) {
-    while (system.center > 0.0 && norm * norm <= kNear * laws * system.center) {
+    while (system.extra_smoothing > 0.0 && norm * norm <= kNear * laws * system.extra_smoothing) {
       if (since <= 1) factor = std::max(kLeastFactor, factor * kFirstFactor);
       if (since > 3) factor = std::min(kMostFactor, std::sqrt(factor));
       since = 0;
-      const double center = factor * system.center;
-      const bool none = center * laws < kNoSmoothing * system.scale() * system.scale();
-      norm = system.recenter(point, none ? 0.0 : center);
+      const double extra_smoothing = factor * system.extra_smoothing;
+      const bool none = extra_smoothing * laws < kNoSmoothing * system.scale() * system.scale();
+      norm = system.resmooth(point, none ? 0.0 : extra_smoothing);
     }
     result.residual = norm / system.scale();
-    result.solved = system.center == 0.0 && result.residual <= kTolerance;
+    result.solved = system.extra_smoothing == 0.0 && result.residual <= kTolerance;
     if (result.solved || !std::isfinite(norm) || result.iterations == max_iterations) return result;
     if (since > kPatience) {
       if (++raises > kMaxRaises) return result;
-      const double center =
-          system.center > 0.0 ? kRaise * system.center : kRaiseFromNone * norm * norm / laws;
+      const double extra_smoothing = system.extra_smoothing > 0.0
+                                         ? kRaise * system.extra_smoothing
+                                         : kRaiseFromNone * norm * norm / laws;
       factor = kFirstFactor;
       since = 0;
-      norm = system.recenter(point, center);
+      norm = system.resmooth(point, extra_smoothing);
     }
     if (!advance(system, kPathHalvings, point, norm)) return result;
   }

@@ -29,7 +29,7 @@ void MixedSystem::reserve(const IslandSystem& system) {
 
 void MixedSystem::begin(IslandSystem& system, double sigma_share) {
   system_ = &system;
-  center = 0.0;
+  extra_smoothing = 0.0;
   const size_t n = system.size(), m = system.num_rows();
   for (auto* v : {&dual_, &momentum_}) v->resize(n);
   for (auto* v : {&y_, &f_, &error_, &rhs_, &dy_, &y_trial_, &phi_trial_}) v->resize(m);
@@ -55,11 +55,11 @@ void MixedSystem::guess(const std::vector<double>& f, std::vector<double>& phi) 
                                       [&](const auto& c) { return std::isnan(f[c.row]); });
   if (!all_given) {
     system_->constraint_velocity(system_->free_velocity(), y_.data());
-    for (MixedLanes& lanes : lanes_) lanes.impulses(y_.data(), center, phi.data());
+    for (MixedLanes& lanes : lanes_) lanes.impulses(y_.data(), extra_smoothing, phi.data());
     for (WideLaw& law : laws_) {
       double* x = phi.data() + law.row;
       for (int r = 0; r < law.rows; ++r) x[r] = law.scale[r] * y_[law.row + r];
-      law.evaluate(center, x);
+      law.evaluate(extra_smoothing, x);
     }
   }
   for (const auto& c : constraints) {
@@ -76,13 +76,13 @@ void MixedSystem::guess(const std::vector<double>& f, std::vector<double>& phi) 
 // Evaluates the errors of all laws and their A; returns the weighted sum of squares of the errors.
 double MixedSystem::evaluate_laws(const double* y, const double* phi_all) {
   law_square_ = 0.0;
-  for (MixedLanes& lanes : lanes_) law_square_ += lanes.evaluate(y, phi_all, center);
+  for (MixedLanes& lanes : lanes_) law_square_ += lanes.evaluate(y, phi_all, extra_smoothing);
   for (WideLaw& law : laws_) {
     const double* phi = phi_all + law.row;
     double* e = error_.data() + law.row;
     for (int r = 0; r < law.rows; ++r)
       e[r] = law.scale[r] * y[law.row + r] - (law.wide(r) - law.rho) * phi[r];
-    law.evaluate(center, e);
+    law.evaluate(extra_smoothing, e);
     for (int r = 0; r < law.rows; ++r) {
       e[r] -= phi[r];
       law_square_ += law.wide(r) * e[r] * e[r];
@@ -124,7 +124,7 @@ bool MixedSystem::raise_loads(double most, Point& point) const {
   for (const auto& c : system_->constraints()) {
     if (!is_one_sided(c.law.type)) continue;
     const double rho = own_regularizer(c.law);
-    const double k = c.law.smoothing + center, z = y_[c.row];
+    const double k = c.law.smoothing + extra_smoothing, z = y_[c.row];
     double* phi = point.phi.data() + c.row;
     // Raises only a load beyond the law's kink that Newton's step would about double.
     if (!(c.inverse_mass * phi[0] * phi[0] > k) || (z + rho * phi[0]) * phi[0] > 0.5 * k) continue;
@@ -136,8 +136,8 @@ bool MixedSystem::raise_loads(double most, Point& point) const {
   return raised;
 }
 
-double MixedSystem::recenter(const Point& point, double other_center) {
-  center = other_center;
+double MixedSystem::resmooth(const Point& point, double other_center) {
+  extra_smoothing = other_center;
   return std::sqrt(evaluate_laws(y_.data(), point.phi.data()) + dual_square_);
 }
 

@@ -47,7 +47,7 @@ class MixedSystem {
   /// constraint.
   void begin(IslandSystem& system, double sigma_share);
   /// Smoothing [J] added to that of every law.
-  double center = 0.0;
+  double extra_smoothing = 0.0;
 
   /// Computes phi of the impulses f [N s]; a constraint whose first row is NaN gets the impulses
   /// that would stop it by itself at the free velocity.
@@ -58,9 +58,9 @@ class MixedSystem {
   /// step. Where the load of a contact is too small for the velocity of the last residual(), phi
   /// becomes that of its law, at most `most` times as large. True if any load changes.
   bool raise_loads(double most, Point& point) const;
-  /// Evaluates the residual at the point of the last residual() or accept() with another center:
-  /// only the laws are evaluated.
-  double recenter(const Point& point, double other_center);
+  /// Evaluates the residual at the point of the last residual() or accept() with another
+  /// extra_smoothing: only the laws are evaluated.
+  double resmooth(const Point& point, double other_center);
   /// Sum over constraints of sigma |F_sigma - phi|^2 [J], of the last residual.
   double law_square() const { return law_square_; }
   /// Scale of the terms of the last residual [sqrt J], as in Report.

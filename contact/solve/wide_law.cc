@@ -42,8 +42,8 @@ void WideLaw::widen(double normal, double friction) {
 }
 
 // Replaces x by F_sigma(x); A and t of the law become those at x.
-void WideLaw::evaluate(double center, double* x) {
-  const double k = law->smoothing + center;
+void WideLaw::evaluate(double extra_smoothing, double* x) {
+  const double k = law->smoothing + extra_smoothing;
   switch (law->type) {
     case LawType::kEquality:
       for (int i = 0; i < rows; ++i) x[i] /= -sigma;
@@ -74,9 +74,9 @@ void WideLaw::evaluate(double center, double* x) {
 
 // Evaluates the impulse alone, since sweeps visit contacts often and need no derivatives, which
 // cost four divisions: the compiler leaves out unused results.
-void WideLaw::impulse(double center, double* x) {
-  if (law->type != LawType::kFrictionCone || !law->coulomb) return evaluate(center, x);
-  take_coulomb(*this, law->smoothing + center, x);
+void WideLaw::impulse(double extra_smoothing, double* x) {
+  if (law->type != LawType::kFrictionCone || !law->coulomb) return evaluate(extra_smoothing, x);
+  take_coulomb(*this, law->smoothing + extra_smoothing, x);
 }
 
 void WideLaw::evaluate_cone(double k, double* x) {

@@ -23,10 +23,11 @@ struct WideLaw {
   void widen(double normal, double friction);
   double wide(int r) const { return r > 0 ? sigma_T : sigma; }
 
-  /// Replaces x by F_sigma(x) at a smoothing larger by `center` [J]; A and t are those at x.
-  void evaluate(double center, double* x);
+  /// Replaces x by F_sigma(x) at a smoothing larger by `extra_smoothing` [J]; A and t are those at
+  /// x.
+  void evaluate(double extra_smoothing, double* x);
   /// Same, but A and t may stay unchanged.
-  void impulse(double center, double* x);
+  void impulse(double extra_smoothing, double* x);
   void apply(const Operator& op, const double* x, double* out) const;
   /// Computes the impulse f [N s] of scaled impulses phi, a linear map; both are `rows` long and
   /// may be the same array.

@@ -71,7 +71,8 @@ COUNTERPOINT_INTO_EACH void visit_columns(const PairRows& rows, int b, const Fra
     frame.dot(axis[j].linear, column.linear);
     visit(body.v_index + j, column);
   }
-  const FrameLanes moment(rows.pair.position - rows.data.X_WB[b].translation, rows.pair.rub, frame);
+  const FrameLanes moment(rows.pair.position - rows.data.X_WB[b].translation,
+                          rows.pair.friction_point, frame);
   for (int j = num_linear; j < nv; ++j) {
     moment.dot(axis[j].angular, column.linear);
     if (turning) frame.dot(axis[j].angular, column.angular);
@@ -240,8 +241,8 @@ Force pair_impulse(const PairConstraint& pair, const double* impulse) {
       out.torque += impulse[i] * pair.frame.col(row - 3);
     }
   }
-  if (!pair.rub.isZero(0.0))
-    out.torque += pair.rub.cross(out.force - impulse[0] * pair.frame.col(0));
+  if (!pair.friction_point.isZero(0.0))
+    out.torque += pair.friction_point.cross(out.force - impulse[0] * pair.frame.col(0));
   return out;
 }
 

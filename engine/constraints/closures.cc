@@ -49,7 +49,7 @@ Vector3 error_of(const Closure& closure, const PairConstraint& pair, const Kinem
 }  // namespace
 
 void find_closures(const Model& model, const SimulationOptions& options, const Kinematics& data,
-                   const InverseWeights& weights, Idle idle, std::vector<Motion>& acceleration,
+                   const InverseWeights& weights, SleepMask idle, std::vector<Motion>& acceleration,
                    ConstraintSet& out) {
   const double h = options.time_step;
   compute_velocity_accelerations(model, data, acceleration);

@@ -17,7 +17,7 @@ namespace counterpoint {
 /// Adds the rows of all closures to `out`, behind the contacts, except for closures between idle
 /// bodies. Requires compute_poses and compute_velocities; `acceleration` (num_bodies) is scratch.
 void find_closures(const Model& model, const SimulationOptions& options, const Kinematics& data,
-                   const InverseWeights& weights, Idle idle, std::vector<Motion>& acceleration,
+                   const InverseWeights& weights, SleepMask idle, std::vector<Motion>& acceleration,
                    ConstraintSet& out);  // Parameters: independent of one another
 
 /// Sets the bias of one of these rows so that the closure closes over the step of h [s] from the

@@ -29,7 +29,7 @@ bool holds_much(const InverseWeights& weights) {
 /// Adds one row per coordinate: it holds up to the bound h force and slides beyond.
 void find_dry_friction(const Model& model, const SimulationOptions& options,
                        const std::vector<DryCoordinate>& coordinates, const InverseWeights& weights,
-                       Idle idle, ConstraintSet& out) {
+                       SleepMask idle, ConstraintSet& out) {
   for (const auto& [i, body] : coordinates) {
     if (idle(body)) continue;
     JointConstraint row;
@@ -42,7 +42,7 @@ void find_dry_friction(const Model& model, const SimulationOptions& options,
 }
 
 void find_mimics(const Model& model, const SimulationOptions& options, const VectorRef& q,
-                 const InverseWeights& weights, Idle idle, ConstraintSet& out) {
+                 const InverseWeights& weights, SleepMask idle, ConstraintSet& out) {
   for (const Mimic& mimic : model.mimics()) {
     if (idle(mimic.joint + 1)) continue;  // the master is in the same island, hence idle too
     const Body& follower = model.body(mimic.joint + 1);
@@ -99,7 +99,7 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
 }
 
 void ConstraintFinder::find(const StepContext& at, const Kinematics& data, ConstraintSet& out,
-                            EffectCounts& counts, Idle idle) {
+                            EffectCounts& counts, SleepMask idle) {
   const auto& [model, options, effects, q, v] = at;
   out.clear();
   speed_.clear();
@@ -125,7 +125,7 @@ void ConstraintFinder::find(const StepContext& at, const Kinematics& data, Const
 }
 
 bool ConstraintFinder::find_overrun(const StepContext& at, const Reached& w, const Kinematics& data,
-                                    ConstraintSet& out, Idle idle) {
+                                    ConstraintSet& out, SleepMask idle) {
   const bool limits = at.effects.has(Effect::kLimits) &&
                       find_overrun_limits(at, limited_, w.velocity, weights_, idle, out);
   return find_reached_contacts(at, w, data, out) || limits;
@@ -173,9 +173,10 @@ contact::Rows relative_velocity(const PairConstraint& pair, const Kinematics& da
   }
   Vector3 v = pair.frame.transpose() *
               relative_velocity_at(pair.position, pair.body_a, pair.body_b, data, V);
-  if (!pair.rub.isZero(0.0))
+  if (!pair.friction_point.isZero(0.0))
     v.tail<2>() = pair.frame.rightCols<2>().transpose() *
-                  relative_velocity_at(pair.position + pair.rub, pair.body_a, pair.body_b, data, V);
+                  relative_velocity_at(pair.position + pair.friction_point, pair.body_a,
+                                       pair.body_b, data, V);
   const Vector3 w = pair.frame.transpose() * angular;
   contact::Rows rows(pair.law.rows);
   for (int i = 0; i < pair.law.rows; ++i) {

@@ -26,7 +26,7 @@ struct PairConstraint {
   Matrix3 frame = Matrix3::Identity();
   /// Contact: tangential offset from `position` to the point where friction acts, in W [m]
   /// (contact_patch.h).
-  Vector3 rub = Vector3::Zero();
+  Vector3 friction_point = Vector3::Zero();
   /// The law acts on rows first, first + 1, ... of the six (3 linear, 3 angular).
   int first = 0;
   contact::Law law;
@@ -39,7 +39,7 @@ struct PairConstraint {
   bool spins = false;
   double strength = 1.0;
   /// Index of the contact whose sliding speed sets law.slip_speed (friction_slip.h), or -1.
-  int fastest = -1;
+  int fastest_contact = -1;
 };
 
 /// One row on joint coordinates: y = sum of coefficient[k] w[v_index[k]] over k = 0, 1, plus the
@@ -144,7 +144,7 @@ struct SpeedLimit {
 };
 
 /// Marks the sleeping bodies and the world (sleep.h): one entry per body, empty if no body sleeps.
-struct Idle {
+struct SleepMask {
   std::span<const char> bodies = {};
   bool operator()(int body) const { return !bodies.empty() && bodies[body]; }
   bool sleeps(int body) const { return body != 0 && (*this)(body); }
@@ -177,14 +177,14 @@ class ConstraintFinder {
   /// finds the same set. Requires compute_poses and compute_velocities. Only the given effects are
   /// considered; constraints whose bodies are all idle are left out (Collider::compute_candidates).
   void find(const StepContext& at, const Kinematics& data, ConstraintSet& out, EffectCounts& counts,
-            Idle idle = {});
+            SleepMask idle = {});
 
   /// Adds the rows that the end velocity w (nv) needs beyond those of find(): limits and parked
   /// contacts that it reaches (joint_limits.h, parked_contacts.h). Returns false if none was added,
   /// which holds for the w of a solution that includes them. Parked contacts require the poses of
   /// find().
   bool find_overrun(const StepContext& at, const Reached& w, const Kinematics& data,
-                    ConstraintSet& out, Idle idle = {});
+                    ConstraintSet& out, SleepMask idle = {});
 
   /// Adds the contact rows of find_overrun.
   bool find_reached_contacts(const StepContext& at, const Reached& w, const Kinematics& data,
@@ -223,9 +223,9 @@ class ConstraintFinder {
   const collision::Collider& collider() const { return collider_; }
 
  private:
-  void set_margins(const StepContext& at, const Kinematics& data, Idle idle);
+  void set_margins(const StepContext& at, const Kinematics& data, SleepMask idle);
   void find_candidates(const StepContext& at, const Kinematics& data, ConstraintSet& out,
-                       Idle idle);
+                       SleepMask idle);
   FarPair locate(const Model& model, const std::pair<int, int>& pair, EffectSet effects,
                  const Kinematics& data) const;
   const Material& material_of(const Model& model, EffectSet effects,
@@ -242,7 +242,7 @@ class ConstraintFinder {
   bool spread_travel(const Model& model, std::span<const std::pair<int, int>> close,
                      double threshold, double own_threshold);
   void find_contacts(const StepContext& at, const Kinematics& data, ConstraintSet& out,
-                     EffectCounts& counts, Idle idle);
+                     EffectCounts& counts, SleepMask idle);
   void find_crowds(const StepContext& at);
   void stiffen_closures(const Model& model, ConstraintSet& out);
   double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,

@@ -53,7 +53,7 @@ bool is_cheap(const Geometry& a, const Geometry& b) {
 }  // namespace
 
 /// Sets the margins within which bodies may touch in a step, and the bounds on their motion.
-void ConstraintFinder::set_margins(const StepContext& at, const Kinematics& data, Idle idle) {
+void ConstraintFinder::set_margins(const StepContext& at, const Kinematics& data, SleepMask idle) {
   const Model& model = at.model;
   const ContactOptions& contact = at.options.contact;
   const double h = at.h();
@@ -150,7 +150,7 @@ FarPair ConstraintFinder::locate(const Model& model, const std::pair<int, int>& 
 }
 
 void ConstraintFinder::find_candidates(const StepContext& at, const Kinematics& data,
-                                       ConstraintSet& out, Idle idle) {
+                                       ConstraintSet& out, SleepMask idle) {
   const Model& model = at.model;
   const double h = at.h();
   set_margins(at, data, idle);
@@ -295,7 +295,7 @@ ParkedContact ConstraintFinder::describe(const StepContext& at, const Kinematics
   for (const int body : {a, b})
     if (body != 0) out.gap -= turn_share_[body] * (radius_[body] + std::max(candidate.gap, 0.0));
   const bool meets = out.gap + h * candidate.normal.dot(out.velocity) <= 0.0;
-  if (!rubs(at.options.contact, out.gap, meets)) return out;
+  if (!has_friction(at.options.contact, out.gap, meets)) return out;
   const Material& material = material_of(model, at.effects, candidate);
   out.slip = material.friction;
   out.spin = std::max(material.torsional_friction, material.rolling_friction);
@@ -331,7 +331,7 @@ Vector3 ConstraintFinder::make_contact(const StepContext& at, const Kinematics& 
 }
 
 void ConstraintFinder::find_contacts(const StepContext& at, const Kinematics& data,
-                                     ConstraintSet& out, EffectCounts& counts, Idle idle) {
+                                     ConstraintSet& out, EffectCounts& counts, SleepMask idle) {
   const Model& model = at.model;
   const double h = at.h();
   find_candidates(at, data, out, idle);

@@ -117,7 +117,7 @@ void brake_only(const Bounce& bounce, double approach, contact::Law& law) {
 
 }  // namespace
 
-bool rubs(const ContactOptions& options, double gap, bool meets) {
+bool has_friction(const ContactOptions& options, double gap, bool meets) {
   return options.friction_model != FrictionModel::kCoulomb || gap <= options.margin || meets;
 }
 
@@ -141,7 +141,7 @@ void set_contact_law(const LawOptions& options, double h, const ContactStart& st
   // tiny part of the speed of a link that turns about a nearby joint; its speed would become
   // hundreds of times e v.
   const bool near = gap <= options.margin, meets = gap + h * v[0] <= 0.0;
-  if (!rubs(options, gap, meets)) return;
+  if (!has_friction(options, gap, meets)) return;
 
   law.type = contact::LawType::kFrictionCone;
   law.rows = pair.rolling_friction > 0.0 ? 6 : pair.torsional_friction > 0.0 ? 4 : 3;

@@ -86,7 +86,7 @@ bool is_round(const Model& model, const Geometry& a, const Geometry& b);
 
 /// Whether a contact at this gap [m] has friction in the step. meets: judged from (q, w), the
 /// bodies meet within the step.
-bool rubs(const ContactOptions& options, double gap, bool meets);
+bool has_friction(const ContactOptions& options, double gap, bool meets);
 
 /// Arguments of a contact law beside the options.
 struct ContactStart {

@@ -61,7 +61,7 @@ void for_each_identity(const ConstraintSet& constraints, const Kinematics& data,
   for (const JointConstraint& row : constraints.joints) visit(c++, identify_joint(row));
 }
 
-bool is_idle(const Model& model, const RememberedForce& r, Idle idle) {
+bool is_idle(const Model& model, const RememberedForce& r, SleepMask idle) {
   const auto rests = [&](int body) { return body == 0 || idle(body); };
   switch (r.kind) {
     case RememberedForce::Kind::kContact:
@@ -122,7 +122,7 @@ void recall_impulses(const PosedConstraints& posed, const std::vector<Remembered
 }
 
 void remember_impulses(const Model& model, const PosedConstraints& posed, const VectorRef& impulse,
-                       Idle idle, const std::vector<RememberedForce>& before,
+                       SleepMask idle, const std::vector<RememberedForce>& before,
                        std::vector<RememberedForce>& memory) {
   const ConstraintSet& constraints = posed.constraints;
   const contact::Problem& problem = posed.problem;

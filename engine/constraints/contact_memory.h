@@ -30,7 +30,7 @@ void recall_impulses(const PosedConstraints& posed, const std::vector<Remembered
 /// Stores the forces of the constraints, impulse / h, sorted by constraint. Forces between idle
 /// bodies (sleep.h) are copied from `before`.
 void remember_impulses(const Model& model, const PosedConstraints& posed, const VectorRef& impulse,
-                       Idle idle, const std::vector<RememberedForce>& before,
+                       SleepMask idle, const std::vector<RememberedForce>& before,
                        std::vector<RememberedForce>& memory);
 
 }  // namespace counterpoint

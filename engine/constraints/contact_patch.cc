@@ -139,7 +139,7 @@ bool find_friction(const ContactPatch& patch, PatchFriction& out) {
   for (int k = 0; k < patch.size; ++k) {
     const Vector3 arm = patch.place[k] - middle, along = arm - n.dot(arm) * n;
     out.strength[k] = 1.0 - weight[k] * less;
-    out.rub[k] = weight[k] * sigma * slender * (0.5 * n.cross(along) - along);
+    out.friction_point[k] = weight[k] * sigma * slender * (0.5 * n.cross(along) - along);
   }
   return true;
 }
@@ -180,7 +180,7 @@ void spread_friction(const StepContext& at, const Kinematics& data, std::span<co
     if (patch.size == 0 || !find_friction(patch, friction)) continue;
     for (int k = 0; k < patch.size; ++k) {
       PairConstraint& pair = out.pairs[patch.contact[k]];
-      pair.rub = friction.rub[k];
+      pair.friction_point = friction.friction_point[k];
       pair.strength = friction.strength[k];
       for (size_t i = 0; i < 2; ++i) pair.law.friction[i] *= pair.strength;
       pair.spins = true;

@@ -25,8 +25,8 @@ void FrictionSlip::apply(const SimulationOptions& options, const std::vector<dou
                          PairConstraint& pair) {
   const double share = slip_share(options);
   if (!(share > 0.0)) return;
-  pair.fastest = pair.law.coulomb ? fastest_near(pair) : -1;
-  if (pair.fastest >= 0) pair.law.slip_speed = share * speed[pair.fastest];
+  pair.fastest_contact = pair.law.coulomb ? fastest_near(pair) : -1;
+  if (pair.fastest_contact >= 0) pair.law.slip_speed = share * speed[pair.fastest_contact];
 }
 
 void FrictionSlip::set(const Model& model, const SimulationOptions& options,

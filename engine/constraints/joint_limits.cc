@@ -25,8 +25,8 @@ struct Side {
 /// Calls visit(side) for the sides of limited coordinates that are not idle and whose gaps are
 /// below reach(v_index, sign).
 template <class Reach, class Visit>
-void for_each_side(const std::vector<LimitedCoordinate>& limited, const VectorRef& q, Idle idle,
-                   Reach reach, Visit visit) {
+void for_each_side(const std::vector<LimitedCoordinate>& limited, const VectorRef& q,
+                   SleepMask idle, Reach reach, Visit visit) {
   for (const LimitedCoordinate& at : limited) {
     const double above = q[at.q_index] - at.lower, below = at.upper - q[at.q_index];
     const bool low = above < reach(at.v_index, 1.0), high = below < reach(at.v_index, -1.0);
@@ -66,14 +66,14 @@ std::vector<LimitedCoordinate> list_limited_coordinates(const Model& model) {
 }
 
 void find_joint_limits(const StepContext& at, const std::vector<LimitedCoordinate>& limited,
-                       const InverseWeights& weights, Idle idle, ConstraintSet& out) {
+                       const InverseWeights& weights, SleepMask idle, ConstraintSet& out) {
   const auto near = [&](int i, double) { return near_gap(at.v[i], at.h()); };
   for_each_side(limited, at.q, idle, near,
                 [&](const Side& side) { add_row(side, at.options, weights, out); });
 }
 
 bool find_overrun_limits(const StepContext& at, const std::vector<LimitedCoordinate>& limited,
-                         const VectorRef& w, const InverseWeights& weights, Idle idle,
+                         const VectorRef& w, const InverseWeights& weights, SleepMask idle,
                          ConstraintSet& out) {
   const double h = at.h();
   bool found = false;

@@ -20,12 +20,12 @@ std::vector<LimitedCoordinate> list_limited_coordinates(const Model& model);
 /// Adds a row for every limit of the coordinates `limited` that is near at q, v, except for idle
 /// bodies (sleep.h).
 void find_joint_limits(const StepContext& at, const std::vector<LimitedCoordinate>& limited,
-                       const InverseWeights& weights, Idle idle, ConstraintSet& out);
+                       const InverseWeights& weights, SleepMask idle, ConstraintSet& out);
 
 /// Adds a row for every limit without one that the velocity w (nv) reaches within a time step from
 /// q, v. Returns false if none was added.
 bool find_overrun_limits(const StepContext& at, const std::vector<LimitedCoordinate>& limited,
-                         const VectorRef& w, const InverseWeights& weights, Idle idle,
+                         const VectorRef& w, const InverseWeights& weights, SleepMask idle,
                          ConstraintSet& out);
 
 }  // namespace counterpoint

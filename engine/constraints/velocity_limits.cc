@@ -22,7 +22,7 @@ std::vector<SpeedLimit> list_speed_limits(const Model& model) {
 }
 
 void find_velocity_limits(const SimulationOptions& options, const std::vector<SpeedLimit>& limits,
-                          const VectorRef& v, const InverseWeights& weights, Idle idle,
+                          const VectorRef& v, const InverseWeights& weights, SleepMask idle,
                           ConstraintSet& out) {
   for (const SpeedLimit& limit : limits) {
     if (idle(limit.body)) continue;

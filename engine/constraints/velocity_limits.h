@@ -17,7 +17,7 @@ std::vector<SpeedLimit> list_speed_limits(const Model& model);
 
 /// Adds the rows to `out`, except for idle bodies (sleep.h).
 void find_velocity_limits(const SimulationOptions& options, const std::vector<SpeedLimit>& limits,
-                          const VectorRef& v, const InverseWeights& weights, Idle idle,
+                          const VectorRef& v, const InverseWeights& weights, SleepMask idle,
                           ConstraintSet& out);
 
 }  // namespace counterpoint

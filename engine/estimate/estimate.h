@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "counterpoint/engine/tasks.h"
 #include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/estimate/recording.h"
+#include "counterpoint/engine/tasks.h"
 
 namespace counterpoint::estimation {
 
@@ -114,7 +114,7 @@ struct ExplainedRecording {
   int rows = 0;
   std::vector<double> time;  ///< times of the rows where steps start [s]
   std::vector<Explanation> steps;
-  std::vector<std::pair<const char*, double>> figures;  ///< metrics by their names in the report
+  std::vector<std::pair<const char*, double>> metrics;  ///< metrics by their names in the report
   bool stopped = false;
 };
 /// Explains all steps. `stop` is called before every row; if it returns true, the result is marked
@@ -125,7 +125,7 @@ ExplainedRecording explain_recording(Explainer& explainer, const ColumnMap& map,
 
 /// Statistics of the unexplained force per coordinate, over all steps of the recordings.
 /// Coordinates with an unrecorded motor force are left out.
-std::vector<CoordinateFigures> force_figures(const Explainer& explainer, const Model& model,
+std::vector<CoordinateMetrics> force_metrics(const Explainer& explainer, const Model& model,
                                              const std::vector<const Recording*>& recordings,
                                              const std::vector<ExplainedRecording>& explained);
 
@@ -269,7 +269,7 @@ FitProblem fit_problem(const Experiment& experiment, const std::vector<Parameter
                        const std::vector<int>& which, bool by_force);
 
 /// Statistics of the unexplained force of a scene per coordinate, over the recordings `which`.
-std::vector<CoordinateFigures> unexplained_figures(const Experiment& experiment, const Scene& scene,
+std::vector<CoordinateMetrics> unexplained_metrics(const Experiment& experiment, const Scene& scene,
                                                    const std::vector<int>& which);
 
 }  // namespace counterpoint::estimation

@@ -69,7 +69,7 @@ struct Outlier {
 };
 
 /// Agreement of a sensor's readings with the motion.
-struct SensorFigures {
+struct SensorMetrics {
   std::string name;
   SensorKind kind = SensorKind::kPoint;
   int rows = 0;            ///< number of rows with a reading
@@ -94,7 +94,7 @@ struct MotionEstimate {
   MatrixX sum_force, sum_deviation;  ///< 3 sums: contact forces on the links, in W [N]
   MatrixX sum_centre;                ///< 3 sums: centre of pressure [m]; NaN without a force
   std::vector<EstimatedParameter> parameters;
-  std::vector<SensorFigures> sensors;
+  std::vector<SensorMetrics> sensors;
   VectorX position_deviation;  ///< nv: standard deviations of the recorded positions [m, rad]
   VectorX cost_ratio;          ///< per row: mean square of residuals over their variance
   std::vector<Outlier> outliers;

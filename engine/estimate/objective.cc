@@ -184,7 +184,7 @@ FitProblem fit_problem(const Experiment& experiment, const std::vector<Parameter
   return problem;
 }
 
-std::vector<CoordinateFigures> unexplained_figures(const Experiment& experiment, const Scene& scene,
+std::vector<CoordinateMetrics> unexplained_metrics(const Experiment& experiment, const Scene& scene,
                                                    const std::vector<int>& which) {
   Explainer explainer(scene, experiment.map, experiment.reach);
   std::vector<const Recording*> recordings;
@@ -194,7 +194,7 @@ std::vector<CoordinateFigures> unexplained_figures(const Experiment& experiment,
     explained.push_back(explain_recording(explainer, experiment.map, *recordings.back(),
                                           experiment.prediction.stop));
   }
-  return force_figures(explainer, scene.model, recordings, explained);
+  return force_metrics(explainer, scene.model, recordings, explained);
 }
 
 }  // namespace counterpoint::estimation

@@ -193,7 +193,7 @@ Prediction Predictor::roll_out(const Recording& recording, PredictionWatch* watc
   return out;
 }
 
-std::vector<std::pair<const char*, double>> figures(const Prediction& p, Compared by) {
+std::vector<std::pair<const char*, double>> metrics(const Prediction& p, Compared by) {
   if (by == Compared::kImpacts) {
     const ImpactDeviation impact = p.impact.value_or(ImpactDeviation());
     return {{"velocity_error_m_s", impact.speed},
@@ -208,23 +208,23 @@ std::vector<std::pair<const char*, double>> figures(const Prediction& p, Compare
           {"rotation_error_end_deg", p.end.rotation}};
 }
 
-std::vector<std::pair<const char*, double>> median_figures(
+std::vector<std::pair<const char*, double>> median_metrics(
     const std::vector<Prediction>& predictions, Compared by) {
   std::vector<std::pair<const char*, double>> medians;
-  for (size_t i = 0; !predictions.empty() && i < figures(predictions[0], by).size(); ++i) {
+  for (size_t i = 0; !predictions.empty() && i < metrics(predictions[0], by).size(); ++i) {
     std::vector<double> values;
     for (const Prediction& prediction : predictions)
-      if (!prediction.failure) values.push_back(figures(prediction, by)[i].second);
-    if (!values.empty()) medians.emplace_back(figures(predictions[0], by)[i].first, median(values));
+      if (!prediction.failure) values.push_back(metrics(prediction, by)[i].second);
+    if (!values.empty()) medians.emplace_back(metrics(predictions[0], by)[i].first, median(values));
   }
   return medians;
 }
 
-std::vector<CoordinateFigures> velocity_figures(const ColumnMap& map,
+std::vector<CoordinateMetrics> velocity_metrics(const ColumnMap& map,
                                                 const std::vector<Prediction>& predictions) {
   Eigen::Index count = 0;
   for (const Prediction& p : predictions) count += p.velocity_error.cols();
-  std::vector<CoordinateFigures> out;
+  std::vector<CoordinateMetrics> out;
   for (const ColumnMap::Entry& entry : map.after.empty() ? map.entries : map.after) {
     if (entry.kind != ColumnMap::Entry::Kind::kVelocity || count == 0) continue;
     VectorX error(count), recorded(count);
@@ -236,7 +236,7 @@ std::vector<CoordinateFigures> velocity_figures(const ColumnMap& map,
           p.recorded_velocity.row(entry.index).transpose();
       at += p.velocity_error.cols();
     }
-    out.push_back(coordinate_figures(entry.name, error, recorded));
+    out.push_back(coordinate_metrics(entry.name, error, recorded));
   }
   return out;
 }

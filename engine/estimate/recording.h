@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "counterpoint/engine/estimate/sensors/sensor.h"
-#include "counterpoint/engine/tables.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/tables.h"
 
 namespace counterpoint::estimation {
 
@@ -129,7 +129,7 @@ inline double median(std::vector<double> values) {
 }
 
 /// Statistics of one coordinate's forces [N or N m] or velocities [m/s or rad/s].
-struct CoordinateFigures {
+struct CoordinateMetrics {
   std::string name;   ///< NAME.u or NAME.v, the column name in a trajectory file
   double rms = 0.0;   ///< root mean square of the difference
   double mean = 0.0;  ///< mean of predicted (recovered) minus recorded
@@ -140,7 +140,7 @@ struct CoordinateFigures {
 
 /// @param difference  predicted minus recorded, not empty
 /// @param recorded    the recorded values, of the same size
-CoordinateFigures coordinate_figures(const std::string& name, const VectorX& difference,
+CoordinateMetrics coordinate_metrics(const std::string& name, const VectorX& difference,
                                      const VectorX& recorded);
 
 // ---- Impacts with known velocities before and after only: the contact law maps one to the other
@@ -275,15 +275,15 @@ class Predictor {
 };
 
 /// The metrics of a prediction, by their names in the report.
-std::vector<std::pair<const char*, double>> figures(const Prediction& prediction, Compared by);
+std::vector<std::pair<const char*, double>> metrics(const Prediction& prediction, Compared by);
 
-/// The medians of figures() over all predictions that did not fail.
-std::vector<std::pair<const char*, double>> median_figures(
+/// The medians of metrics() over all predictions that did not fail.
+std::vector<std::pair<const char*, double>> median_metrics(
     const std::vector<Prediction>& predictions, Compared by);
 
 /// Statistics of the mapped velocities per coordinate, at the last rows of all pieces or after
 /// impacts; empty if no prediction got that far.
-std::vector<CoordinateFigures> velocity_figures(const ColumnMap& map,
+std::vector<CoordinateMetrics> velocity_metrics(const ColumnMap& map,
                                                 const std::vector<Prediction>& predictions);
 
 }  // namespace counterpoint::estimation

@@ -12,8 +12,8 @@
 #include "counterpoint/engine/estimate/contact_effects.h"
 #include "counterpoint/engine/estimate/estimate.h"
 #include "counterpoint/engine/estimate/recording.h"
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/step.h"
+#include "counterpoint/engine/trajectory.h"
 
 namespace counterpoint::estimation {
 namespace {
@@ -241,16 +241,16 @@ ExplainedRecording explain_recording(Explainer& explainer, const ColumnMap& map,
     out.steps.push_back(explainer.explain(recording, row, row_interval(map, recording, row)));
   }
   const auto add = [&](const char* mean, const char* middle, const char* most,
-                       double Explanation::*figure) {
+                       double Explanation::*metric) {
     std::vector<double> values;
     double sum = 0.0;
     for (const Explanation& step : out.steps) {
-      values.push_back(step.*figure);
+      values.push_back(step.*metric);
       sum += values.back();
     }
-    out.figures.emplace_back(mean, sum / static_cast<double>(values.size()));
-    out.figures.emplace_back(middle, median(values));
-    out.figures.emplace_back(most, *std::max_element(values.begin(), values.end()));
+    out.metrics.emplace_back(mean, sum / static_cast<double>(values.size()));
+    out.metrics.emplace_back(middle, median(values));
+    out.metrics.emplace_back(most, *std::max_element(values.begin(), values.end()));
   };
   add("unexplained_force_mean", "unexplained_force_median", "unexplained_force_max",
       &Explanation::unexplained_force);
@@ -263,14 +263,14 @@ ExplainedRecording explain_recording(Explainer& explainer, const ColumnMap& map,
   return out;
 }
 
-std::vector<CoordinateFigures> force_figures(const Explainer& explainer, const Model& model,
+std::vector<CoordinateMetrics> force_metrics(const Explainer& explainer, const Model& model,
                                              const std::vector<const Recording*>& recordings,
                                              const std::vector<ExplainedRecording>& explained) {
   const VectorX scales = explainer.scales();
   const CoordinateNames names = coordinate_names(model);
   size_t steps = 0;
   for (const ExplainedRecording& one : explained) steps += one.steps.size();
-  std::vector<CoordinateFigures> out;
+  std::vector<CoordinateMetrics> out;
   for (Eigen::Index i = 0; i < scales.size(); ++i) {
     if (!(scales[i] > 0.0)) continue;
     VectorX left(static_cast<Eigen::Index>(steps)), recorded(left.size());
@@ -281,7 +281,7 @@ std::vector<CoordinateFigures> force_figures(const Explainer& explainer, const M
         recorded[at] = recordings[r]->applied_force(i, static_cast<Eigen::Index>(k));
       }
     }
-    out.push_back(coordinate_figures(names.force[i], left, recorded));
+    out.push_back(coordinate_metrics(names.force[i], left, recorded));
   }
   return out;
 }

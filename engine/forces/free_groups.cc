@@ -112,7 +112,7 @@ void FreeGroups::add_group(const StepContext& at, std::span<const int> trees,
   group.start = motion_of(model, group, at.v, data);
 }
 
-void FreeGroups::find(const StepContext& at, const ConstraintSet& constraints, Idle idle,
+void FreeGroups::find(const StepContext& at, const ConstraintSet& constraints, SleepMask idle,
                       const Kinematics& data) {
   count_ = 0;
   trees_.clear();

@@ -47,8 +47,8 @@ void add_servos(const StepContext& at, double h, const Input& input, VectorOut d
   }
 }
 
-void add_servo_rows(const StepContext& at, double h, const Input& input, Idle idle, VectorOut tau,
-                    std::vector<JointConstraint>& rows) {
+void add_servo_rows(const StepContext& at, double h, const Input& input, SleepMask idle,
+                    VectorOut tau, std::vector<JointConstraint>& rows) {
   const Model& model = at.model;
   for (int i = 0; i < num_servos(model); ++i) {
     const JointServo& servo = model.servos()[i];

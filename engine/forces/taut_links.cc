@@ -1,4 +1,3 @@
-#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/forces/taut_links.h"
 
 #include <fmt/format.h>
@@ -10,6 +9,7 @@
 
 #include "counterpoint/contact/disjoint_sets.h"
 #include "counterpoint/engine/constraints/assemble.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/model/model_builder.h"
 

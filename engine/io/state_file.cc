@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/state.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/geometry.h"
 
 namespace counterpoint {

@@ -1,3 +1,5 @@
+#include "counterpoint/engine/trajectory.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +9,6 @@
 #include <span>
 
 #include "counterpoint/engine/effects.h"
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/step.h"
 
 namespace counterpoint {

@@ -6,9 +6,9 @@
 
 #include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/optimize/optimize.h"
 #include "counterpoint/engine/optimize/terms/evaluator.h"
+#include "counterpoint/engine/trajectory.h"
 
 namespace counterpoint::optimization {
 namespace {

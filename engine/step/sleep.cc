@@ -200,7 +200,7 @@ void Sleepers::end(const Model& model, const State& state, const Input& input,
   valid_ = true;
 }
 
-Idle Sleepers::idle_bodies() const {
+SleepMask Sleepers::sleep_mask() const {
   if (num_sleeping_bodies_ == 0) return {};
   return {idle_};
 }

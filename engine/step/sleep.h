@@ -52,7 +52,7 @@ class Sleepers {
 
   bool asleep(int tree) const { return asleep_[tree] != 0; }
   int num_sleeping_bodies() const { return num_sleeping_bodies_; }
-  Idle idle_bodies() const;
+  SleepMask sleep_mask() const;
   const std::vector<BodyRange>& awake() const { return awake_; }
   const std::vector<BodyRange>& woken() const { return woken_; }
   /// Deepest penetration among the sleeping [m].

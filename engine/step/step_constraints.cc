@@ -181,7 +181,7 @@ void ConstraintStage::solve_overruns(bool solved, VectorX& w) {
   const StepContext context = in_.step.context();
   const Kinematics& at = in_.start.kinematics();
   for (int round = 0; report_.succeeded() && finder_.find_overrun(context, {w}, at, constraints_,
-                                                                  in_.sleepers.idle_bodies());
+                                                                  in_.sleepers.sleep_mask());
        ++round) {
     if (round >= kMostOverruns) finder_.unpark_all(context, at, constraints_);
     if (solved) {

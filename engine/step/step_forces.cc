@@ -87,7 +87,7 @@ Vector3 set_forces_at(const Model& model, EffectSet effects, const VectorRef& q,
   return gravity;
 }
 
-void set_motor_forces(const StepContext& at, double h, const Input& input, Idle idle,
+void set_motor_forces(const StepContext& at, double h, const Input& input, SleepMask idle,
                       CoordinateForces& forces, std::vector<JointConstraint>& joints,
                       EffectCounts& counts) {
   const EffectSet effects = at.effects;
@@ -136,7 +136,7 @@ void find_free_velocity(const StageInput& in, FreeMotion& motion, ConstraintSet&
   const Kinematics& at = in.start.kinematics();
   const VelocityForces& velocity = in.start.velocity_forces();
   auto& [tau, diagonal] = motion.forces;
-  set_motor_forces(context, h, input, in.sleepers.idle_bodies(), motion.forces, constraints.joints,
+  set_motor_forces(context, h, input, in.sleepers.sleep_mask(), motion.forces, constraints.joints,
                    in.counts);
   add_joint_forces(context, h, diagonal, tau, in.counts);
   set_external(input.wrenches, effects, in.taut_links, at, motion.external, in.counts);

@@ -88,7 +88,7 @@ void remember(const StepArguments& step, Workspace::Impl& ws, State& next) {
   } else {
     remember_impulses(
         step.model, {ws.constraints, ws.start.kinematics(), ws.solution.problem, step.h()},
-        ws.solution.impulse, ws.sleepers.idle_bodies(), step.state.memory, next.memory);
+        ws.solution.impulse, ws.sleepers.sleep_mask(), step.state.memory, next.memory);
   }
   if (step.effects.has(Effect::kTautLinks)) ws.taut_links.remember(step.h(), next.memory);
 }

@@ -33,7 +33,7 @@ void StepStart::find_constraints(const StepContext& at, ConstraintFinder& finder
       compute_poses(at.model, at.q, bodies, data_);
       compute_velocities(at.model, at.v, bodies, data_);
     }
-    finder.find(at, data_, constraints_, counts, sleepers.idle_bodies());
+    finder.find(at, data_, constraints_, counts, sleepers.sleep_mask());
   };
   find(sleepers.awake());
   while (sleepers.wake_touched(at.model, constraints_, finder.in_reach_of_fast()))
@@ -103,7 +103,7 @@ const StepStart& prepare_step(const StepContext& at, Workspace::Impl& ws) {
     case Integrator::kSemiImplicitEuler:
       find_constraints();
       start.set_mean_forces(at, ws.sleepers.awake());
-      ws.free_groups.find(at, start.constraints_, ws.sleepers.idle_bodies(), start.data_);
+      ws.free_groups.find(at, start.constraints_, ws.sleepers.sleep_mask(), start.data_);
       break;
     case Integrator::kImplicitMidpoint:
       find_constraints();

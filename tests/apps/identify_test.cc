@@ -20,7 +20,7 @@ using test::CommandResult;
 
 /// Records cube tosses with other parameters than the scene's, one file per toss, rows 1/148 s
 /// apart.
-void toss(const CommandFolder& folder, int count, const std::string& figures) {
+void toss(const CommandFolder& folder, int count, const std::string& metrics) {
   for (int i = 0; i < count; ++i) {
     folder.write(fmt::format("toss{}.yaml", i),
                  fmt::format("gravity: [0, 0, -9.81]\ntime_step: {:.17g}\nduration: 0.6\n"
@@ -28,7 +28,7 @@ void toss(const CommandFolder& folder, int count, const std::string& figures) {
                              "  - {{name: cube, box: [0.0524, 0.0524, 0.0524], mass: 0.37, {},\n"
                              "     position: [0, 0, {}], rpy: [{}, 0.3, 0.1],\n"
                              "     velocity: {{linear: [{}, 0.4, -0.5], angular: [2, {}, 1]}}}}\n",
-                             1.0 / 148, figures, figures, 0.12 + 0.01 * i, 0.1 * i, 0.8 + 0.1 * i,
+                             1.0 / 148, metrics, metrics, 0.12 + 0.01 * i, 0.1 * i, 0.8 + 0.1 * i,
                              1.0 - 0.7 * i));
     const CommandResult result =
         folder.run(fmt::format("simulate {{}}/toss{0}.yaml --output {{}}/toss{0}.csv", i));

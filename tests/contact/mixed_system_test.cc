@@ -21,7 +21,7 @@ TEST(MixedSystem, DirectionZeroesTheLinearizedResidual) {
   for_islands(31, 300, any_friction, [&](Random& random, const Problem&, IslandSystem& island) {
     MixedSystem system;
     system.begin(island, random.log_uniform(0.1, 3.0));
-    system.center = 1.0;  // smooth on the scale of the velocities: small O(t^2)
+    system.extra_smoothing = 1.0;  // smooth on the scale of the velocities: small O(t^2)
     MixedSystem::Point point, step;
     point.w.assign(island.free_velocity(), island.free_velocity() + island.size());
     const double unknown = std::numeric_limits<double>::quiet_NaN();

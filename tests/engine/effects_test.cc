@@ -1,9 +1,10 @@
 // A scene runs the effects that it calls for and no instruction of any other.
+#include "counterpoint/engine/effects.h"
+
 #include <gtest/gtest.h>
 
 #include <map>
 
-#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/step.h"
 #include "support/recover.h"

@@ -182,7 +182,7 @@ TEST(Sensors, AnInertialUnitHelpsAndItsClockAndOffsetAreFound) {
         << "the deviation of one reading, " << axis;
   EXPECT_LE(drop.force_error(found), alone) << "more is known";
   ASSERT_EQ(found.sensors.size(), 2u);
-  for (const SensorFigures& one : found.sensors) {
+  for (const SensorMetrics& one : found.sensors) {
     EXPECT_GT(one.rows, 80);
     EXPECT_LE(one.outliers, one.rows / 4)
         << one.name << ": at impacts, which are shorter than a row";

@@ -1,8 +1,9 @@
 // Trajectories and states, in memory and in files.
+#include "counterpoint/engine/trajectory.h"
+
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include "counterpoint/engine/trajectory.h"
 #include "objects/exceptions.h"
 #include "objects/trajectories.h"
 

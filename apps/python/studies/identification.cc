@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "counterpoint/engine/estimate/figure_estimate.h"
+#include "counterpoint/engine/estimate/parameter_estimate.h"
 #include "objects/handles.h"
 #include "recordings/estimation.h"
 
@@ -85,7 +85,7 @@ Fit explained_best(const apps::Experiment& e, const std::vector<Parameter>& para
     progress(steps++, 0);
     return false;
   };
-  return estimation::estimate_figures(e.scene, e.map, recordings, parameters, options).figures;
+  return estimation::estimate_parameters(e.scene, e.map, recordings, parameters, options).parameters;
 }
 
 std::shared_ptr<IdentificationHandle> identify(

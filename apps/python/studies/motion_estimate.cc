@@ -74,7 +74,7 @@ py::dict dict_of(const MotionEstimate& found) {
     parameters[py::str(one.name)] = py::make_tuple(one.value, one.deviation);
   out["parameters"] = parameters;
   py::dict sensors;
-  for (const apps::SensorFigures& one : found.sensors)
+  for (const apps::SensorMetrics& one : found.sensors)
     sensors[py::str("{} ({})").format(one.name, apps::sensor_kind_name(one.kind))] =
         py::make_tuple(one.rms, one.deviation);
   out["sensors"] = sensors;

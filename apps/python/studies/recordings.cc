@@ -16,9 +16,9 @@ using MapPtr = std::shared_ptr<ColumnMap>;
 using RecordingPtr = std::shared_ptr<Recording>;
 using PredictionPtr = std::shared_ptr<Prediction>;
 
-py::dict dict_of(const std::vector<std::pair<const char*, double>>& figures) {
+py::dict dict_of(const std::vector<std::pair<const char*, double>>& metrics) {
   py::dict out;
-  for (const auto& [name, value] : figures) out[name] = value;
+  for (const auto& [name, value] : metrics) out[name] = value;
   return out;
 }
 
@@ -80,7 +80,7 @@ py::list explain(const SceneHandle& handle, const ColumnMap& map,
     entry["file"] = one.file;
     entry["time"] = py::array_t<double>(static_cast<py::ssize_t>(one.time.size()), one.time.data());
     entry["force"] = copy_matrix(force, true);
-    entry["figures"] = dict_of(one.figures);
+    entry["figures"] = dict_of(one.metrics);
     out.append(entry);
   }
   return out;
@@ -159,7 +159,7 @@ void bind_prediction(py::module_& r) {
       .def(
           "figures",
           [](const PredictionPtr& p, const ColumnMap& map) {
-            return dict_of(figures(*p, compared(map)));
+            return dict_of(metrics(*p, compared(map)));
           },
           py::arg("columns"), "The figures of `counterpoint compare` by name.")
       .def("__repr__", [](const Prediction& p) {

@@ -66,7 +66,7 @@ class PatchSlopes {
     PatchFriction friction;
     Figures out(1.0, 0.0, 0.0, 0.0);
     if (!find_friction(patch, friction)) return out;
-    out << friction.strength[index_], friction.rub[index_];
+    out << friction.strength[index_], friction.friction_point[index_];
     return out;
   }
 
@@ -107,7 +107,7 @@ void add_patch_response(const MovingPatch& moving, int index, const PairConstrai
   const Matrix3 across = skew(Vector3(pair.frame.col(0)));
   // The contact's own response already turns friction with the normal.
   const auto less_turned = [&](Slopes by, const PlaceMotion& motion) {
-    by.bottomRows<3>() += skew(pair.rub) * across * motion.normal;
+    by.bottomRows<3>() += skew(pair.friction_point) * across * motion.normal;
     return by;
   };
   const ContactMotion& own = moving.motions[index];

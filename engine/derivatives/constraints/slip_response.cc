@@ -31,12 +31,12 @@ void SlipResponse::add(const Model& model, int body, int source, const Vector3& 
 void SlipResponse::add(const Model& model, const PairConstraint& pair,
                        const std::vector<Motion>& V_next, double h, const Kinematics& data,
                        double share) {
-  if (pair.fastest < 0 || !(pair.law.slip_speed > 0.0)) return;
+  if (pair.fastest_contact < 0 || !(pair.law.slip_speed > 0.0)) return;
   contact::Rows y = relative_velocity(pair, data, V_next);
   for (int i = 0; i < pair.law.rows; ++i) y[i] += pair.law.bias[static_cast<size_t>(i)];
   const Force force = pair_impulse(pair, contact::slip_speed_derivative(pair.law, y)) * (share / h);
-  add(model, pair.body_b, pair.fastest, pair.position, force, data);
-  add(model, pair.body_a, pair.fastest, pair.position, force * -1.0, data);
+  add(model, pair.body_b, pair.fastest_contact, pair.position, force, data);
+  add(model, pair.body_a, pair.fastest_contact, pair.position, force * -1.0, data);
 }
 
 Sliding::Sliding(const PairConstraint& pair, const PairBodies& bodies)

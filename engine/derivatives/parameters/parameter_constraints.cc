@@ -137,8 +137,8 @@ bool ParameterConstraints::find_slip(const PreparedParameter& p, const Model& mo
                                      const SimulationOptions& options, const PairConstraint& pair,
                                      const InvertedStep& inverted, double& out) {
   out = 0.0;
-  if (pair.fastest < 0) return true;
-  const auto fastest = static_cast<size_t>(pair.fastest);
+  if (pair.fastest_contact < 0) return true;
+  const auto fastest = static_cast<size_t>(pair.fastest_contact);
   const PairConstraint& source = inverted.constraints->pairs[fastest];
   PlaceChange place;
   if (!find_place(p, model, inverted.constraints->contacts[fastest], options.time_step, inverted,

@@ -112,7 +112,7 @@ void DisplacementDerivator::keep_gaps(const Workspace::Impl& ws) {
     PairConstraint& pair = kept_.pairs.back();
     pair.law = displacement_law(pair.law, pair.gap_bias);
     pair.impact_time = 0.0;
-    pair.fastest = -1;
+    pair.fastest_contact = -1;
   }
   for (size_t i = 0; i < all.joints.size(); ++i) {
     const JointConstraint& row = all.joints[i];

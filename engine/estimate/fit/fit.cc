@@ -7,10 +7,10 @@
 #include <random>
 #include <tuple>
 
-#include "counterpoint/engine/tasks.h"
 #include "counterpoint/engine/estimate/estimate.h"
 #include "counterpoint/engine/estimate/fit/fit_spread.h"
 #include "counterpoint/engine/estimate/fit/fit_system.h"
+#include "counterpoint/engine/tasks.h"
 
 namespace counterpoint::estimation {
 namespace {

@@ -74,11 +74,11 @@ void add_readings(const VectorX& residual, const std::vector<int>& term, MotionE
   int last = -1;
   for (Eigen::Index k = 0; k < residual.size(); ++k) {
     const int own = term[static_cast<std::size_t>(k)];
-    SensorFigures& figures = out.sensors[static_cast<std::size_t>(own)];
-    figures.rms +=
+    SensorMetrics& metrics = out.sensors[static_cast<std::size_t>(own)];
+    metrics.rms +=
         residual[k] * residual[k];  // sum of squares; set_sensors takes the root of its mean
-    figures.outliers += std::abs(residual[k]) > kOutlier ? 1 : 0;
-    figures.rows += own != std::exchange(last, own) ? 1 : 0;
+    metrics.outliers += std::abs(residual[k]) > kOutlier ? 1 : 0;
+    metrics.rows += own != std::exchange(last, own) ? 1 : 0;
   }
 }
 
@@ -99,7 +99,7 @@ void set_sensors(const MotionProblem& problem, const MotionFit& fit, VectorX& sq
     }
     add_readings(fit.instants()[static_cast<std::size_t>(t)].sensed, force_terms, out);
   }
-  for (SensorFigures& one : out.sensors)
+  for (SensorMetrics& one : out.sensors)
     if (one.rows > 0)
       one.rms = one.deviation * std::sqrt(one.rms / (one.rows * error_size(one.kind)));
 }
@@ -359,7 +359,7 @@ void append(const MotionEstimate& part, int first, int skip, MotionEstimate& out
     same->value = (a * same->value + b * one.value) / (a + b);
     same->deviation = 1.0 / std::sqrt(a + b);
   }
-  for (const SensorFigures& one : part.sensors) {
+  for (const SensorMetrics& one : part.sensors) {
     const auto same = std::find_if(out.sensors.begin(), out.sensors.end(), [&](const auto& other) {
       return other.name == one.name && other.kind == one.kind;
     });

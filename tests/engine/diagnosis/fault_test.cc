@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/step.h"
+#include "counterpoint/engine/trajectory.h"
 #include "support/small_scenes.h"
 #include "support/temp_folder.h"
 

@@ -8,8 +8,8 @@
 
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/model_builder.h"
 #include "support/random_model.h"
 #include "support/small_scenes.h"

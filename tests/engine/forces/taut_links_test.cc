@@ -1,5 +1,4 @@
 // Light links under tension: no suspended load adds energy, whatever its mass.
-#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/forces/taut_links.h"
 
 #include <fmt/format.h>
@@ -8,8 +7,9 @@
 #include <cmath>
 
 #include "counterpoint/engine/derivatives.h"
-#include "counterpoint/engine/trajectory.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/trajectory.h"
 #include "support/linkages.h"
 #include "support/step_derivatives.h"
 #include "support/temp_folder.h"

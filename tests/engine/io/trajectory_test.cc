@@ -1,4 +1,6 @@
 // Trajectory and CSV files are read back bit for bit; errors name the place in the file.
+#include "counterpoint/engine/trajectory.h"
+
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -6,7 +8,6 @@
 #include <fstream>
 #include <iterator>
 
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/model_builder.h"
 #include "support/random_model.h"
 

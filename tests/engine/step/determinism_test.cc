@@ -10,9 +10,9 @@
 #include <thread>
 #include <vector>
 
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/state.h"
+#include "counterpoint/engine/trajectory.h"
 #include "support/paths.h"
 #include "support/random_model.h"
 #include "support/small_scenes.h"

@@ -10,11 +10,11 @@
 namespace counterpoint::estimation {
 
 /// Estimated parameters, and the motions that were estimated with them.
-struct FigureEstimate {
+struct ParameterEstimate {
   /// Values with 95 % intervals; no interval for a parameter that the motions do not determine
   /// much better than its prior (the range between its bounds). Costs are half sums of squared
   /// residuals over their standard deviations (Cauchy loss); evaluations are Newton steps.
-  Fit figures;
+  Fit parameters;
   std::vector<std::vector<double>> times;     ///< row times of each recording [s]
   std::vector<std::vector<VectorX>> motions;  ///< nq; the configuration of each recording at each
                                               ///< row
@@ -28,9 +28,9 @@ struct FigureEstimate {
 /// the number of threads.
 /// @throws InputError for a kind of parameter that cannot be found this way (sizes, restitution and
 /// parameters of the contact law, which the search itself changes), and as estimate_motion.
-FigureEstimate estimate_figures(const Scene& scene, const ColumnMap& map,
-                                const std::vector<const Recording*>& recordings,
-                                const std::vector<Parameter>& parameters,
-                                const MotionEstimateOptions& options = {});
+ParameterEstimate estimate_parameters(const Scene& scene, const ColumnMap& map,
+                                      const std::vector<const Recording*>& recordings,
+                                      const std::vector<Parameter>& parameters,
+                                      const MotionEstimateOptions& options = {});
 
 }  // namespace counterpoint::estimation

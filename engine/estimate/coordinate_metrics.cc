@@ -4,10 +4,10 @@
 
 namespace counterpoint::estimation {
 
-CoordinateFigures coordinate_figures(const std::string& name, const VectorX& difference,
+CoordinateMetrics coordinate_metrics(const std::string& name, const VectorX& difference,
                                      const VectorX& recorded) {
   const double count = static_cast<double>(difference.size());
-  CoordinateFigures out;
+  CoordinateMetrics out;
   out.name = name;
   out.rms = difference.norm() / std::sqrt(count);
   out.mean = difference.mean();

@@ -8,7 +8,7 @@
 #include "apps/command.h"
 #include "measure/step_statistics.h"
 
-namespace counterpoint::run_figures_test {
+namespace counterpoint::run_metrics_test {
 namespace {
 
 using test::CommandFolder;
@@ -32,7 +32,7 @@ TEST(StepStatistics, QuantilesAreThoseOfTheSteps) {
   EXPECT_NEAR(out["step_time_max_us"], 2000.0, 1e-9);
 }
 
-TEST(RunFigures, EnergyThatTheInputGaveIsNoGain) {
+TEST(RunMetrics, EnergyThatTheInputGaveIsNoGain) {
   const CommandFolder folder(test_name());
   // A ball without contact is driven by random forces. Its energy is their work, to the first order
   // of the scheme.
@@ -48,7 +48,7 @@ TEST(RunFigures, EnergyThatTheInputGaveIsNoGain) {
   EXPECT_EQ(report["end_below_ground_m"], 0.0);
 }
 
-TEST(RunFigures, PartingOverlapsIsNoGain) {
+TEST(RunMetrics, PartingOverlapsIsNoGain) {
   const CommandFolder folder(test_name());
   // A box that starts 30 mm inside the ground is lifted out by displacements alone.
   folder.write("sunk.yaml",
@@ -100,7 +100,7 @@ std::string taut_chain(const std::string& effects) {
   return models + closures + effects;
 }
 
-TEST(RunFigures, EnergyFromNowhereAndOpenClosuresAreNamed) {
+TEST(RunMetrics, EnergyFromNowhereAndOpenClosuresAreNamed) {
   const CommandFolder folder(test_name());
   folder.write("on.yaml", taut_chain(""));
   folder.write("off.yaml", taut_chain("effects: {taut_links: off}\n"));
@@ -114,7 +114,7 @@ TEST(RunFigures, EnergyFromNowhereAndOpenClosuresAreNamed) {
   EXPECT_GT(folder.json("r.json")["closure_opened_max_m"], 0.01);
 }
 
-TEST(RunFigures, DepthBelowTheGround) {
+TEST(RunMetrics, DepthBelowTheGround) {
   const CommandFolder folder(test_name());
   folder.write("sunk.yaml",
                "gravity: [0, 0, 0]\nground: {}\nduration: 0\n"
@@ -123,7 +123,7 @@ TEST(RunFigures, DepthBelowTheGround) {
   EXPECT_NEAR(folder.json("r.json")["end_below_ground_m"], 0.07, 1e-12);
 }
 
-TEST(RunFigures, StopsAtTheWallLimit) {
+TEST(RunMetrics, StopsAtTheWallLimit) {
   const CommandFolder folder(test_name());
   const auto result = folder.run(
       "simulate data/scenes/humanoid_drop.yaml --duration 1000 --wall-limit 0.05 --json {}/r.json");
@@ -135,7 +135,7 @@ TEST(RunFigures, StopsAtTheWallLimit) {
   EXPECT_EQ(folder.run("simulate data/scenes/cube_drop.yaml --wall-limit 0").exit_code, 2);
 }
 
-TEST(RunFigures, CtrlCKeepsWhatWasComputed) {
+TEST(RunMetrics, CtrlCKeepsWhatWasComputed) {
   const CommandFolder folder(test_name());
   const auto result = folder.run(
       "simulate data/scenes/pendulum.yaml --duration 1e5 --output {}/motion.csv --json {}/r.json "
@@ -150,7 +150,7 @@ TEST(RunFigures, CtrlCKeepsWhatWasComputed) {
   EXPECT_EQ(folder.json("i.json")["steps"], report["steps"]);
 }
 
-TEST(RunFigures, ContactsAreThoseThatTheInverseFinds) {
+TEST(RunMetrics, ContactsAreThoseThatTheInverseFinds) {
   const CommandFolder folder(test_name());
   const std::string scene = "data/scenes/cube_drop.yaml";
   ASSERT_EQ(
@@ -168,4 +168,4 @@ TEST(RunFigures, ContactsAreThoseThatTheInverseFinds) {
 }
 
 }  // namespace
-}  // namespace counterpoint::run_figures_test
+}  // namespace counterpoint::run_metrics_test

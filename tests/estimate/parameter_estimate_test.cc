@@ -1,5 +1,5 @@
 // Scene parameters estimated together with the motions of noisy recordings.
-#include "counterpoint/engine/estimate/figure_estimate.h"
+#include "counterpoint/engine/estimate/parameter_estimate.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include "estimate/column_maps.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint::estimation::figure_estimate_test {
+namespace counterpoint::estimation::metric_estimate_test {
 namespace {
 
 /// Records a box that slides along x to a stop: 100 rows per second, white noise [m, rad].
@@ -39,43 +39,43 @@ Recording slide(Scene scene, double speed, double noise, unsigned seed) {
   return out;
 }
 
-FigureEstimate estimate(const std::string& parameters, int threads) {
+ParameterEstimate estimate(const std::string& parameters, int threads) {
   const Scene truth = test::box_on_plane({.friction = 0.3}), scene = test::box_on_plane({});
   const Recording first = slide(truth, 1.2, 1e-3, 1), second = slide(truth, 0.9, 1e-3, 2);
   MotionEstimateOptions options;
   options.threads = threads;
-  return estimate_figures(scene, test::all_positions(scene.model), {&first, &second},
-                          parse_parameters(parameters, scene), options);
+  return estimate_parameters(scene, test::all_positions(scene.model), {&first, &second},
+                             parse_parameters(parameters, scene), options);
 }
 
 // Two boxes slide for 0.41 and 0.31 s. Position noise of 1 mm leaves the deceleration over 30 to 40
 // rows uncertain by 2 %, with both boxes by 1.5 %; the tolerance is three times this.
-TEST(FigureEstimate, FindsTheFrictionOfSlidingBoxes) {
-  const FigureEstimate one = estimate("friction", 1);
-  ASSERT_EQ(one.figures.parameters.size(), 1u);
-  const FittedParameter& friction = one.figures.parameters[0];
+TEST(ParameterEstimate, FindsTheFrictionOfSlidingBoxes) {
+  const ParameterEstimate one = estimate("friction", 1);
+  ASSERT_EQ(one.parameters.parameters.size(), 1u);
+  const FittedParameter& friction = one.parameters.parameters[0];
   EXPECT_NEAR(friction.value, 0.3, 0.045 * 0.3);
   ASSERT_TRUE(friction.interval);
   EXPECT_LT(friction.interval->lower, 0.3);
   EXPECT_GT(friction.interval->upper, 0.3);
   EXPECT_EQ(one.motions.size(), 2u);
   EXPECT_LT(one.cost_ratio.maxCoeff(), 2.0);
-  const FigureEstimate two = estimate("friction", 2);
-  EXPECT_EQ(friction.value, two.figures.parameters[0].value);
+  const ParameterEstimate two = estimate("friction", 2);
+  EXPECT_EQ(friction.value, two.parameters.parameters[0].value);
   EXPECT_EQ(one.motions, two.motions);
 }
 
 // The motion of a free body does not depend on its mass: the estimate follows the prior, without
 // interval.
-TEST(FigureEstimate, TellsWhatMotionsDoNotShow) {
-  const FigureEstimate found = estimate("mass", 1);
-  EXPECT_FALSE(found.figures.parameters[0].interval);
+TEST(ParameterEstimate, TellsWhatMotionsDoNotShow) {
+  const ParameterEstimate found = estimate("mass", 1);
+  EXPECT_FALSE(found.parameters.parameters[0].interval);
   // The prior holds the mass at the scene's value; noise shifts it by less than a tenth of the
   // range.
-  EXPECT_NEAR(found.figures.parameters[0].value, 1.0, 0.1);
+  EXPECT_NEAR(found.parameters.parameters[0].value, 1.0, 0.1);
 }
 
-TEST(FigureEstimate, RefusesWhatTheSearchChangesItself) {
+TEST(ParameterEstimate, RefusesWhatTheSearchChangesItself) {
   for (const char* text : {"restitution", "smoothing", "size"})
     EXPECT_THROW(estimate(text, 1), InputError) << text;
   EXPECT_THROW(estimate("friction=0.6..0.9", 1), InputError) << "the scene has 0.5";
@@ -124,4 +124,4 @@ TEST(MotionFit, TheGradientKnowsWhatForcesAreOver) {
 }
 
 }  // namespace
-}  // namespace counterpoint::estimation::figure_estimate_test
+}  // namespace counterpoint::estimation::metric_estimate_test

@@ -33,7 +33,7 @@ struct WorstRow {
 };
 
 /// Results on one recording.
-struct ExplainedFigures {
+struct ExplainedMetrics {
   double weight = 0.0;                         ///< weight of all moving bodies [N]
   std::vector<ForceAgreement> contact_forces;  ///< an entry for each recorded component
   std::vector<ForceAgreement> applied_forces;  ///< recorded forces without a standard deviation in
@@ -46,7 +46,7 @@ struct ExplainedFigures {
   WorstRow worst_unexplained, worst_cost;
 };
 
-ExplainedFigures explained_figures(const Scene& scene, const ColumnMap& map,
+ExplainedMetrics explained_metrics(const Scene& scene, const ColumnMap& map,
                                    const Recording& recording, const MotionEstimate& estimate);
 
 /// Interpolates row `row` of `values` linearly at the time t [s].
@@ -63,13 +63,13 @@ std::vector<std::string> sum_names(const ColumnMap& map, const std::vector<Conta
 
 /// Returns the recording's entry of the report (docs/reference/json-reports.md).
 Json motion_entry(const Model& model, const MotionEstimate& estimate,
-                  const ExplainedFigures& figures);
+                  const ExplainedMetrics& metrics);
 /// Returns the results as text; the last line says which links carry the weight.
 std::string motion_text(const Model& model, const MotionEstimate& estimate,
-                        const ExplainedFigures& figures);
+                        const ExplainedMetrics& metrics);
 /// Returns the last line of motion_text.
-std::string weight_in_words(const MotionEstimate& estimate, const ExplainedFigures& figures);
+std::string weight_in_words(const MotionEstimate& estimate, const ExplainedMetrics& metrics);
 /// Returns the reason why an estimate should not be trusted; empty if there is none.
-std::string motion_complaint(const MotionEstimate& estimate, const ExplainedFigures& figures);
+std::string motion_complaint(const MotionEstimate& estimate, const ExplainedMetrics& metrics);
 
 }  // namespace counterpoint::apps

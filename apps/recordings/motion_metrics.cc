@@ -1,4 +1,4 @@
-#include "recordings/motion_figures.h"
+#include "recordings/motion_metrics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 #include <set>
 
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/engine/optimize/optimize.h"
+#include "counterpoint/engine/trajectory.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -124,7 +124,7 @@ std::string carrier_name(const Model& model, const ColumnMap& map, int body) {
 /// Computes the carriers: contact forces of the world's shapes along -gravity, averaged over the
 /// rows.
 void set_carriers(const Model& model, const ColumnMap& map, const MotionEstimate& estimate,
-                  ExplainedFigures& out) {
+                  ExplainedMetrics& out) {
   const Vector3 up = model.gravity().norm() > 0.0 ? Vector3(-model.gravity().normalized())
                                                   : Vector3(Vector3::UnitZ());
   std::map<std::string, double> by_carrier, by_shape;
@@ -153,7 +153,7 @@ void set_carriers(const Model& model, const ColumnMap& map, const MotionEstimate
     if (sum / rows > kAlone * out.carried) out.support = name;
 }
 
-void set_unexplained(const Model& model, const MotionEstimate& estimate, ExplainedFigures& out) {
+void set_unexplained(const Model& model, const MotionEstimate& estimate, ExplainedMetrics& out) {
   const CoordinateNames names = coordinate_names(model);
   const VectorX weights = optimization::unactuated_weights(model, optimization::motors_of(model));
   out.has_unactuated = !weights.isZero(0.0);
@@ -173,7 +173,7 @@ void set_unexplained(const Model& model, const MotionEstimate& estimate, Explain
 
 /// Finds the row with the largest cost ratio, and the coordinate with the largest residual in it,
 /// in standard deviations; or the sensor, if its rms residual is larger.
-void set_worst_cost(const Model& model, const MotionEstimate& estimate, ExplainedFigures& out) {
+void set_worst_cost(const Model& model, const MotionEstimate& estimate, ExplainedMetrics& out) {
   if (estimate.cost_ratio.size() == 0) return;
   Eigen::Index row = 0;
   out.worst_cost.value = estimate.cost_ratio.maxCoeff(&row);
@@ -188,7 +188,7 @@ void set_worst_cost(const Model& model, const MotionEstimate& estimate, Explaine
     most = std::abs(difference[i]) / deviation;
     out.worst_cost.coordinate = names[static_cast<std::size_t>(i)];
   }
-  for (const SensorFigures& one : estimate.sensors) {
+  for (const SensorMetrics& one : estimate.sensors) {
     if (one.rms / one.deviation <= most) continue;
     most = one.rms / one.deviation;
     out.worst_cost.coordinate = one.name;
@@ -197,9 +197,9 @@ void set_worst_cost(const Model& model, const MotionEstimate& estimate, Explaine
 
 }  // namespace
 
-ExplainedFigures explained_figures(const Scene& scene, const ColumnMap& map,
+ExplainedMetrics explained_metrics(const Scene& scene, const ColumnMap& map,
                                    const Recording& recording, const MotionEstimate& estimate) {
-  ExplainedFigures out;
+  ExplainedMetrics out;
   out.weight = moving_weight(scene.model);
   out.contact_forces = contact_agreements(map, recording, estimate);
   out.applied_forces = applied_agreements(scene.model, map, recording, estimate);

@@ -1,4 +1,4 @@
-#include "counterpoint/engine/estimate/figure_estimate.h"
+#include "counterpoint/engine/estimate/parameter_estimate.h"
 
 #include <fmt/format.h>
 
@@ -39,7 +39,7 @@ constexpr int kFigureRounds = 3;
 constexpr double kShown = 0.3;
 
 /// The parameters in the forms that the joint fit needs.
-struct Figures {
+struct Metrics {
   std::vector<StepParameter> steps;
   std::vector<SharedParameter> shared;
 };
@@ -58,9 +58,9 @@ bool is_of_search(ParameterKind kind) {
   }
 }
 
-Figures figures_of(const std::vector<Parameter>& parameters, const VectorX& start,
+Metrics metrics_of(const std::vector<Parameter>& parameters, const VectorX& start,
                    const Model& model) {
-  Figures out;
+  Metrics out;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const Parameter& p = parameters[i];
     if (is_of_search(p.kind))
@@ -157,7 +157,7 @@ double median_ratio(const JointFit& fit) {
 
 /// Sets values, intervals and correlations. The covariance is inv(H) of the noise, plus a sandwich
 /// term with the scatter of the motions' gradients, which measures how much the motions disagree.
-void fill_figures(const std::vector<Parameter>& parameters, const Figures& figures, JointFit& fit,
+void fill_metrics(const std::vector<Parameter>& parameters, const Metrics& metrics, JointFit& fit,
                   Fit& out) {
   const JointFit::Information information = fit.information();
   const MatrixX inverse = information.hessian.inverse();
@@ -170,7 +170,7 @@ void fill_figures(const std::vector<Parameter>& parameters, const Figures& figur
   out.correlation = MatrixX::Zero(p, p);
   for (Eigen::Index i = 0; i < p; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    const SharedParameter& shared = figures.shared[k];
+    const SharedParameter& shared = metrics.shared[k];
     FittedParameter& one = out.parameters.emplace_back();
     one.value = values[i];
     const double margin = 1e-9 * (parameters[k].upper - parameters[k].lower);
@@ -190,14 +190,14 @@ void fill_figures(const std::vector<Parameter>& parameters, const Figures& figur
 
 }  // namespace
 
-FigureEstimate estimate_figures(const Scene& given_scene, const ColumnMap& map,
-                                const std::vector<const Recording*>& recordings,
-                                const std::vector<Parameter>& parameters,
-                                const MotionEstimateOptions& options) {
+ParameterEstimate estimate_parameters(const Scene& given_scene, const ColumnMap& map,
+                                      const std::vector<const Recording*>& recordings,
+                                      const std::vector<Parameter>& parameters,
+                                      const MotionEstimateOptions& options) {
   const VectorX start = parameter_values(parameters, given_scene);
   const Scene scene = with_parameters(given_scene, parameters, start);
-  const Figures figures = figures_of(parameters, start, scene.model);
-  FigureEstimate out;
+  const Metrics metrics = metrics_of(parameters, start, scene.model);
+  ParameterEstimate out;
   std::vector<RecordedMotion> recorded;
   for (const Recording* one : recordings) {
     recorded.push_back(prepare(scene.model, map, *one));
@@ -210,24 +210,24 @@ FigureEstimate estimate_figures(const Scene& given_scene, const ColumnMap& map,
     std::vector<MotionPoint> points;
     for (const RecordedMotion& one : recorded) {
       problems.push_back(motion_problem(scene, one, white_priors(scene, map, one)));
-      problems.back().parameters = figures.steps;
+      problems.back().parameters = metrics.steps;
       problems.back().parameter_weight = VectorX::Zero(start.size());
       points.push_back(found_alone(problems.back(), one.frames, options));
     }
-    fit.emplace(std::move(problems), points, figures.shared, options.threads);
+    fit.emplace(std::move(problems), points, metrics.shared, options.threads);
     if (round == 0) {
       fit->begin(std::max(kJoined, out.smoothing), 0.0, points);
-      out.figures.start_cost = fit->cost();
+      out.parameters.start_cost = fit->cost();
     }
-    out.figures.evaluations += harden(scene.model, out.smoothing, options.stop, *fit);
+    out.parameters.evaluations += harden(scene.model, out.smoothing, options.stop, *fit);
     const double ratio = median_ratio(*fit);
     if (!(ratio > kSure) || (options.stop && options.stop())) break;
     for (RecordedMotion& one : recorded) one.noise *= std::sqrt(ratio);
   }
-  out.figures.cost = fit->cost();
-  out.figures.loss_scale = kLoss;
-  out.figures.stopped = options.stop && options.stop();
-  fill_figures(parameters, figures, *fit, out.figures);
+  out.parameters.cost = fit->cost();
+  out.parameters.loss_scale = kLoss;
+  out.parameters.stopped = options.stop && options.stop();
+  fill_metrics(parameters, metrics, *fit, out.parameters);
   out.cost_ratio.resize(static_cast<Eigen::Index>(fit->size()));
   for (MotionPoint& point : fit->points()) out.motions.push_back(std::move(point.q));
   for (std::size_t i = 0; i < fit->size(); ++i)
