@@ -14,7 +14,6 @@ double by_regularizer(const ScalarLaw& law) { return -law.g * law.g / law.s; }
 
 // Computes df/dmu_j of f = D phi(D y), with -dphi_i/dz_j = b d_ij + (along - b) t_i t_j and
 // -dphi_N/dz_j = normal t_j. The inner D contributes dz_j/dmu_j = y_j, the outer D adds phi_j.
-// Parameters: law, point, slopes and result.
 void friction_columns(const Law& law, const Rows& y, const double* t, double b, double along,
                       double normal, RowsSquare& out) {
   out.resize(law.rows, law.rows - 1);

@@ -49,16 +49,16 @@ struct InverseDerivatives {
 /// step, at most 1e-4 m/s. 0 selects 1e-6, or with constraints other than equalities 1e-5 of their
 /// smoothing length, 1e-10 to 1e-6. Only differences use it.
 /// @throws InputError where step_inverse does.
-void step_inverse_derivatives(
-    const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
-    VectorRef q_next, VectorRef v_next, const Input& known, Workspace& workspace, Inverse& out,
-    InverseDerivatives& d, DerivativeMethod method = DerivativeMethod::kAnalytic,
-    double difference_step = 0.0);  // Parameters: those of step_inverse, and how to differentiate
-inline void step_inverse_derivatives(
-    const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
-    VectorRef v_next, const Input& known, Workspace& workspace, Inverse& out, InverseDerivatives& d,
-    DerivativeMethod method = DerivativeMethod::kAnalytic,
-    double difference_step = 0.0) {  // Parameters: those of step_inverse, and how to differentiate
+void step_inverse_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
+                              VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
+                              Workspace& workspace, Inverse& out, InverseDerivatives& d,
+                              DerivativeMethod method = DerivativeMethod::kAnalytic,
+                              double difference_step = 0.0);
+inline void step_inverse_derivatives(const Model& model, const SimulationOptions& options,
+                                     VectorRef q, VectorRef v, VectorRef v_next, const Input& known,
+                                     Workspace& workspace, Inverse& out, InverseDerivatives& d,
+                                     DerivativeMethod method = DerivativeMethod::kAnalytic,
+                                     double difference_step = 0.0) {
   step_inverse_derivatives(model, options, q, v, VectorX(), v_next, known, workspace, out, d,
                            method, difference_step);
 }
@@ -86,12 +86,11 @@ struct ForwardDerivatives {
 bool step_forward_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
                               VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& inverse, InverseDerivatives& d_inverse,
-                              ForwardDerivatives& d,  // Parameters: arguments and results
+                              ForwardDerivatives& d,
                               DerivativeMethod method = DerivativeMethod::kAnalytic);
 inline bool step_forward_derivatives(const Model& model, const SimulationOptions& options,
                                      VectorRef q, VectorRef v, VectorRef v_next, const Input& known,
-                                     Workspace& workspace,
-                                     Inverse& inverse,  // Parameters: arguments and results
+                                     Workspace& workspace, Inverse& inverse,
                                      InverseDerivatives& d_inverse, ForwardDerivatives& d,
                                      DerivativeMethod method = DerivativeMethod::kAnalytic) {
   return step_forward_derivatives(model, options, q, v, VectorX(), v_next, known, workspace,
@@ -179,8 +178,7 @@ class ParameterDerivator {
   void inverse(const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
                VectorRef v_next, const Input& known, Workspace& workspace, Inverse& out,
                InverseParameterDerivatives& d,
-               DerivativeMethod method =
-                   DerivativeMethod::kAnalytic);  // Parameters: those of step_inverse, and results
+               DerivativeMethod method = DerivativeMethod::kAnalytic);
 
  private:
   struct Impl;

@@ -52,8 +52,7 @@ struct ControlledReport {
 ControlledReport step_controlled(const Model& model, const SimulationOptions& options,
                                  const contact::Settings& settings, const State& state,
                                  const Input& input, double until, Workspace& workspace,
-                                 double& proposal, State& middle,
-                                 State& next);  // Parameters: independent of one another
+                                 double& proposal, State& middle, State& next);
 
 /// Returns the first time [s] after `time` at which a step must end: `end`, or a multiple of the
 /// interval.

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Sizes of files, folders, functions and parameter lists, tested by `ctest -R house.sizes`.
+"""Sizes of files, folders and functions, tested by `ctest -R house.sizes`.
 
     scripts/check_sizes.py            prints everything above the limits below; exit status 1 if there is any
     scripts/check_sizes.py --list 20  also prints the 20 longest functions
 
-A function with a reason to be larger states it in the comment above it, in a sentence that starts with "Long:" (a
-table, a list of options) or "Parameters:" (for example a signature that another library prescribes).
+A function with a reason to be longer states it in the comment above it, in a sentence that starts with "Long:" (a
+table, a list of options).
 """
 import argparse
 import ast
@@ -20,7 +20,6 @@ from check_docs import listed_files  # noqa: E402
 FILE_LINES = 400
 FOLDER_FILES = 25
 FUNCTION_LINES = 60
-PARAMETERS = 6
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 CODE = {".cc", ".h", ".py", ".js", ".mjs", ".ts", ".cmake", ".sh", ".css", ".html"}
@@ -28,7 +27,7 @@ CODE = {".cc", ".h", ".py", ".js", ".mjs", ".ts", ".cmake", ".sh", ".css", ".htm
 # acceptable.
 DATA_FOLDERS = ("data/", "tests/fuzz/corpus/", "docs/images/")
 
-Function = collections.namedtuple("Function", "file line name lines parameters reasons")
+Function = collections.namedtuple("Function", "file line name lines has_reason")
 
 # Comments, strings and characters in one pass, so that a quote in a comment does not start a
 # string.
@@ -46,18 +45,6 @@ def blank(match):
     return ("0" if text[0] in "\"'R" else "") + "\n" * text.count("\n")
 
 
-def parts_of(text):
-    """Number of parameters in a list, counted by top-level commas."""
-    text = text.strip()
-    if text in ("", "void"):
-        return 0
-    depth, commas = 0, 0
-    for char in text.replace("->", "  "):
-        depth += (char in "(<[{") - (char in ")>]}")
-        commas += char == "," and depth == 0
-    return commas + 1
-
-
 def closing(text, start):
     """Index of the bracket that closes the one at `start`."""
     depth = 0
@@ -68,8 +55,8 @@ def closing(text, start):
     return len(text)
 
 
-def name_and_parameters(head):
-    """Returns (name, number of parameters) of the head of a function or declaration; None for anything else."""
+def function_name(head):
+    """Returns the name in the head of a function or declaration; None for anything else."""
     head = re.sub(r"^(?:(?:public|private|protected)\s*:|\s)+", "", head)
     head = re.sub(r"^template\s*<", "<", head)
     if head.startswith("<"):
@@ -77,12 +64,11 @@ def name_and_parameters(head):
         for i, char in enumerate(head):
             depth += (char == "<") - (char == ">")
             if depth == 0:
-                return name_and_parameters(head[i + 1:])
+                return function_name(head[i + 1:])
     found = re.search(r"(operator\s*(?:\(\)|[^\s(]+)|[~\w:]+)\s*\(", head)
     if not found or NO_FUNCTION.match(head) or "=" in head[:found.start()]:
         return None
-    end = closing(head, found.end() - 1)
-    return found.group(1), parts_of(head[found.end():end])
+    return found.group(1)
 
 
 def comment_before(lines, line):
@@ -93,25 +79,24 @@ def comment_before(lines, line):
     return "\n".join(lines[first:line])
 
 
-def reasons_in(comment):
-    return {word for word in ("Long", "Parameters") if re.search(rf"\b{word}: \S", comment)}
+def has_reason_in(comment):
+    return bool(re.search(r"\bLong: \S", comment))
 
 
 def cpp_functions(file, text):
-    """Functions defined or declared in C++ text. Searches scopes of namespaces and types; in bodies of functions only
-    lambdas, whose lines belong to the enclosing function."""
+    """Functions defined or declared in C++ text, in scopes of namespaces and types."""
     lines = text.split("\n")
     code = DIRECTIVE.sub(blank, NOT_CODE.sub(blank, text))
     found = []
 
-    def add(head_start, end, name, parameters):
+    def add(head_start, end, name):
         start = head_start + re.match(r"(?:(?:public|private|protected)\s*:|\s)*", code[head_start:]).end()
         first = code.count("\n", 0, start) + 1
         last = code.count("\n", 0, end) + 1
         head_lines = code[start:head_of(start, end)].count("\n")
         beside = "\n".join(lines[first - 1:first + head_lines])
-        found.append(Function(file, first, name, last - first + 1, parameters,
-                              reasons_in(comment_before(lines, first) + beside)))
+        found.append(Function(file, first, name, last - first + 1,
+                              has_reason_in(comment_before(lines, first) + beside)))
 
     def head_of(start, end):
         """Index of the end of a function's head: the brace after its parameters."""
@@ -124,13 +109,13 @@ def cpp_functions(file, text):
         if char == "(":
             i = closing(code, i)
         elif char in ";}":
-            declared = char == ";" and name_and_parameters(code[head:i].strip())
+            declared = char == ";" and function_name(code[head:i].strip())
             if declared:
-                add(head, i, *declared)
+                add(head, i, declared)
             head = i + 1
         elif char == "{":
             text_before = code[head:i].strip()
-            function = None if TYPE.match(text_before) else name_and_parameters(text_before)
+            function = None if TYPE.match(text_before) else function_name(text_before)
             if function:
                 end = closing(code, i)
                 # In `: a{1}, b(2) {` the first brace belongs to the initializer list, not to the
@@ -139,11 +124,7 @@ def cpp_functions(file, text):
                 if re.search(r"\)\s*(?:noexcept\s*)?:[^:]", text_before) and rest[:1] in (",", "{"):
                     i = end + 1
                     continue
-                add(head, end, *function)
-                for bracket in re.finditer(r"\]\s*\(", code[i:end]):
-                    start = i + bracket.end() - 1
-                    stop = closing(code, start)
-                    add(start, code.find("{", stop), "lambda", parts_of(code[start + 1:stop]))
+                add(head, end, function)
                 i = end
                 head = i + 1
             elif TYPE.match(text_before):
@@ -158,14 +139,8 @@ def python_functions(file, text):
     lines = text.split("\n")
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
-            arguments = node.args
-            # Parameters with a default are passed by keyword, so they do not count; neither does
-            # `self`.
-            number = (len(arguments.posonlyargs + arguments.args) - len(arguments.defaults)
-                      + sum(default is None for default in arguments.kw_defaults))
-            number -= bool(arguments.args) and arguments.args[0].arg in ("self", "cls")
-            reasons = reasons_in(comment_before(lines, node.lineno) + (ast.get_docstring(node) or ""))
-            yield Function(file, node.lineno, node.name, node.end_lineno - node.lineno + 1, number, reasons)
+            has_reason = has_reason_in(comment_before(lines, node.lineno) + (ast.get_docstring(node) or ""))
+            yield Function(file, node.lineno, node.name, node.end_lineno - node.lineno + 1, has_reason)
 
 
 def main():
@@ -191,21 +166,16 @@ def main():
         elif file.suffix == ".py":
             functions += python_functions(file.relative_to(ROOT), text)
     # The reason given at a declaration also holds for its definition.
-    reasons = collections.defaultdict(set)
+    with_reason = {(f.file.parent, f.name.split("::")[-1]) for f in functions if f.has_reason}
     for f in functions:
-        reasons[f.file.parent, f.name.split("::")[-1]] |= f.reasons
-    for f in functions:
-        given = f.reasons | reasons[f.file.parent, f.name.split("::")[-1]]
+        given = (f.file.parent, f.name.split("::")[-1]) in with_reason
         where = f"{f.file}:{f.line}: {f.name}"
-        if f.lines > FUNCTION_LINES and "Long" not in given:
+        if f.lines > FUNCTION_LINES and not given:
             complaints.append(f'{where}: {f.lines} lines, {FUNCTION_LINES} at most, or a comment "Long: reason" above')
-        if f.parameters > PARAMETERS and "Parameters" not in given:
-            complaints.append(f'{where}: {f.parameters} parameters, {PARAMETERS} at most, or a comment "Parameters: '
-                              'reason" above')
     for complaint in complaints:
         print(complaint)
     for f in sorted(functions, key=lambda f: -f.lines)[:options.list]:
-        print(f"{f.lines:4} lines {f.parameters:2} parameters  {f.file}:{f.line}  {f.name}")
+        print(f"{f.lines:4} lines  {f.file}:{f.line}  {f.name}")
     print(f"{len(files)} files, {len(functions)} functions and declarations: {len(complaints)} too large")
     if len(functions) < 1000:
         print("that is fewer functions than this project has: the scanner has gone blind")

@@ -136,7 +136,6 @@ def reach_of(kind, size):
     return math.sqrt(max(dot(p, p) for p in hull(size)[0])) if kind == "hull" else math.hypot(*size)
 
 
-# Parameters: the values drawn for one body.
 def body(index, kind, size, mass, position, rpy, friction, files):
     if kind != "hull":
         return free(f"body{index}", kind, size, mass, position, rpy, friction)

@@ -52,8 +52,7 @@ class Maker {
 
   Family over(const std::string& vary, const std::string& name, const std::string& parameter,
               const Change& change, const std::vector<double>& values, const EngineSetting& setting,
-              const std::function<std::string(double)>& text)
-      const {  // Parameters: each is one property of the curve
+              const std::function<std::string(double)>& text) const {
     Family family{vary, name, parameter, {}};
     for (const double value : values) {
       EngineSetting changed = setting;

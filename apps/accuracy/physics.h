@@ -41,7 +41,6 @@ struct Physics {
 
 /// Repeats all pieces with the forces of every step. `contacts`: the scene has contacts, so the
 /// block is measured too. @throws Stopped where `stop`, called before every step, returns true.
-// Parameters: the quantities it depends on, and the condition to stop.
 Physics measure_physics(const Scene& scene, const EngineSetting& setting, const Plan& plan,
                         const std::vector<Piece>& pieces, bool contacts,
                         const std::function<bool()>& stop = {});

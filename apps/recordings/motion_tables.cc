@@ -96,7 +96,7 @@ std::vector<Column> force_columns(const ExplainedMotions& motions,
 
 /// Writes the cells of one sum; they are empty if this recording lacks it (`own` < 0).
 void write_sum(const ExplainedMotions& motions, std::size_t index, std::size_t row, std::size_t sum,
-               int own, TableWriter& table) {  // Parameters: the cell and its table
+               int own, TableWriter& table) {
   const MotionEstimate& estimate = motions.estimates[index];
   const auto column = static_cast<Eigen::Index>(row);
   for (const MatrixX* values : {&estimate.sum_force, &estimate.sum_deviation, &estimate.sum_centre})

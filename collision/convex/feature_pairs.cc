@@ -188,7 +188,7 @@ int candidates(const CoreShape& core, const Vector3* points, int size, const Vec
 template <typename Holds>
 bool settle_on_face(const MinkowskiDifference& difference, const Vector3& origin,
                     const Vector3& outward, bool of_a, const Holds& holds, double least,
-                    Witness& out) {  // Parameters: a face, a bound, the result
+                    Witness& out) {
   out.normal = of_a ? outward : Vector3(-outward);
   const DifferencePoint p = difference.support(-out.normal);
   const Vector3& tip = of_a ? p.b : p.a;

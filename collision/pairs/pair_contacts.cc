@@ -49,10 +49,10 @@ bool is_round(const Shape& shape) {
   return shape.type == ShapeType::kSphere || shape.type == ShapeType::kCapsule;
 }
 
-[[gnu::noinline]] void at_origin_of_first(
-    PairFunction function, const Shape& first, const Pose& X_first, const Shape& second,
-    const Pose& X_second, const PairQuery& query,
-    Manifold& out) {  // Parameters: two shapes with poses, a function and its arguments
+[[gnu::noinline]] void at_origin_of_first(PairFunction function, const Shape& first,
+                                          const Pose& X_first, const Shape& second,
+                                          const Pose& X_second, const PairQuery& query,
+                                          Manifold& out) {
   const Vector3 origin = X_first.translation;
   const Pose X_1{X_first.rotation, Vector3::Zero()};
   const Pose X_2{X_second.rotation, X_second.translation - origin};

@@ -40,7 +40,7 @@ bool is_scanned(const ConvexMesh& mesh) { return mesh.vertices.size() <= kScanAt
 constexpr std::int64_t kIndex = 2 * kScanAtMost - 1;
 
 // Computes the heights of four points along the direction; their last bits are replaced by the
-// index. Parameters: columns, direction and masks stay in registers.
+// index.
 COUNTERPOINT_INTO_EACH void find_heights(const double* xs, const double* ys, const double* zs,
                                          const double (&direction)[3], const FourBits& height_bits,
                                          const FourBits& index, Four& out) {

@@ -80,8 +80,7 @@ struct CoulombCone : CoulombAt<double> {
  private:
   CoulombCone(const double* z, int rows, double length_T, double rho_N, double rho, double v,
               double k)
-      : CoulombAt(z[0], length_T, rho_N, rho, v, k),
-        t(length_T) {  // Parameters: numbers of the law
+      : CoulombAt(z[0], length_T, rho_N, rho, v, k), t(length_T) {
     const double inverse = t > 0.0 ? 1.0 / t : 0.0;
     for (int i = 1; i < rows; ++i) e[i] = z[i] * inverse;
   }

@@ -55,7 +55,7 @@ COUNTERPOINT_INTO_EACH void multiply_rows(const double* g, const double* jacobia
   }
 }
 
-template <int N>  // Parameters: matrices, sizes and results
+template <int N>
 COUNTERPOINT_INTO_EACH void add_congruence_of(int leading, const double* jacobian, const double* g,
                                               std::span<const CongruencePlace> places,
                                               double* scratch, double* lower, double* upper) {

@@ -21,6 +21,6 @@ struct CongruencePlace {
 /// column. scratch: 2 rows leading numbers.
 void add_congruence(int rows, int leading, const double* jacobian, const double* g,
                     std::span<const CongruencePlace> places, double* scratch, double* lower,
-                    double* upper);  // Parameters: matrices and their places
+                    double* upper);
 
 }  // namespace counterpoint::contact

@@ -18,7 +18,7 @@ constexpr int kPart = 32, kProducts = 64;
 
 // Updates a tile of kLanes times four rows and kCount columns, c -= a b', where b has a row for
 // each column of c; with `fresh` c = -a b'.
-template <int kLanes, int kCount>  // Parameters: matrices with their strides
+template <int kLanes, int kCount>
 COUNTERPOINT_INTO_EACH void subtract_tile(const double* a, int lda, const double* b, int ldb,
                                           double* c, int ldc, int k, bool fresh) {
   Four sum[kCount][kLanes];
@@ -45,7 +45,7 @@ COUNTERPOINT_INTO_EACH void subtract_tile(const double* a, int lda, const double
 }
 
 // Updates kCount columns of m rows, and up to three rows of padding.
-template <int kCount>  // Parameters: matrices with their strides
+template <int kCount>
 COUNTERPOINT_INTO_EACH void subtract_columns(const double* a, int lda, const double* b, int ldb,
                                              double* c, int ldc, int m, int k, bool fresh) {
   int i = 0;
@@ -53,7 +53,7 @@ COUNTERPOINT_INTO_EACH void subtract_columns(const double* a, int lda, const dou
   if (i < m) subtract_tile<1, kCount>(a + i, lda, b, ldb, c + i, ldc, k, fresh);
 }
 
-// Calls subtract_columns for `count` columns. Parameters: matrices with their strides.
+// Calls subtract_columns for `count` columns.
 COUNTERPOINT_INTO_EACH void subtract_some(int count, const double* a, int lda, const double* b,
                                           int ldb, double* c, int ldc, int m, int k, bool fresh) {
   switch (count) {
@@ -69,7 +69,7 @@ COUNTERPOINT_INTO_EACH void subtract_some(int count, const double* a, int lda, c
 }
 
 // Subtracts from column j the columns p = first ... j - 1, each times other[j, p]; also in the rows
-// `first` to j - 1, whose values are unused. Parameters: factors and range.
+// `first` to j - 1, whose values are unused.
 COUNTERPOINT_INTO_EACH void subtract_earlier(const double* columns, const double* other, int ld,
                                              int first, int j, int rows, double* column) {
   if (j == first) return;
@@ -79,7 +79,6 @@ COUNTERPOINT_INTO_EACH void subtract_earlier(const double* columns, const double
 }
 
 // Updates the lower trapezoid of c -= a b': `columns` columns of m rows from the diagonal down.
-// Parameters: matrices with their strides.
 COUNTERPOINT_INTO_EACH void subtract_lower(const double* a, const double* b, int ld, double* c,
                                            int ldc, int m, int columns, int k, bool fresh) {
   for (int p = 0; p < k; p += kProducts) {
@@ -204,7 +203,7 @@ COUNTERPOINT_WIDE bool factor_front_cholesky(const FrontShape& shape, double* pa
 namespace {
 
 // Finishes column j of L and U': subtracts the columns `first` to j - 1, divides L by the pivot and
-// accumulates the growth. False if the pivot is zero (or NaN). Parameters: factors and results.
+// accumulates the growth. False if the pivot is zero (or NaN).
 COUNTERPOINT_INTO_EACH bool finish_lu_column(const FrontShape& shape, int first, int j, double* l,
                                              double* u, double* inverse, double* growth) {
   const int rows = shape.cols + shape.below, ld = shape.leading;

@@ -29,8 +29,7 @@ bool factor_front_cholesky(const FrontShape& shape, double* panel, double* inver
 /// lower triangles. inverse: 1 / U_jj. growth, by rows of the panel in whole fours: sum over its
 /// columns of |L_ij U_ji|. False if a pivot is zero (or NaN).
 bool factor_front_lu(const FrontShape& shape, double* l, double* u, double* inverse, double* rest_l,
-                     double* rest_u, bool fresh,
-                     double* growth);  // Parameters: both factors and their results
+                     double* rest_u, bool fresh, double* growth);
 
 /// Replaces own by inv(L) own, where the front's diagonal block L has ones or, if `scaled`, 1 /
 /// inverse on its diagonal; out = B own for the rows B below.

@@ -152,10 +152,10 @@ struct Squares {
 };
 
 template <int N>
-COUNTERPOINT_INTO_EACH void add_transposed_one(
-    const Constraint& c, const Strip* strips, const double* rows, const double* f,
-    const double* weight, double* out,
-    Squares& squares) {  // Parameters: constraint, vectors and sums
+COUNTERPOINT_INTO_EACH void add_transposed_one(const Constraint& c, const Strip* strips,
+                                               const double* rows, const double* f,
+                                               const double* weight, double* out,
+                                               Squares& squares) {
   const int leading = c.leading;
   for (const Strip* s = strips + c.first_strip; s != strips + c.end_strip; rows += s->size, ++s) {
     double* to = out + s->velocity;

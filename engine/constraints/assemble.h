@@ -13,8 +13,7 @@ namespace counterpoint {
 /// Requires compute_poses and compute_inertias.
 void assemble_problem(const Model& model, const ConstraintSet& constraints, const VectorRef& w_free,
                       const VectorRef& mass_diagonal, const BodyState& bodies,
-                      std::vector<int>& block_of_tree,
-                      contact::Problem& problem);  // Parameters: independent of one another
+                      std::vector<int>& block_of_tree, contact::Problem& problem);
 
 /// The bodies whose joints change the relative motion of two bodies, kept for the next contact of
 /// that pair: from both bodies up to the common ancestor; the chain of A follows that of B if they

@@ -63,7 +63,7 @@ Bounce bounce_at_impact(double h, double e, double d, double u, double a) {
 }  // namespace
 
 Bounce find_bounce(Integrator integrator, bool alone, double h, double restitution, double gap,
-                   double velocity, double fall) {  // Parameters: the variables of the closed form
+                   double velocity, double fall) {
   // Derivative of u by the acceleration.
   const bool euler = integrator == Integrator::kSemiImplicitEuler;
   const double by_fall = euler ? 0.5 * h : 0.0, u = velocity + by_fall * fall;

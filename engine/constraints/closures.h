@@ -18,12 +18,12 @@ namespace counterpoint {
 /// bodies. Requires compute_poses and compute_velocities; `acceleration` (num_bodies) is scratch.
 void find_closures(const Model& model, const SimulationOptions& options, const Kinematics& data,
                    const InverseWeights& weights, SleepMask idle, std::vector<Motion>& acceleration,
-                   ConstraintSet& out);  // Parameters: independent of one another
+                   ConstraintSet& out);
 
 /// Sets the bias of one of these rows so that the closure closes over the step of h [s] from the
 /// poses in `data` to the poses in `reached`, to which the predicted velocities V (num_bodies)
 /// lead, instead of by the curvature at the initial velocities. The remaining error is of second
-/// order in the error of the prediction, not in h. Parameters: independent of one another.
+/// order in the error of the prediction, not in h.
 void aim_closure(const Closure& closure, const ContactOptions& options, double h,
                  const Kinematics& data, const Kinematics& reached, const std::vector<Motion>& V,
                  PairConstraint& pair);

@@ -21,8 +21,7 @@ Fault singular_inertia_fault(const Model& model, int body, const VectorRef& diag
 /// impulse: as the solver left them, in its order. block_of_tree: as assemble_problem set it.
 Fault solver_fault(const Model& model, contact::Status status, const ConstraintSet& constraints,
                    const contact::Problem& problem, const std::vector<int>& block_of_tree,
-                   const VectorRef& w,
-                   const VectorRef& impulse);  // Parameters: independent of one another
+                   const VectorRef& w, const VectorRef& impulse);
 
 /// Finds why the coordinate of a kSpeed fault became so fast between state and next, over a step of
 /// h [s]. reach: see StateCheck.

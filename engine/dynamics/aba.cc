@@ -22,7 +22,7 @@ Vector6 stack(const Vector3& a, const Vector3& b) {
 /// for prismatic joints. Returns false if D = S' IA S + diagonal is not positive.
 bool reduce_single(bool revolute, const Vector3& axis, double tau, double diagonal, const Motion& c,
                    bool has_parent, ArticulatedInertia& IA, Force& pA, Force& U, double& D_inv,
-                   double& u) {  // Parameters: an inner loop, inlined
+                   double& u) {
   if (revolute) {
     U = {IA.angular * axis, IA.coupling.transpose() * axis};
   } else {
@@ -43,7 +43,6 @@ bool reduce_single(bool revolute, const Vector3& axis, double tau, double diagon
 }
 
 /// Eliminates a joint of three coordinates in the same way.
-// Parameters: an inner loop, inlined.
 bool reduce_three(const Motion* axis, const double* tau, const double* diagonal, const Motion& c,
                   bool has_parent, ArticulatedInertia& IA, Force& pA, MultiDofFactor& factor) {
   Matrix63 S, U;
@@ -76,7 +75,6 @@ bool reduce_three(const Motion* axis, const double* tau, const double* diagonal,
 
 /// Eliminates a floating joint in the same way. Its S is orthogonal, so only rates and forces are
 /// multiplied by it: with x = S a, (IA + S d S') x = S tau - pA - IA A, where d is the diagonal.
-// Parameters: an inner loop, inlined.
 bool reduce_floating(const Motion* axis, const double* tau, const double* diagonal, const Motion& c,
                      bool has_parent, ArticulatedInertia& IA, Force& pA, MultiDofFactor& factor) {
   const Matrix6 inertia = IA.matrix();

@@ -13,6 +13,6 @@ namespace counterpoint {
 /// seen by a joint is not positive.
 bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
          const Vector3& gravity, BodyRange range, const BodyState& bodies, VectorOut a,
-         int* singular_body = nullptr);  // Parameters: independent of one another
+         int* singular_body = nullptr);
 
 }  // namespace counterpoint

@@ -30,7 +30,6 @@ int steps_of_row(const Recording& recording, int row, double interval,
 }
 
 /// Simulates from `row` to `row` + 1. Returns false if a step failed or the prediction is to stop.
-/// Parameters: these are the state, options and outputs of roll_out, its only caller.
 bool predict_row(Simulator& simulator, const ColumnMap& map, const Recording& recording, int row,
                  const PredictionOptions& options, PredictionWatch* watch, Prediction& out) {
   const double interval = row_interval(map, recording, row);

@@ -151,8 +151,7 @@ bool EnergyProjection::find_change(const StepContext& at, bool predicted, const 
 }
 
 // Returns the motion at the pose q (+) (from - lag) h x, where the energy of velocities x [m/s,
-// rad/s] is measured if they lead to the pose q (+) from h x. data: poses at q. Parameters: a
-// state, one of its trees, a pose and velocity.
+// rad/s] is measured if they lead to the pose q (+) from h x. data: poses at q.
 TreeMotion EnergyProjection::motion_at(const StepContext& at, int t, double from,
                                        const VectorRef& x, bool predicted, const VectorX& rotors,
                                        const Kinematics& data) {

@@ -92,7 +92,6 @@ class EnergyProjection {
   /// Computes plain_ and change_ of tree t. False if M is singular.
   bool find_change(const StepContext& at, bool predicted, const VectorX& rotors, int t,
                    double share, Data& data);
-  // Parameters: a state, one of its trees, a pose and velocity.
   TreeMotion motion_at(const StepContext& at, int t, double from, const VectorRef& x,
                        bool predicted, const VectorX& rotors, const Kinematics& data);
   TreeMotion keep_energy(const StepContext& at, int t, bool predicted, const VectorX& rotors,

@@ -201,8 +201,7 @@ void FreeGroups::correct(const StepContext& at, const Input& input, const Vector
 
 void FreeGroups::restore(const StepContext& at, const Input& known, const VectorRef& q_reached,
                          const VectorRef& v_next, const Kinematics& data,
-                         std::vector<Force>& forces,
-                         VectorOut u) {  // Parameters: see the header
+                         std::vector<Force>& forces, VectorOut u) {
   const Model& model = at.model;
   for (size_t i = 0; i < count_; ++i) {
     Group& group = groups_[i];

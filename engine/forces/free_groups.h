@@ -72,7 +72,7 @@ class FreeGroups {
   /// of the step, at the poses in `data`. forces: scratch, one per body.
   void restore(const StepContext& at, const Input& known, const VectorRef& q_reached,
                const VectorRef& v_next, const Kinematics& data, std::vector<Force>& forces,
-               VectorOut u);  // Parameters: all quantities that the result depends on
+               VectorOut u);
 
   /// True if the model has trees that may need a correction.
   bool any() const { return any_; }

@@ -62,7 +62,7 @@ class TautLinks {
   bool any() const { return !pulled_.empty(); }
   /// Computes the rates of the links from the forces of a step: closures by their impulses over h
   /// [s], joints by joint_force as in data.F (rnea) if needed, and wrenches. Poses of the step in
-  /// `data`. Parameters: all forces of a step.
+  /// `data`.
   void find_rates(const ConstraintSet& constraints, const contact::Problem& problem,
                   const VectorX& impulse, double h, const std::vector<Force>& joint_force,
                   std::span<const ExternalWrench> wrenches, const Kinematics& data);

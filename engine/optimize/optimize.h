@@ -387,6 +387,6 @@ std::vector<MatrixX> read_feedback(const std::filesystem::path& file, const Mode
 /// force and gain of the plan (the gain may be empty).
 VectorX following_force(const Model& model, const VectorX& q_plan, const VectorX& v_plan,
                         const VectorX& u_plan, const MatrixX& gain, const VectorX& q,
-                        const VectorX& v);  // Parameters: state of the plan and state of the robot
+                        const VectorX& v);
 
 }  // namespace counterpoint::optimization

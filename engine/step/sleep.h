@@ -39,7 +39,7 @@ class Sleepers {
   /// Needs compute_poses and find_islands.
   void hold_still(const Model& model, double h, const std::vector<double>& radii,
                   const Kinematics& data, const State& state, const VectorX& displacement,
-                  State& next);  // Parameters: all it depends on
+                  State& next);
   /// Remembers what this step did to the trees that were awake.
   void end(const Model& model, const State& state, const Input& input,
            const ConstraintSet& constraints, const State& next);

@@ -7,7 +7,7 @@
 #include "counterpoint/engine/forces/free_flight.h"
 #include "counterpoint/engine/forces/mid_velocity.h"
 #include "counterpoint/engine/step.h"
-#include "counterpoint/engine/step/velocity_predictor.h"
+#include "counterpoint/engine/forces/velocity_predictor.h"
 #include "counterpoint/engine/step_context.h"
 
 namespace counterpoint {

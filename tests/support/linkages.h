@@ -58,7 +58,7 @@ inline double open_by(const Simulator& sim) {
 /// at `at` on its parent. Its inertia is m l^2 / 12 across the rod and a little about it.
 inline void add_rod(RobotSpec& robot, const std::string& name, const std::string& parent,
                     const std::string& joint_name, const Vector3& at, const Vector3& along,
-                    const Vector3& axis) {  // Parameters: names, placement and direction of the rod
+                    const Vector3& axis) {
   const double mass = along.norm();
   const Matrix3 square = along * along.transpose();
   LinkSpec link;

@@ -13,7 +13,7 @@ using Advanced = std::shared_ptr<ForwardDerivatives>;
 py::tuple of_inverse(const ModelPtr& model, const SimulationOptions& options, const Array& q,
                      const Array& v, const Array& v_next, const py::object& q_next,
                      const InputPtr& known, const WorkspacePtr& given, const std::string& method,
-                     double difference_step) {  // Parameters: arguments of Python, by name
+                     double difference_step) {
   const DerivativeMethod how = method_from(method);
   const WorkspacePtr w = workspace_for(model, given);
   const Guard::Lock lock(w->guard, "Workspace");
@@ -31,7 +31,6 @@ py::tuple of_inverse(const ModelPtr& model, const SimulationOptions& options, co
   return py::make_tuple(inverse, out);
 }
 
-// Parameters: arguments of Python, by name.
 Advanced of_forward(const ModelPtr& model, const SimulationOptions& options, const Array& q,
                     const Array& v, const Array& v_next, const py::object& q_next,
                     const InputPtr& known, const WorkspacePtr& given, const std::string& method) {

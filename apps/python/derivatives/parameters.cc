@@ -98,10 +98,10 @@ std::shared_ptr<DerivatorHandle> make_derivator(const ModelPtr& model,
       new DerivatorHandle{model, ParameterDerivator(model->model, std::move(list)), {}});
 }
 
-py::tuple inverse_by_parameters(
-    DerivatorHandle& d, const SimulationOptions& options, const Array& q, const Array& v,
-    const Array& v_next, const InputPtr& known, const WorkspacePtr& given,
-    const std::string& method) {  // Parameters: arguments of Python, by name
+py::tuple inverse_by_parameters(DerivatorHandle& d, const SimulationOptions& options,
+                                const Array& q, const Array& v, const Array& v_next,
+                                const InputPtr& known, const WorkspacePtr& given,
+                                const std::string& method) {
   const DerivativeMethod how = method_from(method);
   const WorkspacePtr w = workspace_for(d.model, given);
   const Guard::Lock own_lock(d.guard, "ParameterDerivator");

@@ -47,7 +47,7 @@ namespace {
 /// Computes one motion. Writes its states to `out`, NaN after a failed step or a stop.
 void roll_out(int motion, const InputTable& table, const InputMap& map,
               const std::atomic<bool>& stop, Simulator& simulator, RolloutHandle& result,
-              double* out) {  // Parameters: one motion's inputs and outputs of a rollout
+              double* out) {
   const Model& model = simulator.model();
   const auto i = static_cast<size_t>(motion);
   const auto nq = model.nq(), width = model.nq() + model.nv();
@@ -282,7 +282,7 @@ void bind_batch(py::module_& m) {
       "rollout",
       [](const SceneHandle& scene, const py::object& states, const py::object& inputs,
          std::optional<py::ssize_t> steps, const std::vector<std::string>& columns,
-         const py::object& out, int num_threads) {  // Parameters: by name
+         const py::object& out, int num_threads) {
         BatchHandle own(scene, num_threads);
         return rollout(own, states, inputs, steps, columns, out);
       },

@@ -163,8 +163,7 @@ void bind_contact(py::module_& m) {
   c.def(
       "solve_contact_space",
       [](const Array& A, const Array& c0, const Array& mu, bool coulomb, double compliance,
-         double smoothing, double rank_tolerance,
-         const ct::Settings& settings) {  // Parameters: by name
+         double smoothing, double rank_tolerance, const ct::Settings& settings) {
         const ct::ContactSpaceProblem problem = problem_from(A, c0, mu);
         const auto options = options_from(coulomb, compliance, smoothing, rank_tolerance);
         const ct::Settings own = settings;
@@ -180,7 +179,7 @@ void bind_contact(py::module_& m) {
   c.def(
       "invert_contact_space",
       [](const Array& A, const Array& v, const Array& mu, bool coulomb, double compliance,
-         double smoothing, double rank_tolerance) {  // Parameters: by name
+         double smoothing, double rank_tolerance) {
         const ct::ContactSpaceProblem problem = problem_from(A, v, mu);
         const auto options = options_from(coulomb, compliance, smoothing, rank_tolerance);
         ct::ContactSpaceInverse inverse;

@@ -31,7 +31,6 @@ py::array rnea_of(const ModelPtr& model, const Array& q, const Array& v, const A
   return tau;
 }
 
-// Parameters: arguments of Python, by name.
 py::array aba_of(const ModelPtr& model, const Array& q, const Array& v, const Array& tau,
                  const py::object& diagonal, const DataPtr& data, const py::object& out) {
   const Model& m = model->model;

@@ -16,7 +16,7 @@ void check_state(const ModelPtr& model, const StateHandle& state, const char* na
 py::tuple step_forward_of(const ModelPtr& model, const SimulationOptions& options,
                           const StateHandle& state, const InputPtr& input,
                           const contact::Settings& settings, const WorkspacePtr& given,
-                          const StatePtr& next) {  // Parameters: arguments of Python, by name
+                          const StatePtr& next) {
   check_state(model, state, "state");
   const WorkspacePtr w = workspace_for(model, given);
   const Guard::Lock lock(w->guard, "Workspace");
@@ -41,10 +41,11 @@ py::tuple step_forward_of(const ModelPtr& model, const SimulationOptions& option
   return py::make_tuple(out, std::move(report));
 }
 
-std::shared_ptr<InverseHandle> step_inverse_of(
-    const ModelPtr& model, const SimulationOptions& options, const Array& q, const Array& v,
-    const Array& v_next, const py::object& q_next, const InputPtr& known,
-    const WorkspacePtr& given) {  // Parameters: arguments of Python, by name
+std::shared_ptr<InverseHandle> step_inverse_of(const ModelPtr& model,
+                                               const SimulationOptions& options, const Array& q,
+                                               const Array& v, const Array& v_next,
+                                               const py::object& q_next, const InputPtr& known,
+                                               const WorkspacePtr& given) {
   const Model& m = model->model;
   const WorkspacePtr w = workspace_for(model, given);
   const Guard::Lock lock(w->guard, "Workspace");

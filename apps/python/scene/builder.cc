@@ -10,11 +10,10 @@
 namespace counterpoint::python {
 namespace {
 
-void set_pair_surface(
-    ModelBuilder& b, const std::string& geometry_or_link_a, const std::string& geometry_or_link_b,
-    std::optional<double> friction, std::optional<double> restitution,
-    std::optional<double> torsional_friction,
-    std::optional<double> rolling_friction) {  // Parameters: arguments of Python, by name
+void set_pair_surface(ModelBuilder& b, const std::string& geometry_or_link_a,
+                      const std::string& geometry_or_link_b, std::optional<double> friction,
+                      std::optional<double> restitution, std::optional<double> torsional_friction,
+                      std::optional<double> rolling_friction) {
   b.set_pair_surface(geometry_or_link_a, geometry_or_link_b,
                      {friction, restitution, torsional_friction, rolling_friction});
 }

@@ -21,7 +21,7 @@ ScenePtr load(const std::filesystem::path& file,
               const std::map<std::string, std::filesystem::path>& packages,
               const std::optional<std::string>& base, bool ground,
               const std::optional<double>& ground_friction, bool repair_inertias,
-              bool repair_joints, double fill_inertia,  // Parameters: arguments of Python, by name
+              bool repair_joints, double fill_inertia,
               const std::optional<std::filesystem::path>& srdf, int hull_vertices) {
   SceneOverrides overrides;
   overrides.packages = packages;

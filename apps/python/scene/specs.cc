@@ -40,7 +40,7 @@ LinkSpec make_link(const std::string& name, const SpatialInertia& inertia,
 
 JointSpec make_joint(const std::string& name, const std::string& type, const std::string& parent,
                      const std::string& child, const py::object& pose, const Array& axis,
-                     const py::kwargs& values) {  // Parameters: arguments of Python, by name
+                     const py::kwargs& values) {
   JointSpec joint;
   joint.name = name;
   joint.fixed = type == "fixed";
@@ -62,8 +62,7 @@ JointSpec make_joint(const std::string& name, const std::string& type, const std
 ClosureSpec make_closure(const std::string& link_a, const std::string& link_b,
                          const std::string& type, const py::object& anchor_a,
                          const py::object& anchor_b, const std::optional<double>& length,
-                         const std::string& name,
-                         bool collide) {  // Parameters: arguments of Python, by name
+                         const std::string& name, bool collide) {
   ClosureSpec spec;
   spec.link_a = link_a;
   spec.link_b = link_b;

@@ -47,7 +47,6 @@ RepeatedHandle repeat(const ResultHandle& r, int cycles, const FeedbackPtr& feed
                                                  feedback ? &feedback->feedback : nullptr, cycles)};
 }
 
-// Parameters: arguments of Python, by name.
 py::array force(const ModelHandle& model, const Array& q_plan, const Array& v_plan,
                 const Array& u_plan, const Array& gain, const Array& q, const Array& v) {
   const Model& m = model.model;

@@ -85,7 +85,8 @@ Fit explained_best(const apps::Experiment& e, const std::vector<Parameter>& para
     progress(steps++, 0);
     return false;
   };
-  return estimation::estimate_parameters(e.scene, e.map, recordings, parameters, options).parameters;
+  return estimation::estimate_parameters(e.scene, e.map, recordings, parameters, options)
+      .parameters;
 }
 
 std::shared_ptr<IdentificationHandle> identify(
@@ -93,7 +94,7 @@ std::shared_ptr<IdentificationHandle> identify(
     const std::vector<std::shared_ptr<Recording>>& recordings, const std::string& text,
     const std::string& objective, std::optional<int> substeps, int horizon, bool robust,
     int samples, int refined, int bootstrap, bool exact, double difference,
-    const py::object& progress) {  // Parameters: arguments of Python, by name
+    const py::object& progress) {
   const apps::Experiment e = experiment_from(scene, map, recordings, objective, substeps, horizon);
   const std::vector<Parameter> parameters = apps::parse_parameters(text, e.scene);
   std::vector<int> all(e.recordings.size());

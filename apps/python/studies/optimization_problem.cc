@@ -50,11 +50,12 @@ void set_passive(const std::vector<std::string>& joints, const Model& model,
   }
 }
 
-ProblemPtr make_problem(
-    const SceneHandle& scene, int steps, const py::object& start_q, const py::object& start_v,
-    const py::object& goal_q, const py::object& goal_v, bool settle, bool periodic,
-    const Array& displacement, const std::optional<std::pair<std::string, std::string>>& mirror,
-    const std::vector<std::string>& passive) {  // Parameters: arguments of Python, by name
+ProblemPtr make_problem(const SceneHandle& scene, int steps, const py::object& start_q,
+                        const py::object& start_v, const py::object& goal_q,
+                        const py::object& goal_v, bool settle, bool periodic,
+                        const Array& displacement,
+                        const std::optional<std::pair<std::string, std::string>>& mirror,
+                        const std::vector<std::string>& passive) {
   auto out = std::make_shared<ProblemHandle>();
   out->scene = std::make_shared<SceneHandle>(scene);
   out->file.name = scene.name;
@@ -116,7 +117,7 @@ void add_term(ProblemHandle& p, const std::string& word, const py::object& weigh
               const py::object& target, const std::string& link, const Array& point,
               const py::object& orientation, const Array& axis, double radius, double length,
               std::pair<int, int> frames, std::optional<bool> condition, double late_weight,
-              const std::string& name) {  // Parameters: arguments of Python, by name
+              const std::string& name) {
   const auto quantity = opt::quantity_from_name(word);
   if (!quantity)
     throw py::value_error("quantity '" + word + "': expected one of " + opt::quantity_names());

@@ -60,7 +60,7 @@ struct ReplayHandle {
 
 ReplayHandle make_replay(const TrajectoryPtr& trajectory, const ScenePtr& scene,
                          const TrajectoryPtr& ghost, const std::string& title, double rate,
-                         bool contacts, int height) {  // Parameters: arguments of Python, by name
+                         bool contacts, int height) {
   const ScenePtr shown = scene ? scene : trajectory->scene;
   if (!shown) throw py::type_error("Replay: of a trajectory that knows no scene, give one");
   if (shown->model->model.nq() != trajectory->trajectory.q.rows())

@@ -16,7 +16,7 @@ bool touches_plane(const Shape& solid, const Pose& X_WG, const collision::Candid
 
 /// Differentiates the contact of two spheres or capsules: balls about points c_A, c_B of segments,
 /// which slide along them as long as c_B - c_A is perpendicular. Returns false if no such points
-/// make this contact. Parameters: two placed shapes, their contact, the result.
+/// make this contact.
 bool rounds_touch(const Shape& shape_a, const Pose& X_WA, const Shape& shape_b, const Pose& X_WB,
                   const collision::Candidate& contact, double towards_b, ContactMotion& out);
 

@@ -39,8 +39,7 @@ class ClosureDerivator {
   /// Computes the results below for rows of find_closures, aimed or not. Needs begin, and aim if
   /// `aimed`.
   void compute(const Model& model, const ContactOptions& options, double h, const Closure& closure,
-               const PairConstraint& pair, const Kinematics& data,
-               bool aimed);  // Parameters: a closure, its rows and state
+               const PairConstraint& pair, const Kinematics& data, bool aimed);
 
   /// Adds scale jacobian' slopes to `out` (nv x nv); slopes: one of the derivatives below.
   void add_to(MatrixX& out, double scale, const Columns& slopes) const;

@@ -44,7 +44,7 @@ class ContactMotionFinder {
   /// pose has no such contact.
   bool find(const Model& model, const Kinematics& data, const collision::Collider& collider,
             const collision::BodyMotions& motions, const collision::Candidate& contact,
-            double towards_b, ContactMotion& out);  // Parameters: a contact, its state and motion
+            double towards_b, ContactMotion& out);
 
  private:
   /// Two shapes. Differences move B and keep A.
@@ -65,7 +65,6 @@ class ContactMotionFinder {
   bool touch_stand_ins(const Pair& pair, const Contact& contact, ContactMotion& out);
   int index_ahead(const Pair& pair, const Pair& after, const Contact& contact,
                   const collision::PairMotion& motion);
-  /// Parameters: a contact, its motion and the result.
   bool touch_ahead(const Pair& pair, const Contact& contact, const collision::PairMotion& motion,
                    const Motion& V_a, const Motion& V_b, double h, ContactMotion& out);
   bool touch_terrain(const Pair& pair, const Contact& contact, ContactMotion& out);

@@ -66,8 +66,7 @@ struct ImpulseShare {
 
 /// Differentiates the impulse of a contact in a step of h [s] with its present law. turning:
 /// whether turning_advance reduces the gap (ConstraintFinder).
-void find_contact_response(const PairConstraint& pair,
-                           const PairBodies& bodies,  // Parameters: a contact and its slopes
+void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
                            const ContactMotion& motion, const LawSlopes& law, bool turning,
                            double h, PairResponse& out, const ImpulseShare& share = {});
 /// Returns n (u_A - u_B), the part of the gap that rotation of the bodies within the step closes,

@@ -18,7 +18,7 @@ class AbaDerivator {
   /// has its size.
   bool compute(const Model& model, const VectorRef& v, const VectorRef& a,
                const VectorRef& diagonal, const Vector3& gravity, const Data& data,
-               AbaDerivatives& out);  // Parameters: those of aba, and results
+               AbaDerivatives& out);
   /// Derivatives of inverse dynamics at the last compute(), with M + D in `da`.
   const RneaDerivatives& inverse() const { return inverse_; }
 

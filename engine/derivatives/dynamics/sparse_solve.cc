@@ -29,8 +29,7 @@ COUNTERPOINT_INTO_EACH void transpose_four(const Four* in, Four* out) {
 
 /// Sets to = scale from'. `from` has `lines` lines of `length` numbers, from_stride apart.
 COUNTERPOINT_WIDE void transpose(const double* from, int from_stride, int lines, int length,
-                                 double scale, double* to,
-                                 int to_stride) {  // Parameters: two matrices with their strides
+                                 double scale, double* to, int to_stride) {
   int j = 0;
   for (; j + 4 <= lines; j += 4) {
     int i = 0;

@@ -164,8 +164,7 @@ class TreeSweep {
   void add_translations(const Body& body, int first, int count, const Kinematics& data,
                         const SweepInput& in, Moving& moving);
   void add_rotations(const Body& body, int first, int count, const Vector3& origin,
-                     const Kinematics& data, const SweepInput& in,
-                     Moving& moving);  // Parameters: part of a joint, motion so far
+                     const Kinematics& data, const SweepInput& in, Moving& moving);
   /// Adds carried weight (gravity_compensation.h), a load in fixed axes. Returns whether there is
   /// any.
   bool add_carried_weight(const Model& model, const Tree& tree, const Kinematics& data,
@@ -176,8 +175,7 @@ class TreeSweep {
   int list_columns(const Model& model, int body, int common, int* list) const;
   void enter(const Model& model, int i, const SweepInput& in, bool respond);
   void write_columns(const Model& model, int i, const SweepInput& in, SweepOutput& out);
-  void write_column(int k, int group_begin, int group_end,
-                    const Composite& whole,  // Parameters: a column, its group and results
+  void write_column(int k, int group_begin, int group_end, const Composite& whole,
                     const BodyResponse* response, const SweepInput& in, SweepOutput& out);
 
   std::vector<Column> columns_;          ///< nv

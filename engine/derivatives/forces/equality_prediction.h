@@ -25,7 +25,7 @@
 #include "counterpoint/engine/derivatives/constraints/closure_derivatives.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/forces/force_responses.h"
-#include "counterpoint/engine/step/inverted_step.h"
+#include "counterpoint/engine/derivatives/inverted_step.h"
 #include "counterpoint/engine/step/step_start.h"
 
 namespace counterpoint {

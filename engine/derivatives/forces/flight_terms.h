@@ -12,7 +12,6 @@ namespace counterpoint {
 /// variables each.
 void add_flight_derivatives(const Model& model, double h, const VectorRef& v,
                             const Vector3& gravity, const FreeFlight& flight,
-                            const Kinematics& data,
-                            InverseDerivatives& d);  // Parameters: a state, forces and result
+                            const Kinematics& data, InverseDerivatives& d);
 
 }  // namespace counterpoint

@@ -28,7 +28,7 @@ class ForceResponses {
   /// the body at the place.
   void add_body_force(const Model& model, int body, const Vector3& place,
                       const PairResponse& response, const Motion& V_next, const Motion& V_start,
-                      const Kinematics& data);  // Parameters: what it depends on, one by one
+                      const Kinematics& data);
   /// Adds the impulse of a constraint divided by h [s].
   void add_pair(const Model& model, const PairConstraint& pair, const PairBodies& bodies,
                 const PairResponse& response, double h, const Kinematics& data);

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "counterpoint/engine/derivatives.h"
-#include "counterpoint/engine/step/inverted_step.h"
+#include "counterpoint/engine/derivatives/inverted_step.h"
 
 namespace counterpoint {
 

@@ -14,7 +14,7 @@
 #include "counterpoint/engine/derivatives/dynamics/kinetic_gradient.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
-#include "counterpoint/engine/step/inverted_step.h"
+#include "counterpoint/engine/derivatives/inverted_step.h"
 #include "counterpoint/engine/step/step_start.h"
 
 namespace counterpoint {
@@ -38,13 +38,11 @@ class ProjectionTerms {
   };
   static int fastest(const Tree& tree, const Kinematics& data);
   static void add_turn_gradient(const Model& model, const Tree& tree, int body, double by,
-                                const Kinematics& data, VectorX& dq,
-                                VectorX& dv);  // Parameters: a body and its gradient
+                                const Kinematics& data, VectorX& dq, VectorX& dv);
   void find_share_gradient(const Model& model, const Tree& tree, double h, bool predicted,
                            const Kinematics& data);
   void find_gradients(const InverseArguments& of, const Tree& tree, double from, bool predicted,
-                      const VectorX& x, const VectorX& rotors,
-                      Gradients& out);  // Parameters: a tree, its pose and velocity
+                      const VectorX& x, const VectorX& rotors, Gradients& out);
   void find_scale_gradient(const InverseArguments& of, const Tree& tree, double scale,
                            bool predicted, const VectorX& rotors);
   bool solve_rows(const Eigen::Ref<const MatrixX>& M, const Eigen::Ref<const MatrixX>& dyn_v,

@@ -19,7 +19,7 @@
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 #include "counterpoint/engine/derivatives/forces/equality_prediction.h"
 #include "counterpoint/engine/derivatives/forces/projection_terms.h"
-#include "counterpoint/engine/step/inverted_step.h"
+#include "counterpoint/engine/derivatives/inverted_step.h"
 #include "counterpoint/engine/step/step_start.h"
 
 namespace counterpoint {

@@ -77,7 +77,7 @@ Material only(EffectSet effects, Material m) {
 
 /// Adds factor times the generalized force of a wrench at `arm` from a body's origin.
 void project(const Model& model, int body, const Vector3& arm, const Force& at, double factor,
-             const Kinematics& data, VectorOut du) {  // Parameters: what it depends on, one by one
+             const Kinematics& data, VectorOut du) {
   Force f = shift(at, arm) * factor;
   for (int i = body; i != 0; i = model.body(i).parent) {
     const Body& joint = model.body(i);

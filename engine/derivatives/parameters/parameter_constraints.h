@@ -4,7 +4,7 @@
 #include "counterpoint/engine/derivatives/constraints/contact_motion.h"
 #include "counterpoint/engine/derivatives/parameters/law_change.h"
 #include "counterpoint/engine/derivatives/parameters/prepared_parameter.h"
-#include "counterpoint/engine/step/inverted_step.h"
+#include "counterpoint/engine/derivatives/inverted_step.h"
 
 namespace counterpoint {
 
@@ -39,11 +39,9 @@ class ParameterConstraints {
                   PlaceChange& out);
   bool find_slip(const PreparedParameter& p, const Model& model, const SimulationOptions& options,
                  const PairConstraint& pair, const InvertedStep& inverted, double& out);
-  static void add_contact(const Model& model,
-                          const SimulationOptions& options,  // Parameters: contact, changes
-                          EffectSet effects, const PairConstraint& pair, const Source& source,
-                          const LawSource& change, const PlaceChange& place,
-                          const InvertedStep& inverted, VectorOut du);
+  static void add_contact(const Model& model, const SimulationOptions& options, EffectSet effects,
+                          const PairConstraint& pair, const Source& source, const LawSource& change,
+                          const PlaceChange& place, const InvertedStep& inverted, VectorOut du);
 
   ContactMotionFinder motions_;
 };

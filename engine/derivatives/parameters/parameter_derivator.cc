@@ -107,11 +107,10 @@ const std::vector<StepParameter>& ParameterDerivator::parameters() const {
   return impl_->parameters;
 }
 
-void ParameterDerivator::inverse(
-    const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
-    VectorRef v_next, const Input& known, Workspace& workspace, Inverse& out,
-    InverseParameterDerivatives& d,
-    DerivativeMethod method) {  // Parameters: those of step_inverse, and results
+void ParameterDerivator::inverse(const Model& model, const SimulationOptions& options, VectorRef q,
+                                 VectorRef v, VectorRef v_next, const Input& known,
+                                 Workspace& workspace, Inverse& out, InverseParameterDerivatives& d,
+                                 DerivativeMethod method) {
   step_inverse(model, options, q, v, v_next, known, workspace, out);
   const size_t count = impl_->parameters.size();
   const auto columns = static_cast<Eigen::Index>(count);

@@ -15,7 +15,7 @@
 
 #include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/derivatives/step/constrained_midpoint.h"
-#include "counterpoint/engine/step/inverted_step.h"
+#include "counterpoint/engine/derivatives/inverted_step.h"
 
 namespace counterpoint {
 

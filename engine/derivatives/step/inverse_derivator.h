@@ -17,7 +17,7 @@
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 #include "counterpoint/engine/derivatives/forces/force_responses.h"
 #include "counterpoint/engine/derivatives/forces/velocity_terms.h"
-#include "counterpoint/engine/step/inverted_step.h"
+#include "counterpoint/engine/derivatives/inverted_step.h"
 #include "counterpoint/engine/step/step_start.h"
 
 namespace counterpoint {

@@ -13,7 +13,7 @@
 
 #include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/derivatives/step/smooth_derivator.h"
-#include "counterpoint/engine/step/inverted_step.h"
+#include "counterpoint/engine/derivatives/inverted_step.h"
 
 namespace counterpoint {
 

@@ -12,7 +12,7 @@
 #include "counterpoint/engine/derivatives/step/runge_kutta_derivator.h"
 #include "counterpoint/engine/derivatives/step/step_differences.h"
 #include "counterpoint/engine/effects.h"
-#include "counterpoint/engine/step/inverted_step.h"
+#include "counterpoint/engine/derivatives/inverted_step.h"
 #include "counterpoint/model/special_values.h"
 
 namespace counterpoint {
@@ -133,8 +133,7 @@ void fill_with_nan(int nv, InverseDerivatives& d) {
 void step_inverse_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
                               VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& out, InverseDerivatives& d,
-                              DerivativeMethod method,
-                              double difference_step) {  // Parameters: those of step_inverse
+                              DerivativeMethod method, double difference_step) {
   step_inverse(model, options, q, v, q_next, v_next, known, workspace, out);
   if (out.fault.any()) return fill_with_nan(model.nv(), d);
   Workspace::Impl& ws = workspace.impl();
@@ -177,8 +176,7 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
 bool step_forward_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
                               VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& inverse, InverseDerivatives& d_inverse,
-                              ForwardDerivatives& d,
-                              DerivativeMethod method) {  // Parameters: those of step_inverse
+                              ForwardDerivatives& d, DerivativeMethod method) {
   const int nv = model.nv();
   MatrixX* const all[] = {&d.dv_dq, &d.dv_dv, &d.dv_du, &d.dq_dq, &d.dq_dv, &d.dq_du};
   for (MatrixX* m : all)

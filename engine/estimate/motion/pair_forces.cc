@@ -40,8 +40,8 @@ void set_forces(const Inverse& inverse, const std::vector<ContactEstimate>& pair
 /// Derivatives with respect to the three frames of step t, by central differences.
 void differentiate_by_frames(const MotionPoint& point, const SimulationOptions& options, int t,
                              InstantModel& model, MotionPoint& scratch, const Model& bodies,
-                             PairForces& out) {  // Parameters: the fit's point and laws, and
-                                                 // scratch space that each thread owns
+                             PairForces& out) {
+  // scratch space that each thread owns
   const int nv = bodies.nv();
   const Eigen::Index rows = 3 * static_cast<Eigen::Index>(out.pairs.size());
   const double step = difference_step(options);

@@ -17,8 +17,8 @@ constexpr double kLeastDiagonal = 1e-4;
 /// Adds block (a, b) of an instant's Gram matrix to out, in coordinates of possibly mirrored
 /// frames.
 void add_block(const MatrixX& gram, int nv, int a, int b, const Mirror* mirror_a,
-               const Mirror* mirror_b, MatrixX& out) {  // Parameters: two matrices, the block, and
-                                                        // the mirror of each side
+               const Mirror* mirror_b, MatrixX& out) {
+  // the mirror of each side
   const auto block = gram.block(a * nv, b * nv, nv, nv);
   if (mirror_a == nullptr && mirror_b == nullptr) {
     out += block;

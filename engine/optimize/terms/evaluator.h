@@ -59,7 +59,6 @@ class Evaluator {
   explicit Evaluator(const Problem& problem);
 
   /// Evaluates an instant. multiplier: lambda by row. normal: the linearization, or null.
-  /// Parameters: three inputs of the problem, the instant, and its inputs and outputs.
   void evaluate(const Layout& layout, const Frames& frames, const Stage& stage, int instant,
                 const VectorX& multiplier, InstantValues& out, NormalEquations* normal);
 
@@ -69,8 +68,6 @@ class Evaluator {
                             const VectorX& multiplier, InstantValues& out, NormalEquations* normal);
   void evaluate_forces(const Term& term, const Span& span, double factor, const VectorX& multiplier,
                        InstantValues& out, bool derivatives);
-  /// Parameters: the term with its place and scale, the stage, and inputs and outputs of the
-  /// instant.
   void evaluate_dense(const Term& term, const Span& span, const Stage& stage, double factor,
                       const VectorX& multiplier, InstantValues& out, bool derivatives);
   void differentiate_contact_force(const Term& term, const Stage& stage);

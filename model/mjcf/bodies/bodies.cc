@@ -144,8 +144,7 @@ class TreeReader {
   /// with massless links in between. `hangs_on`: the link that the next joint attaches to; `at`:
   /// pose of the body frame in that link. Updates both.
   void add_joint(const Element& element, int body, std::size_t number, bool last,
-                 const std::string& childclass, std::string& hangs_on,
-                 Pose& at) {  // Parameters: state of the loop over a body's joints
+                 const std::string& childclass, std::string& hangs_on, Pose& at) {
     JointRead read = read_joint(document_, defaults_, element, childclass);
     const BodyNode& node = out_.bodies[body];
     const bool is_free = read.spec.type == JointType::kFloating;

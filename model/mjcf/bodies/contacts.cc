@@ -14,9 +14,8 @@ Pair ordered(int a, int b) { return std::minmax(a, b); }
 
 class ContactReader {
  public:
-  ContactReader(Document& document, const Defaults& defaults,
-                Assets& assets,  // Parameters: all inputs of the reader
-                const Bodies& bodies, const Switches& switches, MjcfModel& model)
+  ContactReader(Document& document, const Defaults& defaults, Assets& assets, const Bodies& bodies,
+                const Switches& switches, MjcfModel& model)
       : document_(document),
         defaults_(defaults),
         assets_(assets),

@@ -109,8 +109,7 @@ void apply(const Document& document, const Element& element, Law& law) {
 
 class ActuatorReader {
  public:
-  ActuatorReader(Document& document, const Defaults& defaults,
-                 const Switches& switches,  // Parameters: all inputs of the reader
+  ActuatorReader(Document& document, const Defaults& defaults, const Switches& switches,
                  const Bodies& bodies, const Tendons& tendons, const Couplings& couplings,
                  MjcfModel& model)
       : document_(document),

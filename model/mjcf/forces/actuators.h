@@ -10,6 +10,6 @@ namespace counterpoint::mjcf {
 /// read_equalities. Actuators that <option> switches off apply no force.
 void read_actuators(Document& document, const Defaults& defaults, const Switches& switches,
                     const Bodies& bodies, const Tendons& tendons, const Couplings& couplings,
-                    MjcfModel& model);  // Parameters: all inputs, one by one
+                    MjcfModel& model);
 
 }  // namespace counterpoint::mjcf

@@ -74,7 +74,6 @@ INSTANTIATE_TEST_SUITE_P(Tunnelling, Speeds,
 
 // Throws a body at a shape below z = kHalfWall; its centre must stay above z = 0, and no step may
 // fail. Returns whether it touched.
-// Parameters: the body, the shape below it, speeds, random source
 bool expect_stopped(const Thrown& t, const Shape& below, const Pose& X_below, double friction,
                     double speed, double tip, Random& random, const std::string& what) {
   ModelBuilder builder;

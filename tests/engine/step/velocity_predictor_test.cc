@@ -1,5 +1,5 @@
 // The predicted velocity alone: that of a step which (q, w) determines.
-#include "counterpoint/engine/step/velocity_predictor.h"
+#include "counterpoint/engine/forces/velocity_predictor.h"
 
 #include <gtest/gtest.h>
 

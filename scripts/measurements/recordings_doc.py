@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes the results of the engine on real recordings into docs/measurements/recordings.md, from runs of the command.
 
-    scripts/recordings_doc.py --data FOLDER [--command build/release/bin/counterpoint] [--check]
+    scripts/measurements/recordings_doc.py --data FOLDER [--command build/release/bin/counterpoint] [--check]
 
 FOLDER contains cube_toss, planar_square_drop, simple_pendulum, arms, planar_ellipse_impacts, cassie_impact, human_walk,
 icub_walk and robots; sections without data are reported and left unchanged.
@@ -17,7 +17,7 @@ import tempfile
 
 import marked
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 DOCUMENT = ROOT / "docs/measurements/recordings.md"
 
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Measures how well `explain` finds known forces from noisy rows; writes docs/measurements/explaining.md.
 
-    scripts/explain_doc.py [--seeds 10] [--case NAME] [--folder FOLDER]
-    scripts/explain_doc.py --torques DATA
+    scripts/measurements/explain_doc.py [--seeds 10] [--case NAME] [--folder FOLDER]
+    scripts/measurements/explain_doc.py --torques DATA
 
 Motions are simulated with a small time step; the command gets the rows with white noise, but no forces. The true force
 of a row is the mean over the two adjacent intervals with triangular weights. --case prints one case and writes nothing;
@@ -21,7 +21,7 @@ import marked
 import numpy as np
 import yaml
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "build/release/python"))
 import counterpoint as cp  # noqa: E402
 from counterpoint import optimization  # noqa: E402

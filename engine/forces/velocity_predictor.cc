@@ -1,4 +1,4 @@
-#include "counterpoint/engine/step/velocity_predictor.h"
+#include "counterpoint/engine/forces/velocity_predictor.h"
 
 #include <algorithm>
 #include <cmath>

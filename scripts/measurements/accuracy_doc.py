@@ -11,7 +11,7 @@ import shutil
 import subprocess
 import textwrap
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ROOT / "data/scenes/accuracy"
 PAGE = ROOT / "docs/measurements/accuracy.md"
 IMAGES = ROOT / "docs/images/accuracy"
@@ -145,7 +145,7 @@ def presets(reports):
     """Table of `contact: fast | default | hard` at the scene's time step, for scenes with contacts."""
     lines = ["## Presets of contact", "",
              "`accuracy SCENE --vary preset`, at the scene's time step: error against the reference, processor time a",
-             "simulated second, physics as below. Written by `scripts/accuracy_doc.py DIR --run COUNTERPOINT --presets`.", "",
+             "simulated second, physics as below. Written by `scripts/measurements/accuracy_doc.py DIR --run COUNTERPOINT --presets`.", "",
              "| scene | preset | error | time | overlap [m] | creep [um/s] | hover [m] | inverse |",
              "|---|---|---|---|---|---|---|---|"]
     for name, r in reports.items():
@@ -240,7 +240,7 @@ def main():
     PAGE.write_text(put_presets(PAGE.read_text(encoding="utf-8"), reports), encoding="utf-8")
     if arguments.presets:
         return
-    lines = ["", "Written by scripts/accuracy_doc.py from runs of the reference set, data/scenes/accuracy. Times are of one "
+    lines = ["", "Written by scripts/measurements/accuracy_doc.py from runs of the reference set, data/scenes/accuracy. Times are of one "
              "machine, busy with other work; what they are to each other is what counts.", ""]
     lines += overview(reports)
     IMAGES.mkdir(parents=True, exist_ok=True)

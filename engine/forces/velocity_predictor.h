@@ -37,7 +37,6 @@ class VelocityPredictor {
   /// compute_poses, compute_velocities and free_flight.h's mean forces; compute_inertias of what
   /// is asked for is done here. No applied forces in data (has_external, added); aba's scratch is
   /// overwritten.
-  /// Parameters: what it depends on.
   void find(const StepContext& at, Of of, double span, const Vector3& gravity,
             const ConstraintSet& constraints, std::span<const BodyRange> ranges, Data& data);
 

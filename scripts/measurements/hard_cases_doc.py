@@ -9,7 +9,7 @@ import sys
 import textwrap
 
 report = pathlib.Path(sys.argv[1])
-docs = pathlib.Path(__file__).resolve().parent.parent / "docs"
+docs = pathlib.Path(__file__).resolve().parents[2] / "docs"
 page = docs / "measurements/hard-cases.md"
 intro = page.read_text(encoding="utf-8").split("\n| case | what is measured |")[0]
 table = (report / "hard-cases.md").read_text(encoding="utf-8")
