@@ -1,9 +1,9 @@
 // Spheres and capsules among each other: balls around points and segments.
 #include <limits>
 
-#include "counterpoint/collision/broadphase/wide.h"
 #include "counterpoint/collision/pairs/pair_functions.h"
 #include "counterpoint/collision/shapes/segment.h"
+#include "counterpoint/contact/lanes/wide.h"
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint::collision {

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <limits>
 
-#include "counterpoint/collision/broadphase/wide.h"
+#include "counterpoint/contact/lanes/wide.h"
 
 namespace counterpoint::collision {
 

@@ -4,9 +4,9 @@
 
 #include <vector>
 
+#include "counterpoint/contact/lanes/vector_lanes.h"
 #include "counterpoint/contact/laws/cone.h"
 #include "counterpoint/contact/laws/coulomb.h"
-#include "counterpoint/contact/linear/vector_lanes.h"
 #include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact {

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/contact/linear/vector_lanes.h"
+#include "counterpoint/contact/lanes/vector_lanes.h"
 
 namespace counterpoint::contact {
 

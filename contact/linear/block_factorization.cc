@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/contact/linear/vector_lanes.h"
+#include "counterpoint/contact/lanes/vector_lanes.h"
 
 namespace counterpoint::contact {
 

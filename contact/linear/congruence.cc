@@ -1,7 +1,7 @@
 #include "counterpoint/contact/linear/congruence.h"
 
+#include "counterpoint/contact/lanes/vector_lanes.h"
 #include "counterpoint/contact/linear/row_count.h"
-#include "counterpoint/contact/linear/vector_lanes.h"
 
 namespace counterpoint::contact {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "counterpoint/contact/linear/vector_lanes.h"
+#include "counterpoint/contact/lanes/vector_lanes.h"
 
 namespace counterpoint::contact {
 namespace {

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <span>
 
+#include "counterpoint/contact/lanes/vector_lanes.h"
 #include "counterpoint/contact/linear/row_count.h"
-#include "counterpoint/contact/linear/vector_lanes.h"
 
 namespace counterpoint::contact {
 namespace {

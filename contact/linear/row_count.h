@@ -1,7 +1,7 @@
 // Number of rows of a constraint as a compile-time constant.
 #pragma once
 
-#include "counterpoint/contact/linear/wide.h"
+#include "counterpoint/contact/lanes/wide.h"
 
 namespace counterpoint::contact {
 

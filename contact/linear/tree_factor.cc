@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "counterpoint/contact/linear/vector_lanes.h"
+#include "counterpoint/contact/lanes/vector_lanes.h"
 
 namespace counterpoint::contact {
 namespace {

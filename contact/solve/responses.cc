@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "counterpoint/contact/lanes/wide.h"
 #include "counterpoint/contact/linear/row_count.h"
 #include "counterpoint/contact/linear/tree_factor.h"
-#include "counterpoint/contact/linear/wide.h"
 
 namespace counterpoint::contact {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "counterpoint/contact/linear/vector_lanes.h"
+#include "counterpoint/contact/lanes/vector_lanes.h"
 #include "counterpoint/engine/dynamics/crba.h"
 #include "counterpoint/engine/dynamics/joint_motion.h"
 #include "counterpoint/engine/dynamics/kinematics.h"

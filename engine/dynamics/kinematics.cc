@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/contact/linear/wide.h"
+#include "counterpoint/contact/lanes/wide.h"
 #include "counterpoint/engine/dynamics/joint_motion.h"
 #include "counterpoint/engine/dynamics/sin_cos.h"
 

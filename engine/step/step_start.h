@@ -6,8 +6,8 @@
 #include "counterpoint/engine/forces/energy_projection.h"
 #include "counterpoint/engine/forces/free_flight.h"
 #include "counterpoint/engine/forces/mid_velocity.h"
-#include "counterpoint/engine/step.h"
 #include "counterpoint/engine/forces/velocity_predictor.h"
+#include "counterpoint/engine/step.h"
 #include "counterpoint/engine/step_context.h"
 
 namespace counterpoint {

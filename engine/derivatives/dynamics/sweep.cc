@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "counterpoint/contact/linear/vector_lanes.h"
+#include "counterpoint/contact/lanes/vector_lanes.h"
 #include "counterpoint/engine/dynamics/gravity_compensation.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 

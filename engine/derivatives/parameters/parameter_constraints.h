@@ -2,9 +2,9 @@
 #pragma once
 
 #include "counterpoint/engine/derivatives/constraints/contact_motion.h"
+#include "counterpoint/engine/derivatives/inverted_step.h"
 #include "counterpoint/engine/derivatives/parameters/law_change.h"
 #include "counterpoint/engine/derivatives/parameters/prepared_parameter.h"
-#include "counterpoint/engine/derivatives/inverted_step.h"
 
 namespace counterpoint {
 

@@ -5,8 +5,8 @@
 #include "counterpoint/engine/derivatives/dynamics/inertia_regressor.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
-#include "counterpoint/engine/derivatives/parameters/prepared_parameter.h"
 #include "counterpoint/engine/derivatives/inverted_step.h"
+#include "counterpoint/engine/derivatives/parameters/prepared_parameter.h"
 #include "counterpoint/engine/step/step_start.h"
 
 namespace counterpoint {

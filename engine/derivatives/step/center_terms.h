@@ -14,8 +14,8 @@
 #pragma once
 
 #include "counterpoint/engine/derivatives.h"
-#include "counterpoint/engine/derivatives/step/constrained_midpoint.h"
 #include "counterpoint/engine/derivatives/inverted_step.h"
+#include "counterpoint/engine/derivatives/step/constrained_midpoint.h"
 
 namespace counterpoint {
 

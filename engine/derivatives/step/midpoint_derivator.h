@@ -12,8 +12,8 @@
 #pragma once
 
 #include "counterpoint/engine/derivatives.h"
-#include "counterpoint/engine/derivatives/step/smooth_derivator.h"
 #include "counterpoint/engine/derivatives/inverted_step.h"
+#include "counterpoint/engine/derivatives/step/smooth_derivator.h"
 
 namespace counterpoint {
 

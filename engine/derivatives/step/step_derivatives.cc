@@ -4,6 +4,7 @@
 #include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/derivatives/dynamics/rotation_maps.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
+#include "counterpoint/engine/derivatives/inverted_step.h"
 #include "counterpoint/engine/derivatives/step/center_terms.h"
 #include "counterpoint/engine/derivatives/step/constrained_midpoint.h"
 #include "counterpoint/engine/derivatives/step/displacement_derivator.h"
@@ -12,7 +13,6 @@
 #include "counterpoint/engine/derivatives/step/runge_kutta_derivator.h"
 #include "counterpoint/engine/derivatives/step/step_differences.h"
 #include "counterpoint/engine/effects.h"
-#include "counterpoint/engine/derivatives/inverted_step.h"
 #include "counterpoint/model/special_values.h"
 
 namespace counterpoint {

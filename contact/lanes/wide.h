@@ -1,5 +1,6 @@
 // Functions compiled twice; the version for the machine's wide registers is chosen when the program
-// starts. They do elementwise work only, so both give the same bits (no fused multiply-add).
+// starts. They do elementwise work only, so both give the same bits (no fused multiply-add). The
+// folder contact/lanes lies below all libraries: each may include it.
 #pragma once
 
 // Not used with the address sanitizer, which is not initialized yet when the choice is made.

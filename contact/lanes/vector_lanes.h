@@ -8,7 +8,7 @@
 #include <emmintrin.h>
 #endif
 
-#include "counterpoint/contact/linear/wide.h"
+#include "counterpoint/contact/lanes/wide.h"
 
 namespace counterpoint::contact {
 
