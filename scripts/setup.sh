@@ -18,7 +18,7 @@ libconsole-bridge-dev libcli11-dev nlohmann-json3-dev libgtest-dev libbenchmark-
 optional="libhdf5-dev libsdformat-dev libmujoco-dev pybind11-dev python3-dev python3-numpy"
 { command -v node && command -v npm; } >/dev/null || optional="$optional nodejs npm"
 if [ "${1:-}" = --for-tests ]; then
-  optional="$optional python3-pytest libopenmpi-dev openmpi-bin"
+  optional="$optional python3-pytest libopenmpi-dev openmpi-bin clang-format"
   command -v chromium >/dev/null || optional="$optional chromium"
 fi
 

@@ -11,8 +11,8 @@
 
 #include "accuracy/findings.h"
 #include "command.h"
+#include "command_line/interrupt.h"
 #include "input/scene_arguments.h"
-#include "interrupt.h"
 #include "tasks/fingerprint.h"
 #include "tasks/task_arguments.h"
 #include "view/view_option.h"

@@ -9,10 +9,10 @@
 #include <optional>
 
 #include "command.h"
+#include "command_line/interrupt.h"
 #include "counterpoint/engine/trajectory.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"
-#include "interrupt.h"
 #include "measure/median.h"
 #include "report/failure.h"
 #include "report/progress.h"

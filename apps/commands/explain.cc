@@ -9,9 +9,9 @@
 #include <optional>
 
 #include "command.h"
+#include "command_line/interrupt.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"
-#include "interrupt.h"
 #include "recordings/estimation.h"
 #include "recordings/motion_follow.h"
 #include "recordings/motion_metrics.h"

@@ -7,12 +7,12 @@
 #include <memory>
 
 #include "command.h"
+#include "command_line/interrupt.h"
 #include "hard_cases/case_tasks.h"
 #include "hard_cases/long_run.h"
 #include "hard_cases/mechanisms.h"
 #include "hard_cases/tables.h"
 #include "input/data_folder.h"
-#include "interrupt.h"
 #include "report/chart.h"
 #include "report/html_page.h"
 #include "report/report.h"

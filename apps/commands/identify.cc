@@ -6,9 +6,9 @@
 #include <numeric>
 
 #include "command.h"
+#include "command_line/interrupt.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"
-#include "interrupt.h"
 #include "recordings/estimation.h"
 #include "recordings/page.h"
 #include "report/report.h"
@@ -24,10 +24,10 @@ struct IdentifyArguments {
   std::string map, parameters, set, page, loss = "cauchy", objective = "score";
   std::optional<int> substeps;
   std::optional<double> train;
+  std::string derivatives = "exact";
   int horizon = 0;
   bool swap = false;
   FitOptions fit;
-  std::string derivatives = "exact";
   tasks::TaskArguments tasks;
   Report report;
 };
@@ -38,8 +38,8 @@ Experiment make_experiment(const IdentifyArguments& arguments) {
   refuse_sensors(e.map, "identify");
   e.prediction = {arguments.substeps ? arguments.substeps : e.map.substeps,
                   e.scene.options.time_step, arguments.horizon, Interrupt::wanted};
-  if (compared(e.map) == Compared::kImpacts &&
-      (arguments.objective == "force" || arguments.objective == "explain"))
+  const bool by_forces = arguments.objective == "force" || arguments.objective == "explain";
+  if (compared(e.map) == Compared::kImpacts && by_forces)
     throw InputError("--objective " + arguments.objective +
                      ": an impact takes no time, forces are not to be had");
   e.by_score = arguments.objective == "score";
@@ -273,8 +273,8 @@ Fit explained_best(IdentifyArguments& arguments, const Experiment& e,
   if (given.samples != usual.samples || given.refined != usual.refined || given.bootstrap > 0 ||
       given.difference != usual.difference || !given.exact || arguments.loss != "cauchy")
     throw InputError(
-        "--samples, --refined, --bootstrap, --difference, --derivatives, --loss: "
-        "leave them out, --objective explain has no such settings");
+        "--objective explain: leave out --samples, --refined, --bootstrap, --difference, "
+        "--derivatives and --loss");
   if (!world.is_root()) return {};
   std::vector<const Recording*> recordings;
   for (const int i : which) recordings.push_back(&e.recordings[static_cast<std::size_t>(i)]);
@@ -358,17 +358,15 @@ void add_identify(CommandLine& line) {
       .range(0.0, 1.0);
   command.add_option("--test", arguments->test, "Recordings to score; all others are fitted");
   command
-      .add_option(
-          "--objective", arguments->objective,
-          "What is made small: score (default; mean deviations of each recording), rows "
-          "(deviations at every row, squared), one-step (rows, from every row to the next), "
-          "force (what compare --mode inverse leaves unexplained), explain (what no motion near "
-          "the noisy recordings explains)")
+      .add_option("--objective", arguments->objective,
+                  "Minimized: score (default; mean deviations of each recording), rows (squared "
+                  "deviations at every row), one-step (rows, from every row to the next), force "
+                  "(unexplained by compare --mode inverse), explain (unexplained by any motion)")
       .one_of({"score", "rows", "one-step", "force", "explain"});
   command.add_flag("--swap", arguments->swap, "Exchange the recordings fitted and scored");
   command
       .add_option("--horizon", arguments->horizon,
-                  "Start anew from the recording every so many rows; 0: its first row only")
+                  "Rows between restarts from the recording; 0: start at its first row only")
       .not_negative();
   command.add_option("--loss", arguments->loss, "cauchy (default) or squares")
       .one_of({"cauchy", "squares"});

@@ -7,12 +7,12 @@
 #include <span>
 
 #include "command.h"
+#include "command_line/interrupt.h"
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/trajectory.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"
-#include "interrupt.h"
 #include "report/contact_table.h"
 #include "report/failure.h"
 #include "report/progress.h"

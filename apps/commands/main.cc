@@ -6,8 +6,8 @@
 
 #include "command.h"
 #include "command_line/help_topics.h"
-#include "command_line/version.h"
 #include "counterpoint/model/spatial.h"
+#include "version.h"
 
 namespace counterpoint::apps {
 namespace {

@@ -9,8 +9,8 @@
 #include <optional>
 
 #include "command.h"
+#include "command_line/interrupt.h"
 #include "input/data_folder.h"
-#include "interrupt.h"
 #include "optimize/page.h"
 #include "optimize/run.h"
 #include "report/report.h"

@@ -8,10 +8,10 @@
 #include <optional>
 
 #include "command.h"
+#include "command_line/interrupt.h"
 #include "counterpoint/engine/trajectory.h"
 #include "input/applied_inputs.h"
 #include "input/scene_arguments.h"
-#include "interrupt.h"
 #include "report/failure.h"
 #include "report/report.h"
 #include "tasks/fingerprint.h"

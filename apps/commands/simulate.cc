@@ -7,13 +7,13 @@
 #include <optional>
 
 #include "command.h"
+#include "command_line/interrupt.h"
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/trajectory.h"
 #include "input/applied_inputs.h"
 #include "input/scene_arguments.h"
-#include "interrupt.h"
 #include "measure/run.h"
 #include "measure/total_energy.h"
 #include "report/contact_table.h"

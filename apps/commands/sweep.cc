@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "command.h"
+#include "command_line/interrupt.h"
 #include "input/data_folder.h"
-#include "interrupt.h"
 #include "report/report.h"
 #include "sweep/page.h"
 #include "tasks/task_arguments.h"

@@ -6,10 +6,10 @@
 #include <optional>
 
 #include "command.h"
+#include "command_line/interrupt.h"
 #include "counterpoint/engine/trajectory.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"
-#include "interrupt.h"
 #include "report/progress.h"
 #include "report/report.h"
 #include "view/capture.h"

@@ -10,7 +10,7 @@
 #include <iostream>
 #include <thread>
 
-#include "commands/interrupt.h"
+#include "command_line/interrupt.h"
 #include "counterpoint/engine/optimize/optimize.h"
 #include "recordings/motion_tables.h"
 

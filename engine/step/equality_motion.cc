@@ -36,34 +36,6 @@ EffectSet equalities_of(EffectSet effects) {
   return equalities;
 }
 
-/// x (nv) becomes x - inv(M) J' f with J x + bias = 0 for the equalities in ws.constraints at the
-/// poses of ws.stage. False if that has no solution.
-bool solve_equalities(const Model& model, EffectSet effects, Workspace::Impl& ws, VectorX& x) {
-  ContactSolution& solution = ws.solution;
-  contact::Problem& problem = solution.problem;
-  assemble_problem(model, ws.constraints, x, ws.start.rotor_inertia(model, effects),
-                   {ws.stage.at, ws.stage.velocity, ws.motion.external, ws.motion.scratch},
-                   solution.block_of_tree, problem);
-  solution.grow();
-  Eigen::Ref<VectorX> velocities = solution.velocities();
-  if (ws.equality_solver.factor(problem)) {
-    ws.equality_solver.solve(problem, velocities);
-  } else {
-    velocities = problem.free_velocity();
-    const contact::Report& solved =
-        solution.solver.solve(problem, contact::Settings(), velocities, solution.impulses());
-    if (!contact::succeeded(solved.status)) return false;
-  }
-  for_each_touched(model, solution,
-                   [&](auto in_tree, auto in_block) { x(in_tree) = solution.velocity(in_block); });
-  return true;
-}
-
-void find_equalities(const StepContext& at, Workspace::Impl& ws) {
-  ws.finder.find({at.model, at.options, equalities_of(at.effects), at.q, at.v}, ws.stage.at,
-                 ws.constraints, ws.counts);
-}
-
 /// Sets all biases to zero.
 void drop_biases(ConstraintSet& constraints) {
   for (PairConstraint& pair : constraints.pairs) pair.law.bias.fill(0.0);
@@ -87,45 +59,72 @@ bool has_equalities(const Model& model, EffectSet effects) {
          (effects.has(Effect::kMimics) && !model.mimics().empty());
 }
 
-void constrain_acceleration(const StepContext& at, Workspace::Impl& ws, VectorX& acceleration,
-                            StepReport& report) {
-  const SimulationOptions of_curvature = equality_options(at.options, false);
-  find_equalities({at.model, of_curvature, at.effects, at.q, at.v}, ws);
-  if (!solve_equalities(at.model, at.effects, ws, acceleration))
-    report.status = contact::Status::kNoProgress;
+/// x (nv) becomes x - inv(M) J' f with J x + bias = 0 for the equalities in the constraints at
+/// the poses of the stage. False if that has no solution.
+bool EqualityMotion::solve(const Model& model, EffectSet effects, VectorX& x) {
+  ContactSolution& solution = ws_.solution;
+  contact::Problem& problem = solution.problem;
+  assemble_problem(model, ws_.constraints, x, ws_.start.rotor_inertia(model, effects),
+                   {ws_.stage.at, ws_.stage.velocity, ws_.motion.external, ws_.motion.scratch},
+                   solution.block_of_tree, problem);
+  solution.grow();
+  Eigen::Ref<VectorX> velocities = solution.velocities();
+  if (ws_.equality_solver.factor(problem)) {
+    ws_.equality_solver.solve(problem, velocities);
+  } else {
+    velocities = problem.free_velocity();
+    const contact::Report& solved =
+        solution.solver.solve(problem, contact::Settings(), velocities, solution.impulses());
+    if (!contact::succeeded(solved.status)) return false;
+  }
+  for_each_touched(model, solution,
+                   [&](auto in_tree, auto in_block) { x(in_tree) = solution.velocity(in_block); });
+  return true;
 }
 
-double project_on_equalities(const Model& model, const SimulationOptions& options,
-                             EffectSet effects, Workspace::Impl& ws, State& state,
-                             StepReport& report) {
+/// Finds the equalities at the kinematics of the stage.
+void EqualityMotion::find(const StepContext& at) {
+  ws_.finder.find({at.model, at.options, equalities_of(at.effects), at.q, at.v}, ws_.stage.at,
+                  ws_.constraints, ws_.counts);
+}
+
+void EqualityMotion::constrain_acceleration(const StepContext& at, VectorX& acceleration,
+                                            StepReport& report) {
+  const SimulationOptions of_curvature = equality_options(at.options, false);
+  find({at.model, of_curvature, at.effects, at.q, at.v});
+  if (!solve(at.model, at.effects, acceleration)) report.status = contact::Status::kNoProgress;
+}
+
+double EqualityMotion::project(const Model& model, const SimulationOptions& options,
+                               EffectSet effects, State& state, StepReport& report) {
   const SimulationOptions of_error = equality_options(options, true);
   const double most = options.time_step * options.contact.max_recovery_speed;
-  VectorX& change = ws.displacement;
+  VectorX& change = ws_.displacement;
   double first = 0.0, last = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kMostSteps; ++i) {
     change.setZero(model.nv());
-    compute_kinematics(model, state.q, change, ws.stage.at);
-    find_equalities({model, of_error, effects, state.q, change}, ws);
-    const double error = largest_bias(ws.constraints);
+    compute_kinematics(model, state.q, change, ws_.stage.at);
+    find({model, of_error, effects, state.q, change});
+    const double error = largest_bias(ws_.constraints);
     if (i == 0) first = error;
     // Ends at rounding, and where the equalities cannot close.
     if (error <= kClosed || !(error < 0.5 * last)) break;
     last = error;
     const double share = std::min(1.0, most / error);
-    for (PairConstraint& pair : ws.constraints.pairs)
+    for (PairConstraint& pair : ws_.constraints.pairs)
       for (double& b : pair.law.bias) b *= share;
-    for (JointConstraint& row : ws.constraints.joints) row.law.bias[0] *= share;
-    if (!solve_equalities(model, effects, ws, change)) {
+    for (JointConstraint& row : ws_.constraints.joints) row.law.bias[0] *= share;
+    if (!solve(model, effects, change)) {
       report.status = contact::Status::kNoProgress;
       return first;
     }
     integrate_configuration(model, state.q, change, 1.0, state.q);
     if (share < 1.0) break;
   }
-  compute_kinematics(model, state.q, state.v, ws.stage.at);
-  find_equalities({model, of_error, effects, state.q, state.v}, ws);
-  drop_biases(ws.constraints);
-  if (!solve_equalities(model, effects, ws, state.v)) report.status = contact::Status::kNoProgress;
+  compute_kinematics(model, state.q, state.v, ws_.stage.at);
+  find({model, of_error, effects, state.q, state.v});
+  drop_biases(ws_.constraints);
+  if (!solve(model, effects, state.v)) report.status = contact::Status::kNoProgress;
   return first;
 }
 

@@ -16,16 +16,27 @@ namespace counterpoint {
 /// Whether closures or mimic joints act.
 bool has_equalities(const Model& model, EffectSet effects);
 
-/// Turns the accelerations (nv) of the smooth motion at (q, v), whose kinematics are in ws.stage,
-/// into those under its closures and mimic joints.
-void constrain_acceleration(const StepContext& at, Workspace::Impl& ws, VectorX& acceleration,
-                            StepReport& report);
+/// Motion under closures and mimic joints. It writes the constraints, the contact solution and the
+/// stage's kinematics of a workspace.
+class EqualityMotion {
+ public:
+  explicit EqualityMotion(Workspace::Impl& ws) : ws_(ws) {}
 
-/// Projects (q, w) of a state onto its closures and mimic joints, by no more than h times
-/// max_recovery_speed, so that a closure that starts open closes gradually. Returns the largest
-/// error before the projection [m or rad].
-double project_on_equalities(const Model& model, const SimulationOptions& options,
-                             EffectSet effects, Workspace::Impl& ws, State& state,
-                             StepReport& report);
+  /// Turns the accelerations (nv) of the smooth motion at (q, v), whose kinematics are in ws.stage,
+  /// into those under its closures and mimic joints.
+  void constrain_acceleration(const StepContext& at, VectorX& acceleration, StepReport& report);
+
+  /// Projects (q, w) of a state onto its closures and mimic joints, by no more than h times
+  /// max_recovery_speed, so that a closure that starts open closes gradually. Returns the largest
+  /// error before the projection [m or rad].
+  double project(const Model& model, const SimulationOptions& options, EffectSet effects,
+                 State& state, StepReport& report);
+
+ private:
+  bool solve(const Model& model, EffectSet effects, VectorX& x);
+  void find(const StepContext& at);
+
+  Workspace::Impl& ws_;
+};
 
 }  // namespace counterpoint

@@ -57,6 +57,7 @@ void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& nex
   RungeKuttaStages& stages = ws.stages;
   const double h = step.h();
   const bool constrained = has_equalities(model, effects);
+  EqualityMotion equalities(ws);
   stages.theta.setZero(model.nv());
   stages.at = state;
   stages.theta_sum.setZero(model.nv());
@@ -72,7 +73,7 @@ void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& nex
     const StepContext at{model, options, effects, stages.at.q, stages.at.v};
     compute_acceleration(at, input, ws, stages.acceleration, report);
     if (report.succeeded() && constrained)
-      constrain_acceleration(at, ws, stages.acceleration, report);
+      equalities.constrain_acceleration(at, stages.acceleration, report);
     if (!report.succeeded()) break;
     stages.theta_sum += h / 6.0 * weight * stages.theta_rate;
     stages.v_sum += h / 6.0 * weight * stages.acceleration;
@@ -81,8 +82,7 @@ void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& nex
   next.v = state.v + stages.v_sum;
   next.q = state.q;
   integrate_configuration(model, state.q, stages.theta_sum, 1.0, next.q);
-  if (constrained && report.succeeded())
-    project_on_equalities(model, options, effects, ws, next, report);
+  if (constrained && report.succeeded()) equalities.project(model, options, effects, next, report);
   if (report.succeeded()) ws.free_groups.correct(step.context(), input, next.q, next);
   ws.constraints.clear();  // equalities have no forces that a later step would start from
 }

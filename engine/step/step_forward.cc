@@ -128,14 +128,14 @@ void choose_awake(const StepArguments& step, Sleepers& sleepers, EffectCounts& c
 /// Keeps trees awake whose next step may differ from this one at an equal state: trees that a fast
 /// body may reach (their contact search used a larger margin), and trees whose laws or inertias
 /// were changed for this step only.
-void keep_awake(const Model& model, const StepReport& report, const Workspace::Impl& ws,
+void keep_awake(const Model& model, const SoftenedTrees* softened_trees,
+                std::span<const char> in_reach_of_fast, std::span<const TautLink> taut_links,
                 Sleepers& sleepers) {
   for (int t = 0; t < model.num_trees(); ++t) {
-    const bool softened = report.softening.any() && ws.solution.softened_trees.holds(t, -1);
-    if (softened || ws.finder.in_reach_of_fast()[t]) sleepers.keep_awake(t);
+    const bool softened = softened_trees != nullptr && softened_trees->holds(t, -1);
+    if (softened || in_reach_of_fast[t]) sleepers.keep_awake(t);
   }
-  for (const TautLink& link : ws.taut_links.links())
-    sleepers.keep_awake(model.body(link.body).tree);
+  for (const TautLink& link : taut_links) sleepers.keep_awake(model.body(link.body).tree);
 }
 
 /// The final stage: checks the result, and stores the impulses and sleeping trees that the next
@@ -150,7 +150,8 @@ void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepR
   if (report.succeeded()) remember(step, ws, next);
   if (may_sleep(step) && report.succeeded()) {
     ws.sleepers.end(step.model, step.state, step.input, ws.constraints, next);
-    keep_awake(step.model, report, ws, ws.sleepers);
+    keep_awake(step.model, report.softening.any() ? &ws.solution.softened_trees : nullptr,
+               ws.finder.in_reach_of_fast(), ws.taut_links.links(), ws.sleepers);
   } else {
     ws.sleepers.forget();
   }

@@ -203,14 +203,6 @@ void find_constraints(const InverseArguments& step, const StepStart& start,
         "constraints");
 }
 
-/// Finds w_c from velocities instead of rounded poses. False where that is not possible.
-bool refine(const InverseArguments& step, Workspace::Impl& ws) {
-  if (step.options.integrator != Integrator::kImplicitMidpoint) return false;
-  if (ws.constraints.empty() || step.exact_q_next) return false;
-  const double rounding = kPoseRounding * (1.0 + step.q.lpNorm<Eigen::Infinity>());
-  return refine_contact_velocity(step, rounding, ws, ws.inverse.contact_velocity);
-}
-
 double largest_force(const VectorX& tau, const Inverse& out) {
   double largest = 0.0;
   for (const VectorX* force : {&tau, &out.contact_force, &out.applied_force})
@@ -233,7 +225,12 @@ void invert_step(const InverseArguments& step, Workspace::Impl& ws, Inverse& out
   const StepStart& start = prepare_step(step.context(), ws);
   find_constraints(step, start, ws.finder, ws.constraints, inverse);
   soften_constraints(model, step.known.softening, ws.solution.softened_trees, ws.constraints);
-  const bool refined = refine(step, ws);
+  // The midpoint rule's w_c from velocities instead of rounded poses, where that is possible.
+  const bool rounded = step.options.integrator == Integrator::kImplicitMidpoint &&
+                       !ws.constraints.empty() && !step.exact_q_next;
+  const double rounding = kPoseRounding * (1.0 + step.q.lpNorm<Eigen::Infinity>());
+  const bool refined =
+      rounded && refine_contact_velocity(step, rounding, ws, inverse.contact_velocity);
   if (refined)
     compute_body_velocities(model, inverse.contact_velocity, start.kinematics(),
                             inverse.body_velocity);

@@ -115,6 +115,23 @@ TEST(House, NoRoomsIncludeOneAnother) {
   }
 }
 
+/// Include graph of the folders of apps/, whose files name one another from apps/ on or from their
+/// own folder on.
+TEST(House, NoRoomsOfAppsIncludeOneAnother) {
+  Rooms rooms;
+  for (const fs::path& file : files_below(kRoot / "apps", {".h", ".cc"})) {
+    const std::string path = fs::relative(file, kRoot / "apps").string();
+    const std::string room = path.substr(0, path.find('/'));
+    for (const std::string& target : matches(read(file), "#include \"([a-z_]+)/[a-z_/.0-9]+\""))
+      if (target != room && fs::is_directory(kRoot / "apps" / target)) rooms[room].insert(target);
+  }
+  EXPECT_GT(rooms.size(), 10u);
+  for (const auto& [room, others] : rooms) {
+    std::set<std::string> seen;
+    EXPECT_FALSE(leads(rooms, room, room, seen)) << room;
+  }
+}
+
 /// No header includes itself, directly or through others.
 TEST(House, NoFileIncludesItself) {
   Rooms files;

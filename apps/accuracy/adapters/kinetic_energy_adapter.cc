@@ -11,6 +11,7 @@
 #include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/step/step_constraints.h"
 #include "counterpoint/engine/step/step_forces.h"
+#include "counterpoint/engine/step/step_workspace.h"
 #include "stepping_adapter.h"
 
 namespace counterpoint::apps::accuracy {
@@ -41,9 +42,11 @@ class KineticEnergyAdapter : public SteppingAdapter {
     ws.constraints =
         prepare_step({model_, setting_.options, effects, state.q, state.v}, ws).constraints();
     const Input none;
-    compute_free_velocity({model_, setting_.options, setting_.solver, state, none, effects}, ws,
-                          next.v, report);
-    if (report.succeeded() && !ws.constraints.empty()) solve(ws, next.v, report);
+    const StepArguments arguments{model_, setting_.options, setting_.solver, state, none, effects};
+    ws.start.find_inertias(model_);
+    find_free_velocity({arguments, ws.start, ws.sleepers, ws.taut_links, ws.counts}, ws.motion,
+                       ws.constraints, next.v, report);
+    if (report.succeeded() && !ws.constraints.empty()) solve(next.v, report);
     next.q = state.q;
     integrate_configuration(model_, state.q, next.v, h, next.q);
     next.time = state.time + h;
@@ -51,10 +54,12 @@ class KineticEnergyAdapter : public SteppingAdapter {
     return report;
   }
 
-  void solve(Workspace::Impl& ws, VectorX& w_next, StepReport& report) {
-    assemble_problem(model_, ws.constraints, w_next, ws.diagonal, ws.data, ws.block_of_tree,
-                     ws.problem);
-    const contact::Problem& problem = ws.problem;
+  void solve(VectorX& w_next, StepReport& report) {
+    Workspace::Impl& ws = workspace_.impl();
+    ContactSolution& solution = ws.solution;
+    assemble_problem(model_, ws.constraints, w_next, ws.motion.forces.diagonal, ws.bodies(),
+                     solution.block_of_tree, solution.problem);
+    const contact::Problem& problem = solution.problem;
     const int rows = problem.num_rows(), size = problem.num_velocities();
     MatrixX J = MatrixX::Zero(rows, size), response = MatrixX::Zero(size, rows);
     contact::KineticEnergyProblem dual;
@@ -66,7 +71,7 @@ class KineticEnergyAdapter : public SteppingAdapter {
         J.block(first, problem.block_start(block), count, problem.block_size(block)) +=
             problem.jacobian(i, side);
       }
-      add_law(ws, i, dual);
+      add_law(problem.law(i), dual);
     }
     for (int b = 0; b < problem.num_blocks(); ++b) {
       const int at = problem.block_start(b), n = problem.block_size(b);
@@ -84,18 +89,12 @@ class KineticEnergyAdapter : public SteppingAdapter {
     report.newton_iterations = result.iterations;
     report.residual = result.residual;
     const VectorX w = free + response * result.f;
-    for (int t = 0; t < model_.num_trees(); ++t) {
-      const int block = ws.block_of_tree[static_cast<size_t>(t)];
-      if (block < 0) continue;
-      const Tree& tree = model_.trees()[static_cast<size_t>(t)];
-      w_next.segment(tree.v_begin, tree.v_end - tree.v_begin) =
-          w.segment(problem.block_start(block), problem.block_size(block));
-    }
+    for_each_touched(model_, solution,
+                     [&](auto in_tree, auto in_block) { w_next(in_tree) = w(in_block); });
   }
 
-  /// Adds the law of constraint i; its normal bias becomes a bound on the normal velocity.
-  void add_law(const Workspace::Impl& ws, int i, contact::KineticEnergyProblem& dual) const {
-    contact::Law law = ws.problem.law(i);
+  /// Adds the law of a constraint; its normal bias becomes a bound on the normal velocity.
+  void add_law(contact::Law law, contact::KineticEnergyProblem& dual) const {
     double bound = 0.0;
     if (law.type == contact::LawType::kFrictionCone || law.type == contact::LawType::kUnilateral) {
       bound = law.bias[0];

@@ -52,10 +52,9 @@ void evaluate_impulses(const ConstraintSet& constraints, const contact::Problem&
   }
 }
 
-bool is_concerned(const Workspace::Impl& ws, int constraint) {
-  const contact::Problem& problem = ws.solution.problem;
-  return ws.overlap_correction.concerns(
-      std::max(problem.block(constraint, 0), problem.block(constraint, 1)));
+bool is_concerned(const OverlapCorrection& correction, const contact::Problem& problem,
+                  int constraint) {
+  return correction.concerns(std::max(problem.block(constraint, 0), problem.block(constraint, 1)));
 }
 
 }  // namespace
@@ -102,11 +101,11 @@ bool DisplacementDerivator::find(const InverseArguments& of, Workspace::Impl& ws
 }
 
 /// Copies the rows of gaps that p may close to kept_, with their laws for p.
-void DisplacementDerivator::keep_gaps(const Workspace::Impl& ws) {
+void DisplacementDerivator::keep_gaps(const ConstraintSet& all, const contact::Problem& problem,
+                                      const OverlapCorrection& correction) {
   kept_.clear();
-  const ConstraintSet& all = ws.constraints;
   for (size_t i = 0; i < all.contacts.size(); ++i) {
-    if (!is_concerned(ws, static_cast<int>(i))) continue;
+    if (!is_concerned(correction, problem, static_cast<int>(i))) continue;
     kept_.contacts.push_back(all.contacts[i]);
     kept_.pairs.push_back(all.pairs[i]);
     PairConstraint& pair = kept_.pairs.back();
@@ -116,7 +115,8 @@ void DisplacementDerivator::keep_gaps(const Workspace::Impl& ws) {
   }
   for (size_t i = 0; i < all.joints.size(); ++i) {
     const JointConstraint& row = all.joints[i];
-    if (std::isnan(row.gap_bias) || !is_concerned(ws, static_cast<int>(all.pairs.size() + i)))
+    if (std::isnan(row.gap_bias) ||
+        !is_concerned(correction, problem, static_cast<int>(all.pairs.size() + i)))
       continue;
     kept_.joints.push_back(row);
     kept_.joints.back().law = displacement_law(row.law, row.gap_bias);
@@ -124,10 +124,9 @@ void DisplacementDerivator::keep_gaps(const Workspace::Impl& ws) {
 }
 
 /// Copies the equalities to kept_. Returns whether they or drag act on p.
-bool DisplacementDerivator::keep_ties(const Workspace::Impl& ws, bool drag) {
+bool DisplacementDerivator::keep_ties(const ConstraintSet& all, bool drag) {
   constexpr double kNoGap = std::numeric_limits<double>::quiet_NaN();
   kept_.clear();
-  const ConstraintSet& all = ws.constraints;
   for (size_t i = 0; i < all.closures.size(); ++i) {
     kept_.pairs.push_back(all.pairs[all.contacts.size() + i]);
     kept_.pairs.back().law = displacement_law(kept_.pairs.back().law, kNoGap);
@@ -165,7 +164,7 @@ bool DisplacementDerivator::compute(const InverseArguments& of, Workspace::Impl&
   };
   forces_ = v_next;
   bool closed = differentiate(kLateImpulses, forces_, ws.constraints, late_);
-  keep_gaps(ws);
+  keep_gaps(ws.constraints, ws.solution.problem, ws.overlap_correction);
   closed = closed && differentiate(kRecovery, w_, kept_, recovery_);
   if (!closed) return false;
   crba(model, ws.bodies(), M_);
@@ -174,7 +173,7 @@ bool DisplacementDerivator::compute(const InverseArguments& of, Workspace::Impl&
   by_v = recovery_.dv - late_.dv;
   A_ = recovery_.dv_next;
   A_.diagonal() += diagonal_ / of.h();
-  if (keep_ties(ws, of.effects.has(Effect::kDrag) && !model.drags().empty())) {
+  if (keep_ties(ws.constraints, of.effects.has(Effect::kDrag) && !model.drags().empty())) {
     differentiate(kEqualities, p, kept_, equalities_);
     A_ += equalities_.dv_next;
     by_q += equalities_.dq;

@@ -34,8 +34,9 @@ class DisplacementDerivator {
 
  private:
   bool find(const InverseArguments& of, Workspace::Impl& ws);
-  void keep_gaps(const Workspace::Impl& ws);
-  bool keep_ties(const Workspace::Impl& ws, bool drag);
+  void keep_gaps(const ConstraintSet& all, const contact::Problem& problem,
+                 const OverlapCorrection& correction);
+  bool keep_ties(const ConstraintSet& all, bool drag);
 
   std::vector<Motion> V_;  ///< velocities of the bodies
   ConstraintSet kept_;

@@ -36,9 +36,9 @@ struct DerivativeScratch {
 
 namespace {
 
-DerivativeScratch& scratch_of(const Model& model, Workspace::Impl& ws) {
-  if (!ws.derivatives) ws.derivatives = std::make_shared<DerivativeScratch>(model);
-  return *ws.derivatives;
+DerivativeScratch& scratch_of(const Model& model, std::shared_ptr<DerivativeScratch>& derivatives) {
+  if (!derivatives) derivatives = std::make_shared<DerivativeScratch>(model);
+  return *derivatives;
 }
 
 /// Returns null if the step has no free groups.
@@ -137,7 +137,7 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
   step_inverse(model, options, q, v, q_next, v_next, known, workspace, out);
   if (out.fault.any()) return fill_with_nan(model.nv(), d);
   Workspace::Impl& ws = workspace.impl();
-  DerivativeScratch& scratch = scratch_of(model, ws);
+  DerivativeScratch& scratch = scratch_of(model, ws.derivatives);
   const bool analytic = method == DerivativeMethod::kAnalytic;
   const bool constrained = !ws.constraints.empty();
   scratch.impulses = constrained && options.integrator == Integrator::kImplicitMidpoint;
@@ -181,7 +181,7 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
   MatrixX* const all[] = {&d.dv_dq, &d.dv_dv, &d.dv_du, &d.dq_dq, &d.dq_dv, &d.dq_du};
   for (MatrixX* m : all)
     if (m->rows() != nv || m->cols() != nv) m->resize(nv, nv);
-  DerivativeScratch& scratch = scratch_of(model, workspace.impl());
+  DerivativeScratch& scratch = scratch_of(model, workspace.impl().derivatives);
   d.displaces = false;
   if (options.integrator == Integrator::kRungeKutta4) {
     Workspace::Impl& ws = workspace.impl();
