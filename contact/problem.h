@@ -2,10 +2,10 @@
 //
 //   minimize over w+   1/2 |w+ - w*|_M^2  +  sum_i l_i(y_i),     y_i = J_i w+ + b_i
 //
-// Exact Coulomb laws have no potential l_i; in general w+ solves M (w+ - w*) = sum_i J_i' f_i(y_i).
-// The velocities are partitioned into blocks, one per kinematic tree; M is block diagonal, and
-// every constraint touches one or two blocks. The library depends on Eigen only and knows neither
-// bodies nor shapes.
+// Regularized Coulomb laws have no potential l_i; in general w+ solves M (w+ - w*) = sum_i J_i'
+// f_i(y_i). The velocities are partitioned into blocks, one per kinematic tree; M is block
+// diagonal, and every constraint touches one or two blocks. The library depends on Eigen only and
+// knows neither bodies nor shapes.
 #pragma once
 
 #include <Eigen/Core>
@@ -42,7 +42,8 @@ enum class LawType : unsigned char {
 struct Law {
   LawType type = LawType::kUnilateral;
   int rows = 1;
-  bool coulomb = false;  ///< kFrictionCone: exact Coulomb friction bounded by mu f_N, else convex
+  bool coulomb =
+      false;  ///< kFrictionCone: regularized Coulomb friction bounded by mu f_N, else convex
   double regularizer = 0.0;  ///< r [1/kg]; cone: R_T = r, R_N = normal_regularizer()
   double smoothing = 0.0;    ///< k [N m]; k -> 0 is the nonsmooth law
   /// coulomb: friction reaches its bound at this much more slip [m/s], independent of the load.
@@ -126,9 +127,9 @@ class Problem {
 // rho and R_i = rho / mu_i^2. There is no division by tau or by mu: without friction the normal row
 // is the unilateral law.
 //
-// Exact Coulomb friction (`coulomb`, laws/coulomb.h): the normal impulse depends on the normal
-// velocity alone, f_N = g(y_N), and friction is -z_T / rho clamped to |phi_T| <= f_N, smoothed. It
-// has no potential: G has a column df_T/dy_N, but the row df_N/dy_T is zero.
+// Regularized Coulomb friction (`coulomb`, laws/coulomb.h): the normal impulse depends on the
+// normal velocity alone, f_N = g(y_N), and friction is -z_T / rho clamped to |phi_T| <= f_N,
+// smoothed. It has no potential: G has a column df_T/dy_N, but the row df_N/dy_T is zero.
 
 /// `lean` tilts the cone: f_T lies within mu f_N of -lean f_N. The solver works with the upright
 /// cone and tilts only the impulses that it applies to the bodies (lean_impulse).
@@ -163,8 +164,8 @@ struct Slope {
 /// derivative).
 Slope slope(const Law& law, const double* y, const double* d);
 
-/// Returns |z_T| = |(mu_1 y_1, mu_2 y_2, ...)| [m/s]: De Saxce's form of exact Coulomb friction
-/// adds it to the normal velocity, and a lagged bias takes it from the last velocity.
+/// Returns |z_T| = |(mu_1 y_1, mu_2 y_2, ...)| [m/s]: De Saxce's form of regularized Coulomb
+/// friction adds it to the normal velocity, and a lagged bias takes it from the last velocity.
 double de_saxce_shift(const Law& law, const double* y);
 
 /// Returns whether the first row can only push, f >= 0: contacts and limits.

@@ -127,7 +127,7 @@ struct ContactSpaceProblem {
 };
 
 struct ContactSpaceOptions {
-  bool coulomb = false;  ///< exact Coulomb friction; false: the convex law
+  bool coulomb = false;  ///< regularized Coulomb friction; false: the convex law
   double compliance =
       1e-8;  ///< eps [-]: r of a contact is eps times the mean diagonal of its block of A
   double smoothing = 0.0;  ///< k of every contact [N m]

@@ -114,7 +114,7 @@ void add_presets(const Maker& make, Families& out) {
   }
 }
 
-/// The law of 2011 has no exact Coulomb friction, so both laws use convex friction here.
+/// The law of 2011 has no regularized Coulomb friction, so both laws use convex friction here.
 void add_laws(const Maker& make, Families& out) {
   EngineSetting setting = make.base();
   setting.options.integrator = Integrator::kSemiImplicitEuler;

@@ -22,7 +22,7 @@ struct ConeFour {
   double inverse_mass[4] = {};
 };
 
-/// Contacts of an island with the same friction: exact Coulomb or convex.
+/// Contacts of an island with the same friction: regularized Coulomb or convex.
 class ConeLanes {
  public:
   explicit ConeLanes(bool coulomb) : coulomb_(coulomb) {}

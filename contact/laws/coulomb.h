@@ -1,4 +1,4 @@
-// Exact Coulomb friction at one velocity. Internal to the law.
+// Regularized Coulomb friction at one velocity. Internal to the law.
 //
 // Scaled coordinates are z_i = mu_i y_i and f_i = mu_i phi_i, with t = |z_T|, one regularizer rho,
 // a slip speed v and smoothing k. The normal impulse n does not depend on friction, and it bounds
@@ -91,7 +91,7 @@ struct CoulombCone : CoulombAt<double> {
   }
 };
 
-/// Evaluates exact Coulomb friction at the law's own regularizer; y: law.rows numbers [m/s].
+/// Evaluates regularized Coulomb friction at the law's own regularizer; y: law.rows numbers [m/s].
 inline CoulombCone coulomb_cone(const Law& law, const double* y) {
   double z[kMaxRows] = {y[0]};
   for (int i = 1; i < law.rows; ++i) z[i] = law.friction[i - 1] * y[i];

@@ -29,9 +29,9 @@ WideLaw::WideLaw(const IslandSystem::Constraint& c, double sigma_of_normal)
   const bool friction = c.law.type == LawType::kFrictionCone;
   std::fill_n(scale, rows, 1.0);
   for (int r = 1; friction && r < rows; ++r) scale[r] = c.law.friction[r - 1];
-  // With exact Coulomb friction the normal impulse does not depend on friction, which may therefore
-  // have its own sigma. The inverse mass along z_T = mu y_T is mu^2 times that of the normal; the
-  // factor mu, halfway between, works best.
+  // With regularized Coulomb friction the normal impulse does not depend on friction, which may
+  // therefore have its own sigma. The inverse mass along z_T = mu y_T is mu^2 times that of the
+  // normal; the factor mu, halfway between, works best.
   widen(sigma_of_normal,
         c.law.coulomb ? std::max(rho, sigma_of_normal) * c.law.friction[0] : sigma_of_normal);
 }

@@ -23,12 +23,12 @@ struct FrameLanes {
         y{sign * frame(1, 0), sign * frame(1, 1), sign * frame(1, 2), 0.0},
         z{sign * frame(2, 0), sign * frame(2, 1), sign * frame(2, 2), 0.0} {}
   /// Computes arm x axis for each axis; its product with an angular velocity is the linear velocity
-  /// at `arm`. The tangential axes use the lever arm arm + rub.
-  COUNTERPOINT_INTO_EACH FrameLanes(const Vector3& arm, const Vector3& rub,
+  /// at `arm`. The tangential axes use the lever arm arm + friction.
+  COUNTERPOINT_INTO_EACH FrameLanes(const Vector3& arm, const Vector3& friction,
                                     const FrameLanes& axes) {
-    const Four a[3] = {Four{arm[0], arm[0] + rub[0], arm[0] + rub[0], 0.0},
-                       Four{arm[1], arm[1] + rub[1], arm[1] + rub[1], 0.0},
-                       Four{arm[2], arm[2] + rub[2], arm[2] + rub[2], 0.0}};
+    const Four a[3] = {Four{arm[0], arm[0] + friction[0], arm[0] + friction[0], 0.0},
+                       Four{arm[1], arm[1] + friction[1], arm[1] + friction[1], 0.0},
+                       Four{arm[2], arm[2] + friction[2], arm[2] + friction[2], 0.0}};
     x = a[1] * axes.z - a[2] * axes.y;
     y = a[2] * axes.x - a[0] * axes.z;
     z = a[0] * axes.y - a[1] * axes.x;

@@ -41,7 +41,7 @@ struct ContactPatch {
 /// Changes of the friction of a patch's contacts.
 struct PatchFriction {
   std::array<double, ContactPatch::kMost> strength;  ///< remaining fraction of sliding friction
-  std::array<Vector3, ContactPatch::kMost> rub;      ///< PairConstraint::rub [m]
+  std::array<Vector3, ContactPatch::kMost> friction_point;  ///< PairConstraint::friction_point [m]
 };
 
 /// Collects the contacts first, first + 1, ... of one pair of geometries as a patch and returns the
@@ -53,8 +53,8 @@ size_t find_patch(const StepContext& at, const Kinematics& data, const Constrain
 /// Returns false if the patch does not spin; its friction is then unchanged.
 bool find_friction(const ContactPatch& patch, PatchFriction& out);
 
-/// Sets `rub`, `strength`, `spins` and the friction of all contacts in `out`. Other arguments as
-/// for find_patch.
+/// Sets `friction_point`, `strength`, `spins` and the friction of all contacts in `out`. Other
+/// arguments as for find_patch.
 void spread_friction(const StepContext& at, const Kinematics& data, std::span<const double> radii,
                      ConstraintSet& out);
 

@@ -53,7 +53,7 @@ void StepStart::add_unprojected_forces(const Model& model, const VectorRef& v, i
 }
 
 /// Replaces the velocity-dependent forces of a semi-implicit step by their mean over the step where
-/// that is known: free bodies (free_flight.h), fast trees (energy_projection.h), linkages with a
+/// that is known: free bodies (free_flight.h), fast linkages (energy_projection.h), linkages with a
 /// predicted velocity (mid_velocity.h). The prediction also sets the biases of closures.
 void StepStart::set_mean_forces(const StepContext& at, std::span<const BodyRange> awake) {
   if (!data_.has_coriolis) return;

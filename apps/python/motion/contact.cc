@@ -109,7 +109,7 @@ c : array_like, shape (3 n,)
 mu : array_like, shape (n,)
     Coulomb coefficients.
 coulomb : bool
-    Exact Coulomb friction; else the convex law.
+    Regularized Coulomb friction; else the convex law.
 compliance : float
     Regularizer over the mean diagonal of a contact's block of A [-].
 smoothing : float
