@@ -84,8 +84,8 @@ struct Inverse {
   std::vector<ContactForce> contacts;
   std::vector<ClosureForce> closures;  ///< in the order of Model::closures
   std::vector<JointForce> joints;      ///< joints held by a limit, friction or another joint
-  /// By Model::servos: force that the servo demands at v_next [N, N m]. Its sum with the applied
-  /// force is the force of the motor, within its effort limit.
+  /// Per servo (Model::servos): force that the servo demands at v_next [N, N m]. Its sum with the
+  /// applied force is the force of the motor, within its effort limit.
   VectorX servo_force;
 };
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""check_docs.py [ROOT]: what documents name exists.
+"""check_docs.py [ROOT]: everything that documents name exists.
 
 Checked in every Markdown page but the changelog:
 * paths of files and folders (`engine/step/step.cc`, `tests/engine/`, a bare `rnea.cc`), with wildcards;
@@ -44,7 +44,7 @@ PRIVATE_WORDS = {
     r"not run so far|so far,? not": "say what is, not when",
     r"notary|the house\b": "the plain word",
 }
-# Pages that quote what other programs write, or name what is made by a build or a user.
+# Pages that quote the output of other programs, or name results of a build or a user.
 GENERATED = ("docs/reference/python.md", "docs/reference/options.md")
 PARTS = ("Context", "Choice", "Evidence", "Consequences")
 USER_ROOTS = ("build", "out", "DIR", "PREFIX", "ROBOTS", "~")
@@ -62,7 +62,7 @@ def listed_files(root):
 
 
 class Sources:
-    """What is there to be named."""
+    """Names that documents may use: files, tests, options, words of the sources."""
 
     def __init__(self, root):
         self.root = root

@@ -31,7 +31,7 @@ struct Kinematics {
   explicit Kinematics(const Model& model);
 
   // compute_poses
-  std::vector<double> sine, cosine;  ///< by body: of a revolute joint's angle
+  std::vector<double> sine, cosine;  ///< per body: of a revolute joint's angle
   /// Poses of the frames that the algorithms use, which are turned so that a joint's axis is z.
   /// Dynamics::frame (engine/dynamics.h) gives the pose of a link as its file has it.
   std::vector<Pose> X_WB;
@@ -52,7 +52,7 @@ struct VelocityForces {
   explicit VelocityForces(const Model& model);
 
   bool has_coriolis = true;
-  /// By body: whether mean_force replaces V x* I V and I c (free_flight.h, mid_velocity.h,
+  /// Per body: whether mean_force replaces V x* I V and I c (free_flight.h, mid_velocity.h,
   /// energy_projection.h).
   std::vector<char> has_mean_force;
   std::vector<Force> mean_force;  ///< at the body's origin, in W [N m, N]
@@ -67,7 +67,7 @@ struct ExternalForces {
   explicit ExternalForces(const Model& model) : external(model.num_bodies()) {}
 
   bool has_external = false;    ///< whether the wrenches are used
-  std::vector<Force> external;  ///< by body: at its origin, in W [N m, N]
+  std::vector<Force> external;  ///< per body: at its origin, in W [N m, N]
   std::vector<AddedInertia> added;
 
   /// Makes the wrenches zero, and uses them.

@@ -23,8 +23,8 @@ namespace counterpoint {
 /// compute_velocities.
 void compute_drag(const Model& model, double h, const Kinematics& at, ExternalForces& external);
 
-/// Forward: adds -C V and what is to be taken back onto external.external. Needs compute_drag and
-/// compute_velocities; `acceleration` (num_bodies) is scratch.
+/// Forward: adds -C V, and the correction h C (J' w - g) above, onto external.external. Needs
+/// compute_drag and compute_velocities; `acceleration` (num_bodies) is scratch.
 void add_drag(const Model& model, double h, const Vector3& gravity, const Kinematics& at,
               const VelocityForces& velocity, std::vector<Motion>& acceleration,
               ExternalForces& external);

@@ -51,9 +51,9 @@ class TautLinks {
   std::span<const TautLink> links() const { return links_; }
   bool loses() const { return loses_; }
 
-  /// What the links lose where factors rise, as torques in W at the velocities in `data`, of a step
-  /// of h [s]; add_losses adds them to external.external. Needs compute_poses and
-  /// compute_velocities.
+  /// Finds the angular momentum that links lose over a step of h [s] where their factors rise, as
+  /// torques in W at the velocities in `data`; add_losses adds them to external.external. Needs
+  /// compute_poses and compute_velocities.
   void find_losses(const Model& slowed, double h, const Kinematics& data);
   void add_losses(ExternalForces& external) const;
 

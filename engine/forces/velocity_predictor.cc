@@ -13,8 +13,8 @@
 namespace counterpoint {
 namespace {
 
-/// Calls visit(tree_a, tree_b, equality) for every constraint, as for_each_constraint; equality: a
-/// closure or a mimic joint.
+/// Calls visit(tree_a, tree_b, equality) for every constraint, as for_each_constraint; equality is
+/// true for a closure or mimic joint.
 template <class Visit>
 void for_each_marked(const Model& model, const ConstraintSet& constraints, Visit visit) {
   size_t i = 0;
@@ -34,7 +34,7 @@ bool turns(const Tree& tree, const Kinematics& data) {
   return false;
 }
 
-/// Of a body and those that carry it [rad/s].
+/// Returns the largest angular speed of a body and its ancestors [rad/s].
 double fastest_turn(const Model& model, int body, const std::vector<Motion>& V) {
   double square = 0.0;
   for (int i = body; i != 0; i = model.body(i).parent)
@@ -77,8 +77,8 @@ bool VelocityPredictor::aims(const Model& model, const PairConstraint& pair) con
   return true;
 }
 
-/// The trees to cover: those asked for that turn, without servos, untouched by other constraints.
-/// False if there are none.
+/// Chooses the trees to cover: requested trees that rotate, without servos and without constraints
+/// other than equalities. False if there are none.
 bool VelocityPredictor::choose(const Model& model, EffectSet effects, Of of,
                                const ConstraintSet& constraints, std::span<const BodyRange> ranges,
                                const Kinematics& data) {
@@ -108,8 +108,8 @@ bool VelocityPredictor::choose(const Model& model, EffectSet effects, Of of,
   return any();
 }
 
-/// Marks what covered trees are coupled to, through any number of others, and lists these
-/// equalities.
+/// Marks the trees that equalities couple to covered trees, directly or through others, and lists
+/// these equalities.
 void VelocityPredictor::gather_equalities(const Model& model, const ConstraintSet& constraints) {
   needed_ = covered_;
   for (bool more = true; more;) {
@@ -136,7 +136,7 @@ void VelocityPredictor::gather_equalities(const Model& model, const ConstraintSe
   });
 }
 
-/// velocity_ of a tree without its equalities. False if its inertia is singular.
+/// Sets velocity_ of a tree without its equalities. False if its inertia is singular.
 bool VelocityPredictor::accelerate(const Model& model, const Tree& tree, double span,
                                    const VectorRef& v, const Vector3& gravity, Data& data) {
   const BodyRange bodies = {tree.body_begin, tree.body_end};
@@ -146,8 +146,8 @@ bool VelocityPredictor::accelerate(const Model& model, const Tree& tree, double 
   return true;
 }
 
-/// Takes velocity_ to what equalities make of it: problem_, with its velocities and biases. False
-/// where they have no solution.
+/// Replaces velocity_ by the solution of problem_, the velocity under the equalities. False if
+/// there is no solution.
 bool VelocityPredictor::solve_equalities(const Model& model) {
   if (w_.size() < problem_.num_velocities()) w_.resize(problem_.num_velocities());
   if (impulse_.size() < problem_.num_rows()) impulse_.resize(problem_.num_rows());
@@ -156,7 +156,7 @@ bool VelocityPredictor::solve_equalities(const Model& model) {
     equality_solver_.solve(problem_, w);
   } else {
     w = problem_.free_velocity();
-    // Not the settings of the step: the inverse has none.
+    // The default settings, since the inverse does not know those of the step.
     const contact::Report& solved = solver_.solve(
         problem_, contact::Settings(), w, Eigen::Ref<VectorX>(impulse_.head(problem_.num_rows())));
     if (!contact::succeeded(solved.status)) return false;
@@ -200,11 +200,11 @@ void VelocityPredictor::find(const StepContext& at, Of of, double span, const Ve
     factored_ = equality_solver_.factor(problem_);
     found = solve_equalities(model);
   }
-  // What has no prediction makes the step itself fail, which says why.
+  // Without a prediction the step itself fails and reports the reason.
   if (!found) forget();
 }
 
-/// Closures between trees of which all is known, towards the pose that velocity_ leads to.
+/// Aims closures between trees with known forces at the pose that velocity_ leads to.
 void VelocityPredictor::aim(const StepContext& at, ConstraintSet& constraints,
                             const Kinematics& data) {
   const Model& model = at.model;

@@ -1,11 +1,11 @@
-// Where a step will take the velocities, as far as (q, w) tells.
+// Prediction of the velocity at the end of a step from (q, w) alone.
 //
 // Gravity, velocity-dependent forces, the joints' own springs and dampers, closures and mimic
-// joints are functions of (q, w), and so is the velocity that they lead to. Forces that want the
-// velocity in the middle of a step (mid_velocity.h, midpoint.h) take it from here, and the inverse,
-// which knows (q, w), comes to the same one. What is applied is left out, since the inverse is to
-// find it; trees with servos, and those that contacts, limits or dry friction touch in the step,
-// get no prediction: without what holds them it would be wrong.
+// joints are functions of (q, w), and so is the velocity that they lead to. Forces at the velocity
+// in the middle of a step (mid_velocity.h, midpoint.h) use this prediction, and the inverse, which
+// knows (q, w), finds the same one. Applied forces are left out, since the inverse has to find
+// them. Trees with servos, and trees that contacts, limits or dry friction touch in the step, get
+// no prediction: it would lack the forces that hold them.
 #pragma once
 
 #include <optional>
@@ -25,54 +25,54 @@ class VelocityPredictor {
  public:
   explicit VelocityPredictor(const Model& model);
 
-  /// Which trees a prediction is asked for.
+  /// The trees that a prediction is requested for.
   enum class Of {
-    kLinkages,         ///< of several bodies
-    kUnderEqualities,  ///< under closures or mimic joints
-    kAllLinkages,      ///< turning or not: what a prediction tends to where a tree comes to rest
+    kLinkages,         ///< trees of several bodies that rotate
+    kUnderEqualities,  ///< rotating trees under closures or mimic joints
+    kAllLinkages,      ///< trees of several bodies, at rest too: the limit of the prediction there
   };
 
-  /// For a step from (q, v), gravity [m/s^2], constraints as found there, smooth forces
-  /// over `span` [s] of it before the impulses; for those trees in `ranges` that turn. Needs
-  /// compute_poses, compute_velocities and free_flight.h's mean forces; compute_inertias of what
-  /// is asked for is done here. No applied forces in data (has_external, added); aba's scratch is
-  /// overwritten.
+  /// Predicts the velocities of the requested trees in `ranges` for a step from (q, v), under
+  /// gravity [m/s^2] and the constraints found there. The smooth forces act over `span` [s] of the
+  /// step, before the impulses. Needs compute_poses, compute_velocities and the mean forces of
+  /// free_flight.h, and no applied forces in `data`. It completes the inertias of these trees and
+  /// overwrites the scratch memory of aba.
   void find(const StepContext& at, Of of, double span, const Vector3& gravity,
             const ConstraintSet& constraints, std::span<const BodyRange> ranges, Data& data);
 
-  /// A second pass, for trees with closures and mimic joints, which `find` (kLinkages) came first
-  /// for: velocity-dependent forces at the velocity in the middle of the step that the first pass
-  /// found, and closures aimed at the pose that it leads to (closures.h), in `constraints` too. Of
-  /// these trees mean forces are to be set again.
+  /// A second pass for trees under closures and mimic joints, after `find` (kLinkages): it takes
+  /// velocity-dependent forces at the velocity in the middle of the step that the first pass found,
+  /// and aims closures at the pose that this velocity leads to (closures.h), in `constraints` too.
+  /// The caller sets the mean forces of these trees afterwards.
   void refine(const StepContext& at, const Vector3& gravity, ConstraintSet& constraints,
               Data& data);
 
-  /// Covers nothing.
+  /// Drops all predictions.
   void forget();
 
   bool covers(int tree) const { return covered_[tree]; }
-  /// Nothing acts on the tree that (q, w) does not tell: it would be covered if it turned.
+  /// Whether (q, w) determines all forces on the tree: it would be covered if it rotated.
   bool knows(int tree) const { return known_[tree]; }
-  /// nv: at the end of the step [m/s, rad/s]; of covered trees.
+  /// Velocity (nv) of the covered trees at the end of the step [m/s, rad/s].
   const VectorX& velocity() const { return velocity_; }
-  /// nv: what closures and mimic joints change of it [m/s, rad/s]; zero of trees not covered.
+  /// Its change (nv) by closures and mimic joints [m/s, rad/s]; zero for other trees.
   const VectorX& change_by_equalities() const { return equality_change_; }
 
-  // How it came to that, for its derivatives.
+  // Intermediate results, for the derivatives of the prediction.
 
-  /// A tree is covered.
+  /// Whether a tree is covered.
   bool any() const { return any_; }
-  /// The tree has a velocity here: it is covered, or coupled to one that is.
+  /// Whether the tree has a velocity here: it is covered, or coupled to a covered tree.
   bool has(int tree) const { return any_ && needed_[tree]; }
-  /// Closures and mimic joints of these trees, with the biases that the first pass went by, and of
-  /// each pair which of the constraints' closures it is.
+  /// Closures and mimic joints of these trees with the biases of the first pass, and for each pair
+  /// its index among the closures of the constraints.
   const ConstraintSet& equalities() const { return equalities_; }
   const std::vector<int>& equality_closures() const { return equality_closures_; }
-  /// The bias of a closure's rows is aimed.
+  /// Whether the bias of a closure's rows is aimed.
   bool aims(const Model& model, const PairConstraint& pair) const;
-  /// nv: at the end of the first pass.
+  /// Velocity (nv) at the end of the first pass [m/s, rad/s].
   const VectorX& first_velocity() const { return first_; }
-  /// There was a second pass.
+  /// Whether the second pass succeeded.
   bool refined() const { return refined_; }
 
  private:
@@ -84,28 +84,28 @@ class VelocityPredictor {
   bool solve_equalities(const Model& model);
   void aim(const StepContext& at, ConstraintSet& constraints, const Kinematics& data);
 
-  std::vector<char> with_servo_;        ///< by tree
-  std::vector<char> known_;             ///< by tree: nothing acts on it that (q, w) does not tell
-  std::vector<char> covered_;           ///< by tree
-  std::vector<char> needed_;            ///< by tree: covered, or coupled to one that is
-  ConstraintSet equalities_;            ///< closures and mimic joints of what is needed
-  std::vector<int> equality_closures_;  ///< of each pair in equalities_ its index among the
+  std::vector<char> with_servo_;        ///< per tree
+  std::vector<char> known_;             ///< per tree: (q, w) determines all forces on it
+  std::vector<char> covered_;           ///< per tree
+  std::vector<char> needed_;            ///< per tree: covered, or coupled to a covered one
+  ConstraintSet equalities_;            ///< closures and mimic joints of needed trees
+  std::vector<int> equality_closures_;  ///< per pair in equalities_: its index among the
                                         ///< constraints' closures
   VectorX tau_, diagonal_, acceleration_, velocity_, equality_change_;
   std::vector<int> block_of_tree_;
   contact::Problem problem_;
   EqualitySolver equality_solver_;
   bool any_ = false, refined_ = false;
-  bool factored_ = false;   ///< problem_, by equality_solver_
-  contact::Solver solver_;  ///< where there are too many equalities
+  bool factored_ = false;   ///< equality_solver_ has factored problem_
+  contact::Solver solver_;  ///< used where there are too many equalities
   VectorX w_, impulse_;     ///< grown only, see Workspace::Impl
 
-  // the second pass
+  // Second pass.
   MidVelocity mid_velocity_;
   VectorX first_;                ///< nv: the velocity that the first pass found
-  std::optional<Data> reached_;  ///< if there are closures: poses
+  std::optional<Data> reached_;  ///< poses reached; set if there are closures
   VectorX q_reached_;
-  std::vector<Motion> V_;  ///< by body, of velocity_
+  std::vector<Motion> V_;  ///< per body: its motion at velocity_
 };
 
 }  // namespace counterpoint

@@ -6,13 +6,15 @@
 namespace counterpoint {
 namespace {
 
-/// So much softer, a constraint takes no force that a double would see beside another.
+/// Factor of a regularizer that makes the force of a constraint vanish beside any other.
 constexpr double kNoForce = 1e30;
 
-/// Of displacements, relative: they are corrected in the next step, and nothing else knows of them.
+/// Relative accuracy of displacements: the next step corrects their error, and no other result
+/// depends on them.
 constexpr double kAccuracy = 1e-9;
 
-/// b of the recovery in the row of a gap; NaN for constraints without.
+/// Returns the bias that removes the whole recoverable overlap [m/s]; NaN for constraints without a
+/// gap.
 double gap_bias_of(const ConstraintSet& constraints, int constraint) {
   const auto i = static_cast<size_t>(constraint);
   if (i < constraints.contacts.size()) return constraints.pairs[i].gap_bias;
@@ -20,7 +22,7 @@ double gap_bias_of(const ConstraintSet& constraints, int constraint) {
   return constraints.joints[i - constraints.pairs.size()].gap_bias;
 }
 
-/// J w of the first row of a constraint.
+/// Returns J w of the first row of a constraint.
 double first_row_velocity(const contact::Problem& problem, int constraint, const VectorRef& w) {
   double sum = 0.0;
   for (int side = 0; side < 2; ++side) {
@@ -42,7 +44,7 @@ contact::Law displacement_law(const contact::Law& law, double b) {
   if (law.type == contact::LawType::kEquality) {
     out.type = law.type;
   } else if (std::isnan(b)) {
-    out.type = contact::LawType::kEquality;  // takes part in name only: rows stay in order
+    out.type = contact::LawType::kEquality;  // without force; it keeps the order of rows
     out.regularizer *= kNoForce;
   } else {
     out.rows = 1;
@@ -141,8 +143,7 @@ OverlapCorrection::Found OverlapCorrection::find(const ConstraintSet& constraint
   if (impulse_.size() < solved.num_rows()) impulse_.resize(solved.num_rows());
   contact::Settings looser = settings;
   looser.tolerance = std::max(settings.tolerance, kAccuracy);
-  // The laws are convex and the inverse does not know them: the limit of the contact solve does not
-  // apply.
+  // These laws are convex and the inverse does not use them, so they may be softened as usual.
   looser.soften_after = contact::Settings().soften_after;
   const contact::Report& report =
       solver_.solve(problem_, looser, p, Eigen::Ref<VectorX>(impulse_.head(problem_.num_rows())));

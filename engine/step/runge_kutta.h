@@ -1,11 +1,11 @@
-// The classical Runge-Kutta method on the configuration manifold, for smooth scenes; closures and
-// mimic joints by accelerations and projection (equality_motion.h).
+// The classical Runge-Kutta method on the configuration manifold, for smooth scenes. Closures and
+// mimic joints act through accelerations and projection (equality_motion.h).
 //
-// Coordinates of the step are the exponents theta of q (+) theta, so that orientations, too, are of
-// order four: theta' = w + theta x w / 2 + theta x (theta x w) / 12 for rotations, with w in body
-// axes (Munthe-Kaas 1998; the series of the inverse of the exponential's derivative, cut where
-// order four allows it). No discrete inverse: the four stages' forces are not told apart by the
-// ends of a step.
+// The coordinates of a step are the exponents theta of q (+) theta, so that orientations are of
+// order four too: theta' = w + theta x w / 2 + theta x (theta x w) / 12 for rotations, with w in
+// body axes (Munthe-Kaas 1998; the series of the inverse of the exponential's derivative, truncated
+// at order four). It has no discrete inverse: the ends of a step do not determine the forces of its
+// four stages.
 #pragma once
 
 #include "counterpoint/engine/step/step_start.h"
@@ -13,7 +13,7 @@
 
 namespace counterpoint {
 
-/// @throws InputError if the scene calls for constraints that are not switched off.
+/// Throws InputError if the scene calls for constraints that are not switched off.
 void refuse_constraints(EffectSet effects);
 
 /// A stage of the method: its time as a share of the step, and its weight in sixths.
@@ -23,11 +23,11 @@ struct RungeKuttaStage {
 inline constexpr RungeKuttaStage kRungeKuttaStages[4] = {
     {0.0, 1.0}, {0.5, 2.0}, {0.5, 2.0}, {1.0, 1.0}};
 
-/// theta' (nv) at theta (nv) for velocities w (nv).
+/// Computes theta' (nv) at theta (nv) for velocities w (nv).
 void exponent_rate(const Model& model, const VectorX& theta, const VectorX& w, VectorX& rate);
 
-/// The acceleration (nv) of the smooth motion at a stage; leaves its kinematics in ws.stage. All
-/// bodies must be awake.
+/// Computes the acceleration (nv) of the smooth motion at a stage; leaves its kinematics in
+/// ws.stage. All bodies must be awake.
 void compute_acceleration(const StepContext& at, const Input& input, Workspace::Impl& ws,
                           VectorX& acceleration, StepReport& report);
 

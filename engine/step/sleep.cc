@@ -8,7 +8,7 @@
 namespace counterpoint {
 namespace {
 
-/// Equal to the bit: 0 and -0 differ, as they may in what follows from them.
+/// Whether the bits are equal: 0 and -0 differ, since results may depend on the sign.
 bool same(const VectorX& a, const VectorX& b, int begin, int size) {
   if (size == 0) return true;  // memcmp takes no null pointers
   return std::memcmp(a.data() + begin, b.data() + begin, sizeof(double) * size) == 0;
@@ -23,8 +23,8 @@ bool same_state(const Model& model, const Tree& tree, const State& a, const Stat
   return same(a.v, b.v, tree.v_begin, tree.v_end - tree.v_begin) && same(a.q, b.q, q.begin, q.size);
 }
 
-/// True if the motion h w of a tree is lost in the rounding of its bodies' poses: a few times that
-/// of the largest coordinate, and as much about the origin of a body of that radius.
+/// Whether the motion h w of a tree is lost in the rounding of its bodies' poses: a few times the
+/// rounding of the largest coordinate, and as much at the radius of each body.
 bool is_still(const Model& model, const Tree& tree, double h, const VectorX& w,
               const std::vector<double>& radii, const Kinematics& data) {
   constexpr double kRoundoffs = 2.0 * std::numeric_limits<double>::epsilon();

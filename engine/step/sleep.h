@@ -1,9 +1,10 @@
-// Islands at rest are left out of the step, to the same bits.
+// Sleeping: islands at rest are left out of a step, with the same bits as if they were not.
 //
-// A step is a function of (q, w, input). Where it returned an island's (q, w) unchanged to the last
-// bit, finds the same (q, w) and input there again, and nothing that moves has come near, its
-// answer is known: nothing is computed. Hence sleeping cannot change a motion, needs no threshold,
-// and waking has nothing to make up for. The memory is scratch: deleting it costs one step's time.
+// A step is a function of (q, w, input). If the last step returned an island's (q, w) unchanged to
+// the last bit, this step starts from the same (q, w) and input, and no moving body has come near,
+// then the result is known and nothing is computed. Hence sleeping cannot change a motion, needs no
+// threshold, and waking needs no correction. The memory is scratch: deleting it costs the time of
+// one step.
 #pragma once
 
 #include <span>
@@ -22,32 +23,33 @@ class Sleepers {
  public:
   explicit Sleepers(const Model& model);
 
-  /// Finds the trees that sleep through this step: those of islands whose state the last step left
-  /// as it was, if state, input and options are what they were then.
+  /// Finds the trees that sleep through this step: trees of islands whose state the last step left
+  /// unchanged, if state, input and options are the same as then.
   void begin(const Model& model, const SimulationOptions& options,
              const contact::Settings& settings, const State& state, const Input& input);
-  /// Wakes the islands that a constraint joins to a body that is awake, and those in reach of a
-  /// fast one (by tree), which have contacts looked for in a wider space; woken() lists their
+  /// Wakes the islands that a constraint joins to an awake body, and islands in reach of a fast
+  /// body (in_reach: per tree), whose contact search used a larger margin; woken() lists their
   /// bodies. False if there are none.
   bool wake_touched(const Model& model, const ConstraintSet& constraints,
                     std::span<const char> in_reach);
-  /// Finds the islands of what is awake. Always called, whether anything may sleep or not.
+  /// Finds the islands of the awake trees. Every step calls it, whether trees may sleep or not.
   void find_islands(const Model& model, const ConstraintSet& constraints);
-  /// Leaves the poses of islands whose motion within the step is lost in rounding as they are in
-  /// `state`: else they would tremble for ever, or creep by 1e-20 m a step where a coordinate
-  /// happens to be zero. radii: by body [m]; displacement: the velocities they were moved with.
-  /// Needs compute_poses and find_islands.
+  /// Resets to `state` the poses of islands whose motion within the step is lost in rounding. They
+  /// would otherwise tremble for ever, or creep by 1e-20 m per step where a coordinate is zero.
+  /// radii: per body [m]; displacement: velocities (nv) that moved the bodies. Needs compute_poses
+  /// and find_islands.
   void hold_still(const Model& model, double h, const std::vector<double>& radii,
                   const Kinematics& data, const State& state, const VectorX& displacement,
                   State& next);
-  /// Remembers what this step did to the trees that were awake.
+  /// Stores which awake trees this step left unchanged.
   void end(const Model& model, const State& state, const Input& input,
            const ConstraintSet& constraints, const State& next);
-  /// After end: what this step did to a tree another one of the same state need not do.
+  /// Keeps a tree awake in the next step, whose result at an equal state may differ. Call after
+  /// end.
   void keep_awake(int tree) { resting_[tree] = 0; }
-  /// In place of begin: nothing sleeps through this step.
+  /// Lets no tree sleep through this step; call it in place of begin.
   void wake_all(const Model& model);
-  /// The next step computes everything.
+  /// Drops the memory: no tree sleeps through the next step.
   void forget();
 
   bool asleep(int tree) const { return asleep_[tree] != 0; }
@@ -55,7 +57,7 @@ class Sleepers {
   SleepMask sleep_mask() const;
   const std::vector<BodyRange>& awake() const { return awake_; }
   const std::vector<BodyRange>& woken() const { return woken_; }
-  /// Deepest penetration among the sleeping [m].
+  /// Deepest penetration of sleeping bodies [m].
   double max_penetration() const;
 
  private:
@@ -65,14 +67,14 @@ class Sleepers {
   SimulationOptions options_;
   contact::Settings settings_;
   Input last_input_;
-  State last_;                       ///< what the trees at rest were given
-  std::vector<char> resting_;        ///< by tree: the last step changed nothing
-  std::vector<char> asleep_;         ///< by tree
-  std::vector<char> idle_;           ///< by body
-  contact::DisjointSets islands_;    ///< of trees
-  std::vector<char> island_awake_;   ///< by tree: of the island that has it as root
-  std::vector<char> touched_;        ///< by tree: there is a constraint on it
-  std::vector<double> penetration_;  ///< by tree [m]
+  State last_;                 ///< state from which the last step left the resting trees unchanged
+  std::vector<char> resting_;  ///< per tree: the last step changed nothing
+  std::vector<char> asleep_;   ///< per tree
+  std::vector<char> idle_;     ///< per body
+  contact::DisjointSets islands_;    ///< sets of trees
+  std::vector<char> island_awake_;   ///< per root tree of an island: the island is awake
+  std::vector<char> touched_;        ///< per tree: there is a constraint on it
+  std::vector<double> penetration_;  ///< per tree [m]
   std::vector<BodyRange> awake_, woken_;
   int num_sleeping_bodies_ = 0;
 };

@@ -1,9 +1,9 @@
-// Steps whose contact problem cannot be solved with its own laws, within a bounded effort, are
-// solved with softer ones: a physical contact, more compliant for one step.
+// Softer contact laws for steps whose contact problem cannot be solved with its own laws within a
+// bounded effort: a physical contact that is more compliant for one step.
 //
-// The solver softens an island (contact/solver.h). A step reports one Softening: that of the
-// island, or where several islands needed it, the same factor for all. It is recorded with a
-// trajectory, so that the inverse evaluates the laws that were solved.
+// The solver softens single islands (contact/solver.h). A step reports one Softening: that of the
+// island or, where several islands were softened, one factor for all trees. Trajectories record it,
+// so that the inverse evaluates the laws that were solved.
 #pragma once
 
 #include <vector>
@@ -16,25 +16,26 @@
 
 namespace counterpoint {
 
+/// Returns the softness of a law under a softening.
 contact::Softness softness_of(const Softening& softening);
 
-/// Which trees a Softening is about. Scratch memory inside: one per thread.
+/// The trees that a Softening covers. Scratch memory: one per thread.
 class SoftenedTrees {
  public:
-  /// Finds the trees that constraints join to softening.tree; all of them if that is -1.
+  /// Finds the trees that constraints join to softening.tree; all trees if that is -1.
   void find(const Model& model, const ConstraintSet& constraints, const Softening& softening);
-  /// Of a constraint between trees, -1 for the world.
+  /// Whether the softening covers a constraint between two trees; -1 is the world.
   bool holds(int tree_a, int tree_b) const {
     return (tree_a >= 0 && softened_[tree_a]) || (tree_b >= 0 && softened_[tree_b]);
   }
 
  private:
   contact::DisjointSets islands_;
-  std::vector<char> softened_;  ///< by tree
+  std::vector<char> softened_;  ///< per tree
 };
 
-/// The softening of a step whose solve reported `softened` (not empty), of which `before` was in
-/// force already.
+/// Returns the softening of a step whose solve, with `before` in force, reported `softened` (not
+/// empty).
 Softening combine(const Softening& before, const std::vector<contact::Report::Softened>& softened,
                   const std::vector<int>& block_of_tree);
 

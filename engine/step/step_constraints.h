@@ -12,10 +12,10 @@ namespace counterpoint {
 /// whenever a size changes: the first problem.num_velocities() and num_rows() entries are in use.
 struct ContactSolution {
   contact::Problem problem;
-  std::vector<int> block_of_tree;  ///< by tree: its block of the problem, or -1
+  std::vector<int> block_of_tree;  ///< per tree: its block of the problem, or -1
   size_t num_contacts = 0;         ///< the first constraints of the problem are contacts
   VectorX velocity;                ///< velocities of the touched trees, in the problem's order
-  VectorX impulse;                 ///< of all rows [N s, N m s]
+  VectorX impulse;                 ///< impulses of all rows [N s, N m s]
   VectorX free_velocity;           ///< nv: scratch of a second solve
   contact::Solver solver;
   SoftenedTrees softened_trees;

@@ -12,7 +12,8 @@ namespace counterpoint {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-/// The next length is this share of what the error allows, and within these factors of the last.
+/// The next length is this share of the length that the error allows, and within these factors of
+/// the last.
 constexpr double kSafety = 0.9, kMaxGrowth = 10.0, kMaxShrink = 0.1, kBisect = 0.5;
 /// Factor after a failed step, whose error is unknown.
 constexpr double kAfterFailure = 0.25;

@@ -9,7 +9,7 @@
 
 namespace counterpoint {
 
-/// What the stages of a forward step read once prepare_step is done.
+/// The input of the stages of a forward step after prepare_step.
 struct StageInput {
   const StepArguments& step;
   const StepStart& start;
@@ -33,7 +33,7 @@ struct FreeMotion {
   ExternalForces external;
   DynamicsScratch scratch;
   VectorX acceleration;                       ///< nv
-  std::vector<Motion> velocity_acceleration;  ///< by body: scratch of drag
+  std::vector<Motion> velocity_acceleration;  ///< per body: scratch of drag
 };
 
 /// Kinematics and velocity-dependent forces within a step: at the middle of implicit_midpoint, at

@@ -59,7 +59,7 @@ void recover_impulses(const Model& model, double h, const ConstraintSet& constra
   out.contacts.clear();
   out.joints.clear();
   out.closures.assign(model.closures().size(), {});
-  for (Force& f : inverse.body_impulse) {  // by member: a copied zero would wait for its stores
+  for (Force& f : inverse.body_impulse) {  // per member: a copied zero would wait for its stores
     f.torque.setZero();
     f.force.setZero();
   }

@@ -38,7 +38,7 @@ struct RungeKuttaStages {
 struct StepControlScratch {
   State whole;                ///< end of one step in place of two half steps
   VectorX q;                  ///< nv: difference of its q
-  std::vector<char> touched;  ///< by tree: constraints acted on it
+  std::vector<char> touched;  ///< per tree: constraints acted on it
 };
 
 /// Results and scratch memory of the inverse.
@@ -106,7 +106,7 @@ struct Workspace::Impl {
   VectorX q_reached;     ///< nq: poses at which the velocity after a step is taken (FreeGroups)
   RungeKuttaStages stages;
   StepControlScratch control;
-  std::vector<Force> joint_force;  ///< by body: scratch of the rates of taut links
+  std::vector<Force> joint_force;  ///< per body: scratch of the rates of taut links
 
   InverseScratch inverse;
   std::shared_ptr<DerivativeScratch> derivatives;  ///< made when derivatives are first asked for
