@@ -63,7 +63,7 @@ Scene load_lone_urdf(const fs::path& file, const SceneOverrides& overrides) {
 void expect_no_base(const fs::path& file, const SceneOverrides& overrides, const char* format) {
   if (overrides.base || overrides.ground || overrides.ground_friction || !overrides.srdf.empty())
     throw InputError(
-        fmt::format("{}: base, ground and SRDF are options for a lone URDF; an {} file says "
+        fmt::format("{}: base, ground and SRDF are options for a single URDF; an {} file says "
                     "them itself, or a scene that names it",
                     file.string(), format));
 }
@@ -202,7 +202,7 @@ Scene load_scene(const fs::path& file, const SceneOverrides& overrides) {
   if (overrides.base || overrides.ground || overrides.ground_friction || !overrides.srdf.empty() ||
       overrides.hull_vertices > 0) {
     throw InputError(
-        fmt::format("{}: base, ground, SRDF and hull vertices are options for a lone "
+        fmt::format("{}: base, ground, SRDF and hull vertices are options for a single "
                     "URDF; a scene file says them itself",
                     file.string()));
   }

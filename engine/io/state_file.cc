@@ -45,19 +45,32 @@ void add_shape(const Shape& shape, Hash& hash) {
     for (const int vertex : triangle.vertices) hash.add(vertex);
 }
 
+void add_material(const Material& m, Hash& hash) {
+  for (const double x : {m.friction, m.restitution, m.torsional_friction, m.rolling_friction})
+    hash.add(x);
+}
+
 void add_geometries(const Model& model, Hash& hash) {
   hash.add(static_cast<int>(model.geometries().size()));
   for (const Geometry& geometry : model.geometries()) {
     hash.add(geometry.body);
     add(geometry.X_BG, hash);
     add_shape(geometry.shape, hash);
-    const Material& m = geometry.material;
-    for (const double x : {m.friction, m.restitution, m.torsional_friction, m.rolling_friction})
-      hash.add(x);
+    add_material(geometry.material, hash);
   }
   for (const auto& [a, b] : model.excluded_geometry_pairs()) {
     hash.add(a);
     hash.add(b);
+  }
+  // These lists, added later, are empty in most models, whose earlier hashes stay valid.
+  for (const auto& [a, b] : model.included_geometry_pairs()) {
+    hash.add(-1 - a);
+    hash.add(-1 - b);
+  }
+  for (const PairMaterial& pair : model.pair_materials()) {
+    hash.add(pair.geometry_a);
+    hash.add(pair.geometry_b);
+    add_material(pair.material, hash);
   }
 }
 

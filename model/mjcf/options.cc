@@ -107,8 +107,8 @@ Switches read_options(Document& document, MjcfModel& model) {
     const std::string collision = v.word("collision", {"all", "predefined", "dynamic"}, "all");
     switches.pairs_only = collision == "predefined";
     switches.no_pairs = collision == "dynamic";
-    for (const double group : v.numbers("actuatorgroupdisable", 0, 31))
-      switches.groups_off.insert(static_cast<int>(group));
+    for (const int group : v.integers("actuatorgroupdisable", 0, 31))
+      switches.groups_off.insert(group);
     std::string others;
     for (const char* name :
          {"integrator", "cone", "impratio", "solver", "jacobian", "iterations", "tolerance",

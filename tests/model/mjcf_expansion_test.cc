@@ -262,6 +262,9 @@ TEST_F(Expansion, FlagsAreObeyed) {
   expect_refused("<option>\n<flag filterparent='disable'/></option>" + kHinges,
                  {"m.xml:2: <flag>", "remove"});
   expect_refused("<option unheard='1'/>" + kHinges, {"unheard"});
+  for (const char* group : {"1e300", "1.5"})
+    expect_refused("<option\nactuatorgroupdisable='" + std::string(group) + "'/>" + kHinges,
+                   {"actuatorgroupdisable: a whole number"});
 }
 
 TEST_F(Expansion, ContactsAreThoseThatTheOptionsLeave) {

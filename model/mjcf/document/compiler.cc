@@ -82,9 +82,9 @@ Compiler read_compiler(Document& document, const Element& root) {
                               : word == "false" ? Compiler::InertiaFromGeom::kNever
                                                 : Compiler::InertiaFromGeom::kAuto;
     }
-    if (const auto range = v.numbers("inertiagrouprange", 2, 2); !range.empty()) {
-      out.first_inertia_group = static_cast<int>(range[0]);
-      out.last_inertia_group = static_cast<int>(range[1]);
+    if (const auto range = v.integers("inertiagrouprange", 2, 2); !range.empty()) {
+      out.first_inertia_group = range[0];
+      out.last_inertia_group = range[1];
     }
     out.balance_inertia = v.boolean("balanceinertia", out.balance_inertia);
     out.least_mass = v.number("boundmass", out.least_mass);

@@ -127,12 +127,19 @@ double Values::number(const char* name, double otherwise) const {
   return number(name).value_or(otherwise);
 }
 
+std::vector<int> Values::integers(const char* name, std::size_t least, std::size_t most) const {
+  std::vector<int> out;
+  for (const double value : numbers(name, least, most)) {
+    if (value != std::floor(value) || std::abs(value) > 2e9)
+      document_->fail(*level_of(name), fmt::format("{}: a whole number is expected", name));
+    out.push_back(static_cast<int>(value));
+  }
+  return out;
+}
+
 int Values::integer(const char* name, int otherwise) const {
-  const std::optional<double> value = number(name);
-  if (!value) return otherwise;
-  if (*value != std::floor(*value) || std::abs(*value) > 2e9)
-    document_->fail(*level_of(name), fmt::format("{}: a whole number is expected", name));
-  return static_cast<int>(*value);
+  const std::vector<int> values = integers(name, 1, 1);
+  return values.empty() ? otherwise : values[0];
 }
 
 bool Values::boolean(const char* name, bool otherwise) const {

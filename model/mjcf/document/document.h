@@ -107,6 +107,8 @@ class Values {
   bool boolean(const char* name, bool otherwise) const;
   /// A list of `least` to `most` numbers; empty if the attribute is missing.
   std::vector<double> numbers(const char* name, std::size_t least, std::size_t most) const;
+  /// A list of `least` to `most` whole numbers; empty if the attribute is missing.
+  std::vector<int> integers(const char* name, std::size_t least, std::size_t most) const;
   Vector3 vector(const char* name, const Vector3& otherwise) const;
   /// One of `words`; `otherwise` if the attribute is missing.
   std::string word(const char* name, std::initializer_list<const char*> words,

@@ -300,5 +300,27 @@ TEST_F(TrajectoryFile, QuotesNamesThatNeedIt) {
   EXPECT_EQ(table.value(0, 2), 3.0);
 }
 
+TEST(ModelHash, TellsPairSurfacesAndIncludedPairsApart) {
+  const auto hash_of = [](const auto& change) {
+    ModelBuilder builder;
+    for (const char* name : {"a", "b"})
+      builder.add_robot(
+          object_of(name, {.type = ShapeType::kBox, .size = Vector3(0.1, 0.1, 0.1)}, 1.0),
+          Base::kFloating, Pose(), name);
+    change(builder);
+    return model_hash(builder.build());
+  };
+  const auto none = hash_of([](ModelBuilder&) {});
+  const auto with_friction = [&](double friction) {
+    return hash_of([&](ModelBuilder& builder) {
+      builder.set_pair_surface("a/body", "b/body", {.friction = friction});
+    });
+  };
+  EXPECT_EQ(none, hash_of([](ModelBuilder&) {}));
+  EXPECT_NE(none, with_friction(0.2));
+  EXPECT_NE(with_friction(0.2), with_friction(0.3));
+  EXPECT_NE(none, hash_of([](ModelBuilder& builder) { builder.include_pair("a/body", "b/body"); }));
+}
+
 }  // namespace
 }  // namespace counterpoint::trajectory_test
