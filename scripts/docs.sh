@@ -25,15 +25,19 @@ plugins: []
 markdown_extensions: [tables, fenced_code, toc]
 END
 mkdocs build --quiet --strict --config-file build/mkdocs.yml
-doxygen - <<END
+# Warnings are errors, so that each @param and reference in the public headers names something that exists. A comment
+# may describe some of the parameters only.
+doxygen - <<END || { cat build/doxygen.log >&2; exit 1; }
 PROJECT_NAME = Counterpoint
 OUTPUT_DIRECTORY = build/site
 HTML_OUTPUT = cpp
 INPUT = $(grep "\.h$" cmake/public_headers.txt | tr "\n" " ")
 GENERATE_LATEX = NO
 QUIET = YES
-WARNINGS = NO
-WARN_IF_DOC_ERROR = NO
+WARNINGS = YES
+WARN_IF_UNDOCUMENTED = NO
+WARN_IF_INCOMPLETE_DOC = NO
+WARN_AS_ERROR = FAIL_ON_WARNINGS
 WARN_LOGFILE = build/doxygen.log
 EXTRACT_ALL = YES
 SOURCE_BROWSER = NO

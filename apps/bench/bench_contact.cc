@@ -34,7 +34,7 @@ contact::Problem scene_problem(const std::string& name, double time) {
   State next = simulator.state();
   step_forward(scene.model, simulator.options(), contact::Settings{}, simulator.state(),
                Input{VectorX::Zero(scene.model.nv()), {}}, workspace, next);
-  return workspace.impl().problem;
+  return workspace.impl().solution.problem;
 }
 
 double signed_unit(std::mt19937& random) {

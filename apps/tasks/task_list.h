@@ -1,9 +1,9 @@
-// Lists of tasks (engine/batch.h) in the namespace of the apps, and their shares.
+// Lists of tasks (engine/tasks.h) in the namespace of the apps, and their shares.
 #pragma once
 
 #include <cstdint>
 
-#include "counterpoint/engine/batch.h"
+#include "counterpoint/engine/tasks.h"
 
 namespace counterpoint::apps::tasks {
 

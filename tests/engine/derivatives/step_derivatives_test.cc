@@ -92,7 +92,8 @@ TEST(InverseDerivatives, OfProjectedTreesWithAPrediction) {
     Inverse out;
     step_inverse(scene.model, scene.options, slow.q, slow.v, slow.v_next, ws, out);
     double fastest = 0.0;
-    for (const Motion& V : ws.impl().data.V) fastest = std::max(fastest, V.angular.norm());
+    for (const Motion& V : ws.impl().start.kinematics().V)
+      fastest = std::max(fastest, V.angular.norm());
     if (!(fastest > 0.1)) continue;  // prismatic joints only
     scene.v *= random.uniform(13.0, 40.0) / fastest;
     const Moment at = random_moment(scene, random, 0.1);

@@ -306,7 +306,7 @@ TEST(ModelHash, TellsPairSurfacesAndIncludedPairsApart) {
     for (const char* name : {"a", "b"})
       builder.add_robot(
           object_of(name, {.type = ShapeType::kBox, .size = Vector3(0.1, 0.1, 0.1)}, 1.0),
-          Base::kFloating, Pose(), name);
+          Base::kFloating, Pose(), std::string(name) + "/");
     change(builder);
     return model_hash(builder.build());
   };

@@ -83,8 +83,8 @@ TEST(Inverse, FindsTheImpulsesOfTheForwardStepToTheBit) {
     ASSERT_EQ(inverse.contacts.size(), ws.constraints.contacts.size());
     for (size_t c = 0; c < inverse.contacts.size() && !report.softening.any(); ++c, ++compared) {
       const PairConstraint& pair = ws.constraints.pairs[c];
-      const contact::Rows f =
-          ws.impulse.segment(ws.problem.first_row(static_cast<int>(c)), pair.law.rows);
+      const contact::Rows f = ws.solution.impulse.segment(
+          ws.solution.problem.first_row(static_cast<int>(c)), pair.law.rows);
       ASSERT_EQ(inverse.contacts[c].force, pair_impulse(pair, f).force / kStep) << i << ", " << c;
     }
     std::swap(state, next);
