@@ -302,19 +302,21 @@ TEST_F(TrajectoryFile, QuotesNamesThatNeedIt) {
 
 TEST(ModelHash, TellsPairSurfacesAndIncludedPairsApart) {
   const auto hash_of = [](const auto& change) {
+    Shape box;
+    box.type = ShapeType::kBox;
+    box.size = Vector3(0.1, 0.1, 0.1);
     ModelBuilder builder;
-    for (const char* name : {"a", "b"})
-      builder.add_robot(
-          object_of(name, {.type = ShapeType::kBox, .size = Vector3(0.1, 0.1, 0.1)}, 1.0),
-          Base::kFloating, Pose(), std::string(name) + "/");
+    for (const char* name : {"a/", "b/"})
+      builder.add_robot(object_of("box", box, 1.0), Base::kFloating, Pose(), name);
     change(builder);
     return model_hash(builder.build());
   };
   const auto none = hash_of([](ModelBuilder&) {});
   const auto with_friction = [&](double friction) {
-    return hash_of([&](ModelBuilder& builder) {
-      builder.set_pair_surface("a/body", "b/body", {.friction = friction});
-    });
+    PairSurface surface;
+    surface.friction = friction;
+    return hash_of(
+        [&](ModelBuilder& builder) { builder.set_pair_surface("a/body", "b/body", surface); });
   };
   EXPECT_EQ(none, hash_of([](ModelBuilder&) {}));
   EXPECT_NE(none, with_friction(0.2));
