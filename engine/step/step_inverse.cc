@@ -243,8 +243,11 @@ void invert_step(const InverseArguments& step, Workspace::Impl& ws, Inverse& out
   }
   if (!ws.free_groups.groups().empty()) {
     integrate_configuration(model, step.q, inverse.contact_velocity, step.h(), ws.q_reached);
+    // The forces act at q, or at the middle of the midpoint rule.
+    const bool midpoint = step.options.integrator == Integrator::kImplicitMidpoint;
     ws.free_groups.restore(step.context(), step.known, ws.q_reached, step.v_next,
-                           start.kinematics(), inverse.body_impulse, out.applied_force);
+                           midpoint ? ws.stage.at : start.kinematics(), inverse.body_impulse,
+                           out.applied_force);
   }
   out.fault = ws.check.of_recovered(model, out.applied_force);
   out.force_scale = largest_force(inverse.tau, out);
