@@ -134,7 +134,7 @@ struct Tree {
 
 /// Properties of the joint of body i + 1 (joint i).
 struct JointInfo {
-  std::string name;  ///< unique; "<instance>/<joint>" in scenes of several models
+  std::string name;  ///< unique; "<instance>/`<joint>`" in scenes of several models
   std::string link;  ///< child link as named in the file, with the same prefix
   /// Position limits [rad or m]; only for joints of one coordinate.
   double lower = -std::numeric_limits<double>::infinity();
@@ -198,7 +198,7 @@ struct Frame {
   Pose X_BF;
 };
 
-/// A joint that follows another: q[joint] = multiplier q[master] + offset (URDF <mimic>).
+/// A joint that follows another: q[joint] = multiplier q[master] + offset (URDF `<mimic>`).
 struct Mimic {
   int joint = 0;   ///< index into joints()
   int master = 0;  ///< index into joints()

@@ -33,7 +33,8 @@ struct ModelFileOptions {
 /// Features of MJCF and SDF files that the engine does not support. A file that uses one is
 /// refused, unless the user asks to leave that feature out.
 enum class LeaveOut {
-  /// Drag of the air and wind: <option density viscosity wind>, <enable_wind>, <velocity_decay>.
+  /// Drag of the air and wind: `<option density viscosity wind>`, `<enable_wind>`,
+  /// `<velocity_decay>`.
   kFluid,
   kTendons,  ///< forces and limits of tendons that do not couple two joints
   /// Actuators that act without a control and are not a servo of one joint; motors in an SDF file.
@@ -117,7 +118,7 @@ MeshPath find_mesh(const std::string& name, const std::filesystem::path& urdf_fo
 
 /// Packages that are not listed are searched for upwards from the URDF.
 struct UrdfOptions : ModelFileOptions {
-  /// Swaps limits whose lower is above the upper one, and drops a <mimic> if the joint or its
+  /// Swaps limits whose lower is above the upper one, and drops a `<mimic>` if the joint or its
   /// master is fixed or has several coordinates, or the master does not exist; notes each. If
   /// false, such files are refused.
   bool repair_joints = false;
@@ -126,8 +127,8 @@ struct UrdfOptions : ModelFileOptions {
 };
 
 /// Reads a URDF file. Visual elements are ignored; collision meshes become their convex hulls.
-/// Friction and restitution come from Bullet's <contact>, Drake's proximity properties and Gazebo's
-/// mu1. @throws InputError naming file, line or element, the expected input and a remedy.
+/// Friction and restitution come from Bullet's `<contact>`, Drake's proximity properties and
+/// Gazebo's mu1. @throws InputError naming file, line or element, the expected input and a remedy.
 RobotSpec load_urdf(const std::filesystem::path& file, const UrdfOptions& options = {});
 
 // ---- MJCF, MuJoCo's model files: their supported contents, and their conversion to a scene.
@@ -174,7 +175,7 @@ struct MjcfModel : ModelParts {
 /// expected input and a remedy; also for unsupported features that would change the motion.
 MjcfModel load_mjcf(const std::filesystem::path& file, const MjcfOptions& options = {});
 
-/// Returns true if the root element of an XML file is <mujoco>. @throws InputError if it is not
+/// Returns true if the root element of an XML file is `<mujoco>`. @throws InputError if it is not
 /// XML.
 bool is_mjcf(const std::filesystem::path& file);
 
@@ -219,8 +220,8 @@ struct SdfModel : ModelParts {
 /// would change the motion, and if the program was built without libsdformat.
 SdfModel load_sdf(const std::filesystem::path& file, const SdfOptions& options = {});
 
-/// Returns true if the root element of an XML file is <sdf> (or <gazebo>, its old name). @throws
-/// InputError if it is not XML.
+/// Returns true if the root element of an XML file is `<sdf>` (or `<gazebo>`, its old name).
+/// @throws InputError if it is not XML.
 bool is_sdf(const std::filesystem::path& file);
 
 /// Adds the models to a builder, placed at X_WL and with `prefix` before every name. @throws

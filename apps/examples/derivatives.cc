@@ -2,6 +2,7 @@
 // and by differences: in free flight and while the ground stops it.
 #include <counterpoint/engine/engine.h>
 
+#include <algorithm>
 #include <iostream>
 #include <string>
 
@@ -18,9 +19,10 @@ void differentiate(const char* name, const cp::Simulator& sim, const cp::State& 
                                workspace, forces, exact);
   cp::step_inverse_derivatives(model, sim.scene().options, before.q, before.v, after.v, {},
                                workspace, forces, differences, cp::DerivativeMethod::kExtrapolated);
-  std::cout << name << ", " << forces.contacts.size() << " contacts: du/dq up to "
-            << exact.dq.cwiseAbs().maxCoeff() << " N/m; differences are up to "
-            << (exact.dq - differences.dq).cwiseAbs().maxCoeff() << " N/m off\n";
+  const double largest = exact.dq.cwiseAbs().maxCoeff();
+  const double off = (exact.dq - differences.dq).cwiseAbs().maxCoeff();
+  std::cout << name << " (contacts: " << forces.contacts.size() << "): du/dq up to " << largest
+            << " N/m; differences agree to " << off / std::max(largest, 1.0) << " of it\n";
 }
 
 int main(int count, char** arguments) {

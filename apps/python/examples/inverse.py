@@ -23,7 +23,8 @@ for k in range(motion.num_steps):
     )
     worst = max(worst, float(np.linalg.norm(found.applied_force - motion.applied_force[k])))
     scale = max(scale, found.force_scale)
-    ground.append(float(sum(c.force[2] for c in found.contacts if c.geometry_a == "ground")))
+    # Forces act on geometry B.
+    ground.append(float(sum(-c.force[2] for c in found.contacts if c.geometry_b == "ground")))
 
 print(f"torques recovered to {worst / scale:.1e} of the largest force, {scale:.3g} N or N m")
 print(f"the ground pushes with up to {max(ground):.0f} N; the humanoid weighs {9.80665 * cp.total_mass(model):.0f} N")
