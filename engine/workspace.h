@@ -59,7 +59,7 @@ class Workspace {
   const EffectCounts& effect_counts() const;
   /// Returns the trees that no other body touched in the last step or inverse. Their centre of mass
   /// moves by outer forces alone, so the translation of their base differs from q (+) h v+
-  /// (docs/explanation/integrators.md#momentum).
+  /// (docs/explanation/integrators.md, Momentum).
   std::span<const int> free_trees() const;
 
   struct Impl;

@@ -42,7 +42,7 @@ enum class LeaveOut {
   kJointForces,         ///< springs and limits of ball joints, springdamper
   kEqualities,          ///< equality constraints other than closures and couplings of two joints
   kFrictionDirections,  ///< anisotropic friction: the smaller coefficient counts
-  kSlip,                ///< creep proportional to force: <slip1>, <slip2>
+  kSlip,                ///< creep proportional to force: `<slip1>`, `<slip2>`
 };
 /// Returns "fluid", "tendons", "actuators", "joint_forces", "equalities", "friction_directions" or
 /// "slip".

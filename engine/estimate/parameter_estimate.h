@@ -24,7 +24,7 @@ struct ParameterEstimate {
 
 /// Estimates the most probable parameters and motions of recordings that share the parameters.
 /// Errors must be white; rows that are not evenly spaced are interpolated. Parameters start at the
-/// scene's values. Uses MotionEstimateOptions::threads and ::stop; the result does not depend on
+/// scene's values. Uses `threads` and `stop` of the options; the result does not depend on
 /// the number of threads.
 /// @throws InputError for a kind of parameter that cannot be found this way (sizes, restitution and
 /// parameters of the contact law, which the search itself changes), and as estimate_motion.
