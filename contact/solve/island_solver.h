@@ -52,6 +52,8 @@ class IslandSolver {
   void start_mixed(double sigma);
   double residual();
   double smoothing(double share);
+  /// Runs `count` sweeps on point_ unless its relative residual is below `enough`; restarts it
+  /// from start_ and guess_ if it is not finite.
   void sweep(int count, double enough);
   int allowed(int steps) const;
   void set_softness(Softness softness);

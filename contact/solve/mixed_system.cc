@@ -136,8 +136,8 @@ bool MixedSystem::raise_loads(double most, Point& point) const {
   return raised;
 }
 
-double MixedSystem::resmooth(const Point& point, double other_center) {
-  extra_smoothing = other_center;
+double MixedSystem::resmooth(const Point& point, double other_smoothing) {
+  extra_smoothing = other_smoothing;
   return std::sqrt(evaluate_laws(y_.data(), point.phi.data()) + dual_square_);
 }
 

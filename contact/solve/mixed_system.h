@@ -58,9 +58,9 @@ class MixedSystem {
   /// step. Where the load of a contact is too small for the velocity of the last residual(), phi
   /// becomes that of its law, at most `most` times as large. True if any load changes.
   bool raise_loads(double most, Point& point) const;
-  /// Evaluates the residual at the point of the last residual() or accept() with another
-  /// extra_smoothing: only the laws are evaluated.
-  double resmooth(const Point& point, double other_center);
+  /// Sets extra_smoothing [J] and returns the norm of the residual with it [sqrt J], at the point
+  /// of the last residual() or accept(): only the laws are evaluated.
+  double resmooth(const Point& point, double other_smoothing);
   /// Sum over constraints of sigma |F_sigma - phi|^2 [J], of the last residual.
   double law_square() const { return law_square_; }
   /// Scale of the terms of the last residual [sqrt J], as in Report.
@@ -74,8 +74,9 @@ class MixedSystem {
   bool factor();
   /// Computes Newton's direction for the last residual with the last factors.
   void direction(Point& out);
-  /// Returns the norm of the residual at `step` along the last direction d, from the laws alone:
-  /// that of momentum is linear. accept() then moves to the last trial and evaluates the rest.
+  /// Returns the norm of both residuals at `step` along the last direction d; only the laws are
+  /// evaluated, since the momentum residual is linear in the step. accept() moves `point` to the
+  /// last trial and returns its norm.
   double trial(const Point& point, const Point& d, double step);
   double accept(const Point& d, Point& point);
 

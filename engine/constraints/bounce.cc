@@ -184,7 +184,7 @@ Bounce ConstraintFinder::find_contact_bounce(const Model& model, const Simulatio
   return out;
 }
 
-/// Finds the wedged trees, and the number of contacts that the other trees may close within the
+/// Finds the wedged trees, and for each tree the number of contacts that it may close within the
 /// step. It uses the speeds of the bodies' surfaces, so the result does not depend on the search
 /// margins.
 void ConstraintFinder::find_crowds(const StepContext& at) {

@@ -143,7 +143,8 @@ struct SpeedLimit {
   double limit = 0.0;
 };
 
-/// Marks the sleeping bodies and the world (sleep.h): one entry per body, empty if no body sleeps.
+/// The idle bodies: those that sleep (sleep.h), and the world. One entry per body; empty if none
+/// sleeps. operator(): the body is idle; sleeps(): it is idle and not the world.
 struct SleepMask {
   std::span<const char> bodies = {};
   bool operator()(int body) const { return !bodies.empty() && bodies[body]; }

@@ -1,5 +1,6 @@
-// Laws of constraints from (q, w): the only place where gaps, materials and options become
-// regularizer, smoothing and bias. Both the forward step and the inverse call it.
+// Laws of constraints from (q, w): gaps, materials and options become regularizer, smoothing and
+// bias here, for the forward step and the inverse. Adjusted afterwards: stiffen_closures
+// (constraints.cc), contact_patch.h, friction_slip.h.
 #pragma once
 
 #include <limits>

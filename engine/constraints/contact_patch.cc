@@ -22,7 +22,8 @@ constexpr double kNoSpin = 1e-6;
 constexpr double kOpen = 1e-3, kReach = 500.0;
 /// Largest 1 - cosine between normals of one plane.
 constexpr double kOnePlane = 1e-9;
-/// Exponent of |difference| / sum of the second moments: nearly 1 for a line, nearly 0 for a face.
+/// (|difference| / sum of the second moments)^kSlender is nearly 1 for a line and nearly 0 for a
+/// face.
 constexpr int kSlender = 64;
 
 /// Whether the patch is the end face of a cylinder that stands on its rim, around its axis.
@@ -146,7 +147,7 @@ bool find_friction(const ContactPatch& patch, PatchFriction& out) {
 
 double mean_distance(std::span<const Eigen::Vector2d> corners, bool round) {
   // The mean distance within the triangle of the origin and an edge is two thirds of that along the
-  // edge, which Simpson's rule on four parts gives to 1e-4.
+  // edge, which Simpson's rule on kParts parts gives to 1e-4.
   std::array<Vector2, ContactPatch::kMost> p;
   const size_t count = corners.size();
   std::copy(corners.begin(), corners.end(), p.begin());

@@ -2,8 +2,8 @@
 //
 //   w+ = w* - inv(M) J' f,    (J inv(M) J' + R) f = J w* + b
 //
-// contact::Solver finds the same within its tolerance for any laws; here all laws must be
-// equalities.
+// Here f is minus the impulse of contact/problem.h. contact::Solver finds the same within its
+// tolerance for any laws; here all laws must be equalities.
 #pragma once
 
 #include <vector>

@@ -6,10 +6,11 @@
 // Joints, closures and the world do not connect: a grip does not slip because a wheel of the same
 // robot skids.
 //
-// Friction reaches its bound at v_slip more slip (contact/laws/coulomb.h), whatever the load. The
-// distribution of loads over sticking contacts changes with every micrometre of motion; a slip of a
-// thousandth of that motion prevents this. The slip vanishes with the motion, and with h like the
-// error of the integrator; unlike creep by compliance it does not depend on the load.
+// The slip at which friction reaches its bound grows by v_slip (contact/laws/coulomb.h), whatever
+// the load. The distribution of loads over sticking contacts changes with every micrometre of
+// motion; a slip of a thousandth of that motion prevents this. The slip vanishes with the motion,
+// and with h like the error of the integrator; unlike creep by compliance it does not depend on the
+// load.
 #pragma once
 
 #include <vector>
@@ -27,8 +28,8 @@ class FrictionSlip {
  public:
   explicit FrictionSlip(const Model& model) : fastest_(model.num_bodies(), -1) {}
 
-  /// Sets law.slip_speed and `fastest` of all contacts with rows. speed: sliding speed of each of
-  /// out.contacts [m/s].
+  /// Sets law.slip_speed and fastest_contact of all contacts with rows. speed: sliding speed of
+  /// each of out.contacts [m/s].
   void set(const Model& model, const SimulationOptions& options, const std::vector<double>& speed,
            ConstraintSet& out);
   /// Does the same for one contact that gets rows later, with the arguments of the last set().

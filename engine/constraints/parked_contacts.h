@@ -2,6 +2,8 @@
 //
 //   parked: gap > D + 2 h (closing speed at w),     row after all: gap + h J_N w+ < E
 //
+// D is parking_gap(), E the end gap (below); the closing speed includes that of friction.
+//
 // Candidates are found as far as bodies may travel in any direction, and most of them stay open.
 // Candidates near enough, judged from (q, w), have rows. The others are examined after the solve;
 // those that the velocity reaches get rows and the step is solved again, as for joint limits

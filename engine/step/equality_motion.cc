@@ -11,8 +11,9 @@
 namespace counterpoint {
 namespace {
 
-/// Regularizer of an equality's row over alpha, times kClosureSoftness: large enough for redundant
-/// closures and singular poses, too small for an error that a step would show.
+/// ContactOptions::compliance for equalities: the regularizer is this times alpha and
+/// kClosureSoftness or kMimicSoftness. It is large enough for redundant closures and singular
+/// poses, and too small for an error that a step would show.
 constexpr double kCompliance = 1e-14;
 /// Newton's method on the error of q: most steps, and the error [m, rad] that counts as zero.
 constexpr int kMostSteps = 10;

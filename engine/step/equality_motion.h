@@ -1,12 +1,13 @@
 // Motion under closures and mimic joints without compliance, for integrators of smooth forces.
 //
-// Index reduction: accelerations meet the second derivative of the closures' error,
+// Index reduction: accelerations satisfy the second derivative of the closures' error,
 //
 //   M a = M a_free - J' f,    J a + dJ/dt w = 0
 //
-// and what steps add up off the closures is projected back, in the metric of M, in q (Newton's
-// method on the error) and then in w (J w = 0). Hairer, Lubich and Wanner, Geometric Numerical
-// Integration, IV.4: projection keeps a method's order.
+// with f minus the impulse of contact/problem.h. The error that the steps accumulate is removed by
+// projection in the metric of M, first of q (Newton's method on the error), then of w (J w = 0).
+// Projection keeps a method's order (Hairer, Lubich and Wanner, Geometric Numerical Integration,
+// IV.4).
 #pragma once
 
 #include "counterpoint/engine/step/step_workspace.h"
@@ -16,8 +17,8 @@ namespace counterpoint {
 /// Whether closures or mimic joints act.
 bool has_equalities(const Model& model, EffectSet effects);
 
-/// Motion under closures and mimic joints. It writes the constraints, the contact solution and the
-/// stage's kinematics of a workspace.
+/// Motion under closures and mimic joints. It writes constraints, solution, equality_solver,
+/// stage.at, displacement and counts of a workspace.
 class EqualityMotion {
  public:
   explicit EqualityMotion(Workspace::Impl& ws) : ws_(ws) {}

@@ -107,7 +107,8 @@ void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
 
 namespace {
 
-/// Sets the diagonal (nv) to I + h D without I of the step that is inverted.
+/// Sets `diagonal` (nv) to I + h D of the step that is inverted, with I the rotor inertia.
+/// discarded: scratch.
 void set_diagonal(const InverseArguments& step, const StepStart& start, VectorX& diagonal,
                   VectorX& discarded, EffectCounts& counts) {
   const StepContext at = step.context();

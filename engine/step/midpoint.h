@@ -24,10 +24,10 @@
 //
 //   2 (M(q) + h D) (w_c - (w + w+) / 2) = J' f(J w_c + b)
 //
-// a contact problem, solved from (q+ (-) q) / h, which is w_c but for the rounding of poses, on in
-// a step or two. Then w_m, a, and u follow by one recursion. It needs q+ where there are
-// constraints: q+ selects the solution, which Coulomb friction leaves open, and reveals q+ and w+
-// that belong to no single step.
+// This is a contact problem. Newton's method solves it in one or two steps from (q+ (-) q) / h,
+// which equals w_c up to the rounding of poses. Then w_m, a, and u follow by one recursion. It
+// needs q+ where there are constraints: q+ selects the solution, which Coulomb friction leaves
+// open, and reveals q+ and w+ that belong to no single step.
 #pragma once
 
 #include "counterpoint/engine/step/step_start.h"
@@ -40,17 +40,20 @@ namespace counterpoint {
 /// than about a radian a step.
 void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report);
 
-/// Improves w_c (nv), which was read off poses, by v and v_next, as far as a rounding of poses up
-/// to `pose_rounding` [m, rad, 1] explains the change. False, with w_c unchanged, where v_next
-/// contradicts it. Needs ws.start, and the laws of the step in ws.constraints.
+/// Replaces w_c (nv), which was read off poses, by the solution for v and v_next, if a rounding of
+/// poses up to `pose_rounding` [m, rad, 1] explains the difference; else returns false. In both
+/// cases the linear velocities of free groups in w_c may be replaced. Reads ws.start and the laws
+/// in ws.constraints; overwrites ws.solution, ws.midpoint.w_m, ws.motion.forces.diagonal,
+/// ws.inverse.discarded and the inertias of ws.start.
 bool refine_contact_velocity(const InverseArguments& step, double pose_rounding,
                              Workspace::Impl& ws, VectorX& w_c);
 
 /// w_m from v, v_next and the impulses J' f, which are in ws.inverse.tau (nv): into `middle` (nv).
 void find_middle(const InverseArguments& step, Workspace::Impl& ws, VectorX& middle);
 
-/// Fills ws.stage with the kinematics at q_m and w_m (nv), and ws.motion.external with the wrenches
-/// there; returns gravity [m/s^2].
+/// Fills ws.stage with the kinematics and velocity-dependent forces at q_m and w_m + p, and
+/// ws.motion.external with wrenches, losses of taut links and drag there; returns gravity [m/s^2].
+/// w_m: nv. Also overwrites ws.midpoint.at_w and at_q.
 Vector3 set_middle(const StepContext& at, const VectorRef& w_m,
                    const std::vector<ExternalWrench>& wrenches, Workspace::Impl& ws);
 

@@ -37,19 +37,19 @@ double first_row_velocity(const contact::Problem& problem, int constraint, const
 
 }  // namespace
 
-contact::Law displacement_law(const contact::Law& law, double b) {
+contact::Law displacement_law(const contact::Law& law, double y) {
   contact::Law out;
   out.rows = law.rows;
   out.regularizer = law.regularizer;
   if (law.type == contact::LawType::kEquality) {
     out.type = law.type;
-  } else if (std::isnan(b)) {
+  } else if (std::isnan(y)) {
     out.type = contact::LawType::kEquality;  // without force; it keeps the order of rows
     out.regularizer *= kNoForce;
   } else {
     out.rows = 1;
     out.smoothing = law.smoothing;
-    out.bias[0] = b;
+    out.bias[0] = y;
   }
   return out;
 }

@@ -1,8 +1,8 @@
 // Correction of overlaps: bodies that overlap are displaced apart and keep no velocity from it.
 //
-// Velocities w+ of a step recover overlaps at no more than kKeptRecovery max_recovery_speed. The
-// rest is left to a second, frictionless problem for a displacement velocity p, which is discarded
-// at the end of the step:
+// Velocities w+ of a step recover overlaps at no more than LawOptions::kept_recovery
+// (contact_law.h). The rest is left to a second, frictionless problem for a displacement velocity
+// p, which is discarded at the end of the step:
 //
 //   minimize over p   1/2 |p|_M^2 + sum_i l_i(J_i (w+ + p) + b_i),     q+ = q (+) h (w+ + p)
 //
@@ -11,8 +11,8 @@
 // depend on p. The method follows split impulses (Catto 2006; Guendelman, Bridson and Fedkiw 2003
 // use a separate pass as well); here the problem is convex.
 //
-// Impacts with restitution fall into the step, not on its start (bounce.h). A displacement also
-// cancels the effect that their impulses f would have before their time t,
+// Some impacts with restitution happen within the step, at impact_time > 0 (bounce.h). A
+// displacement also cancels the effect that their impulses f would have before their time t,
 //
 //   p0 = -inv(M) sum (t / h) J' f,     minimize over p   1/2 |p - p0|_M^2 + sum l_i(...)
 //
@@ -27,9 +27,10 @@
 
 namespace counterpoint {
 
-/// Returns the law that p obeys at a constraint with gap bias b [m/s]: the normal law without
-/// friction. Without a gap (b is NaN), equalities stay, and all other laws carry no force.
-contact::Law displacement_law(const contact::Law& law, double b);
+/// Returns the law that p obeys at a constraint whose first row has the velocity y = J w+ + b
+/// [m/s], with b the gap bias: the normal law without friction. Equalities stay, without a bias.
+/// Any other law without a gap (y is NaN) carries no force.
+contact::Law displacement_law(const contact::Law& law, double y);
 
 /// Finds p. Scratch memory inside: one per thread; it grows at the first overlap of a size.
 class OverlapCorrection {

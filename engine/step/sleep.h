@@ -1,10 +1,11 @@
 // Sleeping: islands at rest are left out of a step, with the same bits as if they were not.
 //
-// A step is a function of (q, w, input). If the last step returned an island's (q, w) unchanged to
-// the last bit, this step starts from the same (q, w) and input, and no moving body has come near,
-// then the result is known and nothing is computed. Hence sleeping cannot change a motion, needs no
-// threshold, and waking needs no correction. The memory is scratch: deleting it costs the time of
-// one step.
+// A step is a function of (q, w, input) and, in the last bits, of the memory that the last step
+// left (contact_memory.h), which a resting island keeps. If the last step returned an island's (q,
+// w) unchanged to the last bit, this step starts from the same (q, w) and input, and no moving body
+// has come near, then the result is known and nothing is computed. Hence sleeping cannot change a
+// motion, needs no threshold, and waking needs no correction. The memory is scratch: deleting it
+// costs the time of one step.
 #pragma once
 
 #include <span>
@@ -32,7 +33,8 @@ class Sleepers {
   /// bodies. False if there are none.
   bool wake_touched(const Model& model, const ConstraintSet& constraints,
                     std::span<const char> in_reach);
-  /// Finds the islands of the awake trees. Every step calls it, whether trees may sleep or not.
+  /// Finds the islands of the awake trees, for hold_still and the next begin. Every semi-implicit
+  /// Euler step calls it, whether trees may sleep or not.
   void find_islands(const Model& model, const ConstraintSet& constraints);
   /// Resets to `state` the poses of islands whose motion within the step is lost in rounding. They
   /// would otherwise tremble for ever, or creep by 1e-20 m per step where a coordinate is zero.

@@ -47,7 +47,8 @@ contact::Settings solver_settings(const StepArguments& step) {
 }
 
 /// Islands that need softer laws are softened together, up to this number of times, each time by
-/// the largest factor among them: the inverse knows a single factor. Later solves change no law.
+/// the largest factor among them: the inverse knows a single factor. In later solves the solver may
+/// not soften; the stage does (kSofterAgain).
 constexpr int kMostSoftenings = 4;
 /// Problems that remain unsolved get laws softer by this factor, up to this number of times.
 constexpr double kSofterAgain = 1024.0;
@@ -131,8 +132,8 @@ const contact::Report& ConstraintStage::pose_and_solve(const VectorX& free, cons
 
 /// Replaces the velocities of the touched trees in w (nv) by the solution of the contact problem
 /// with free velocities `free` (nv), which may be w. Starts from w if `from` is the last solution.
-/// extended: the set has constraints that the inverse may not find. They carry no force but join
-/// islands, so a softening must cover all trees.
+/// extended: rows were added after the first solve. The inverse may miss those that the final w
+/// does not reach; they carry no force but join islands, so a softening must cover all trees.
 void ConstraintStage::solve_problem(const VectorX& free, Guess from, bool extended, VectorX& w) {
   for (int i = 0;; ++i) {
     if (extended) report_.softening.tree = -1;
@@ -175,8 +176,9 @@ void ConstraintStage::solve_again(VectorX& w) {
   solve_problem(free, Guess::kLastSolution, true, w);
 }
 
-/// Adds the constraints that w violates and solves again, until it violates none. Each round adds a
-/// row at least, of which there are as many as limits and parked contacts. solved: w is a solution.
+/// Adds rows for the limits and parked contacts that w reaches and solves again, until it reaches
+/// none. This ends, since each round adds a row and their number is limited. solved: w is a
+/// solution of a contact problem.
 void ConstraintStage::solve_overruns(bool solved, VectorX& w) {
   const StepContext context = in_.step.context();
   const Kinematics& at = in_.start.kinematics();

@@ -50,12 +50,13 @@ class ConstraintStage {
                   ConstraintSet& constraints, ContactSolution& solution, StepReport& report);
 
   /// Replaces the free velocities of the touched trees in w (nv) by the solution of the contact
-  /// problem. Without constraints w stays as it is. Needs inertias in in.start.
+  /// problem, and adds the limits and parked contacts that it reaches, also where there were no
+  /// constraints. Needs inertias in in.start.
   void solve(VectorX& w);
 
-  /// The velocity that displaces the bodies: w, or where bodies overlap too far w + p
-  /// (overlap_correction.h), in `displacement`. Call after solve(). Contacts that w + p reaches are
-  /// added, and w is found again with them.
+  /// Returns the velocity that displaces the bodies: w, or `displacement` filled with w + p where
+  /// bodies overlap too far or bounce late (overlap_correction.h). Call after solve(). Contacts
+  /// that w + p reaches are added, and w is found again with them.
   const VectorX& correct_overlaps(OverlapCorrection& correction, VectorX& displacement, VectorX& w);
 
  private:

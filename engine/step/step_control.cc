@@ -12,8 +12,8 @@ namespace counterpoint {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-/// The next length is this share of the length that the error allows, and within these factors of
-/// the last.
+/// The next length is kSafety times the one that the error allows, within kMaxShrink and kMaxGrowth
+/// of the last; a rejected one falls to kBisect of itself or less.
 constexpr double kSafety = 0.9, kMaxGrowth = 10.0, kMaxShrink = 0.1, kBisect = 0.5;
 /// Factor after a failed step, whose error is unknown.
 constexpr double kAfterFailure = 0.25;
@@ -32,8 +32,9 @@ bool given_is_at_fault(const StepReport& report) {
 
 /// The action of contacts and limits in a step.
 struct Push {
-  double speed = 0.0;   ///< sum of their changes of speed [m/s, rad/s]
-  bool landed = false;  ///< an open one changed a speed by more than the tolerance
+  double speed = 0.0;  ///< sum of their changes of speed [m/s, rad/s]
+  bool landed =
+      false;  ///< one with an open gap at the start changed a speed by more than the tolerance
 };
 
 Push find_push(const SimulationOptions& options, const ConstraintSet& constraints,

@@ -49,8 +49,8 @@ void set_external(const std::vector<ExternalWrench>& wrenches, EffectSet effects
                   const TautLinks& taut_links, const Kinematics& at, ExternalForces& external,
                   EffectCounts& counts);
 
-/// Sets h C of all drag (drag.h) as added inertia, and external forces ready to take its forces.
-/// False if there is none.
+/// Writes h C of every drag into external.added (drag.h), and makes external.external usable if it
+/// was not. Returns false, with external.added empty, if there is no drag.
 bool set_drag(const Model& model, EffectSet effects, double h, const Kinematics& at,
               ExternalForces& external, EffectCounts& counts);
 
@@ -74,16 +74,18 @@ void set_motor_forces(const StepContext& at, double h, const Input& input, Sleep
                       CoordinateForces& forces, std::vector<JointConstraint>& joints,
                       EffectCounts& counts);
 
-/// w_free = w + h inv(M + diagonal) (tau + forces on bodies) of the awake trees. Where M is
-/// singular the report says so.
+/// w_free = w + h inv(M + motion.forces.diagonal) (motion.forces.tau + gravity, velocity-dependent
+/// forces and motion.external) of the awake trees, and w elsewhere. Overwrites motion.acceleration
+/// and motion.scratch. Where M is singular, sets status and fault of the report; w_free is then
+/// invalid.
 void accelerate(const Model& model, double h, const Vector3& gravity, const VectorRef& w,
                 std::span<const BodyRange> awake, const Kinematics& at,
                 const VelocityForces& velocity, FreeMotion& motion, VectorX& w_free,
                 StepReport& report);
 
-/// The free-velocity stage: w_free = w + h inv(M + diagonal) (n + u - ...), the velocity (nv) that
-/// the step would reach without constraints. Needs inertias in in.start. Adds the rows of servos
-/// that can be at their limit to `constraints`.
+/// The free-velocity stage: sets motion.forces and motion.external, then accelerates from state.v:
+/// w_free (nv) is the velocity without constraints. Needs inertias in in.start. Adds rows of servos
+/// that can be at their limit to `constraints`, and status and fault of a failure to `report`.
 void find_free_velocity(const StageInput& in, FreeMotion& motion, ConstraintSet& constraints,
                         VectorX& w_free, StepReport& report);
 

@@ -32,8 +32,9 @@ void check_time_step(double h) {
 
 namespace {
 
-/// The integrate stage: moves the awake bodies from `state` by h times the displacement velocity
-/// (nv), except islands whose motion is lost in rounding, and corrects the momentum of free groups.
+/// The integrate stage: finds the islands and sets next.q and next.time by moving the awake bodies
+/// from `state` by h times the displacement velocity (nv), except islands whose motion is lost in
+/// rounding.
 void integrate(const StageInput& in, const ConstraintSet& constraints,
                const std::vector<double>& radii, const VectorX& displacement, Sleepers& sleepers,
                State& next) {
@@ -48,7 +49,9 @@ void integrate(const StageInput& in, const ConstraintSet& constraints,
     sleepers.hold_still(model, h, radii, in.start.kinematics(), state, displacement, next);
 }
 
-/// Gives the free groups of a step the momentum that they must have. displacement: as in integrate.
+/// Gives the free groups in `next` (q, v) the momentum that they must have. displacement: next.v
+/// itself, or another vector where overlaps were corrected; then q_reached (nq, scratch) gets the
+/// poses that next.v alone leads to.
 void correct_free_groups(const StepArguments& step, const VectorX& displacement, FreeGroups& groups,
                          VectorX& q_reached, State& next) {
   if (groups.groups().empty()) return;

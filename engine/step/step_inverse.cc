@@ -177,8 +177,9 @@ void invert_midpoint(const InverseArguments& step, bool refined, Workspace::Impl
                          out.servo_force);
 }
 
-/// Finds the contact velocity (w+, or w_c of the midpoint rule) that the impulses are functions of,
-/// the bodies' velocities at it, and the constraints of the step with the laws that were solved.
+/// Finds the contact velocity (w+, or w_c of the midpoint rule as read off the poses) that the
+/// impulses are functions of, the velocities of the bodies at it, and the constraints of the step
+/// before softening. Writes `constraints`, inverse.contact_velocity and inverse.body_velocity.
 void find_constraints(const InverseArguments& step, const StepStart& start,
                       ConstraintFinder& finder, ConstraintSet& constraints,
                       InverseScratch& inverse) {

@@ -47,7 +47,8 @@ struct InverseArguments {
 
 /// Everything of a step that follows from (q, v) alone: kinematics, constraints with their laws,
 /// velocity-dependent forces. The inverse, which knows (q, v) too, comes to the same bits. Only
-/// prepare_step and find_inertias write it. It keeps its memory from step to step.
+/// prepare_step writes it; find_inertias completes it, and set_projection_tolerance serves tests.
+/// It keeps its memory from step to step.
 class StepStart {
  public:
   explicit StepStart(const Model& model);
@@ -97,9 +98,10 @@ class StepStart {
   VectorX no_rotors_;  ///< nv: zero
 };
 
-/// Fills ws.start for a step from (q, v) of the awake trees (ws.sleepers), and wakes the trees that
-/// these touch. It also finds the free groups and the losses of taut links. Applied forces play no
-/// part. Under runge_kutta_4 only the free groups are found.
+/// Fills ws.start for a step from (q, v) of the awake trees, waking those that they touch
+/// (ws.sleepers); finds ws.free_groups and the losses of ws.taut_links, clears ws.motion.external,
+/// and adds to ws.counts. Applied forces play no part. Under runge_kutta_4 it finds no constraints
+/// and no mean forces.
 const StepStart& prepare_step(const StepContext& at, Workspace::Impl& ws);
 
 /// step_inverse (step.h) of these arguments.

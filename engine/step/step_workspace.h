@@ -1,4 +1,5 @@
-// The memory of a step behind Workspace. Each member is the output of one stage, or its scratch.
+// The memory of a step behind Workspace. Outputs of stages have members of their own; scratch
+// members are shared, and hold a value only within one function.
 #pragma once
 
 #include <memory>
@@ -90,8 +91,9 @@ struct Workspace::Impl {
   Sleepers sleepers;
   StepStart start;         ///< written by prepare_step
   FreeGroups free_groups;  ///< found by prepare_step
-  /// start.constraints() and the constraints that input and solution add: limited servos, limits
-  /// and contacts that w+ reaches, softer laws.
+  /// start.constraints() and the rows that input and solution add: limited servos, limits and
+  /// contacts that w+ reaches. The inverse also softens laws here; the forward step softens them in
+  /// solution.problem.
   ConstraintSet constraints;
 
   // Forward.
@@ -102,8 +104,10 @@ struct Workspace::Impl {
   ContactSolution solution;
   OverlapCorrection overlap_correction;
   EqualitySolver equality_solver;
-  VectorX displacement;  ///< nv: velocities that displace the bodies, where these are not w+
-  VectorX q_reached;     ///< nq: poses at which the velocity after a step is taken (FreeGroups)
+  /// Velocities (nv) that displace the bodies, where these are not w+ (semi-implicit Euler);
+  /// scratch of runge_kutta_4.
+  VectorX displacement;
+  VectorX q_reached;  ///< nq: poses at which the velocity after a step is taken (FreeGroups)
   RungeKuttaStages stages;
   StepControlScratch control;
   std::vector<Force> joint_force;  ///< per body: scratch of the rates of taut links

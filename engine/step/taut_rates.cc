@@ -50,8 +50,8 @@ void find_joint_forces(const StepArguments& step, const State& next, Workspace::
     add_pair_forces(ws.constraints, ws.solution, h, at, external);
     return add(ws.start.gravity(), ws.bodies());
   }
-  // next.v = w_c + h a / 2, w_m = w + h a / 2 (midpoint.h): the smooth forces act at the middle,
-  // the impulses at the start.
+  // next.v = w_c + h a / 2, w_m = w + h a / 2 (midpoint.h): smooth forces are taken at the poses
+  // q_m, impulses at q.
   const VectorX& w_m = ws.midpoint.w_m;
   a = (w_m - step.state.v) / (0.5 * h);
   const Vector3 gravity = set_middle(step.context(), w_m, step.input.wrenches, ws);
