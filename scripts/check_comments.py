@@ -31,12 +31,17 @@ CONSTRUCTIONS = {
 }
 CONSTRUCTION = {re.compile(rf"\b(?:{words})", re.I): instead for words, instead in CONSTRUCTIONS.items()}
 SLASHES, HASH = re.compile(r"(?://[/!]?<?)\s?"), re.compile(r"#\s?")
-MARKERS = {".h": SLASHES, ".cc": SLASHES, ".js": SLASHES, ".mjs": SLASHES, ".css": None,
+MARKERS = {".h": SLASHES, ".cc": SLASHES, ".js": SLASHES, ".mjs": SLASHES,
            ".py": HASH, ".sh": HASH, ".cmake": HASH}
 # Strings hide comment markers within them.
 STRING = re.compile(r'R"(?P<mark>[^(\s]*)\(.*?\)(?P=mark)"|"(?:\\.|[^"\\\n])*"|(?<!\w)\'(?:\\.|[^\'\\\n])*\'|'
                     r"(?P<comment>(?://|#)[^\n]*)", re.S)
 DOCSTRING = re.compile(r'^\s*(?:def [^\n]*:|class [^\n]*:|)\n?\s*"""(.*?)"""', re.M | re.S)
+
+
+def marker_of(path):
+    """The comment marker of a file; None for files without code."""
+    return HASH if path.name == "CMakeLists.txt" else MARKERS.get(path.suffix)
 
 
 def without_strings(text, hashes):
@@ -51,12 +56,9 @@ def without_strings(text, hashes):
 
 def comments(path, text):
     """(line, text) of each block of comment lines, of each trailing comment, and of each docstring."""
-    suffix = ".cmake" if path.name == "CMakeLists.txt" else path.suffix
-    marker = MARKERS.get(suffix)
-    if marker is None:
-        return
+    marker = marker_of(path)
     hashes = marker is HASH
-    if suffix == ".py":
+    if path.suffix == ".py":
         for found in DOCSTRING.finditer(text):
             yield text.count("\n", 0, found.start(1)) + 1, found.group(1)
         text = re.sub(r'"""(.*?)"""', lambda m: re.sub(r"[^\n]", "_", m.group(0)), text, flags=re.S)
@@ -66,11 +68,10 @@ def comments(path, text):
         found = re.search(r"(?<!:)//.*" if not hashes else r"(?:^|(?<=\s))#(?!!).*", line)
         alone = found and not line[:found.start()].strip()
         content = marker.sub("", found.group(0), count=1).strip() if found else ""
-        trailing_start = found and not alone
         if block and (not alone or not content):
             yield start, " ".join(block)
             block = []
-        if trailing_start:  # continued by the comment lines below it, if these are indented as far
+        if found and not alone:
             yield number, content
         elif alone and content:
             if not block:
@@ -104,9 +105,9 @@ def main():
         path = ROOT / name
         if "corpus" in name or not any(path == w or w in path.parents for w in wanted):
             continue
-        read += path.suffix in MARKERS or path.name == "CMakeLists.txt"
-        if path.suffix not in MARKERS and path.name != "CMakeLists.txt":
+        if marker_of(path) is None:
             continue
+        read += 1
         for line, complaint in findings(path, path.read_text(encoding="utf-8", errors="replace")):
             folders["/".join(name.split("/")[:2])] += 1
             if not options.count:

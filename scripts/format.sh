@@ -5,12 +5,9 @@
 set -eu
 cd "$(dirname "$0")/.."
 command -v clang-format >/dev/null || { echo "error: clang-format is missing (Debian: clang-format)" >&2; exit 2; }
-if [ "${1:-}" = --check ]; then
-  git ls-files '*.h' '*.cc' | xargs clang-format --dry-run --Werror 2>&1 | grep 'error:' | cut -d: -f1 | sort -u >/tmp/format.$$ || true
-  differ=$(wc -l </tmp/format.$$)
-  cat /tmp/format.$$
-  rm -f /tmp/format.$$
-  [ "$differ" -eq 0 ] || { echo "$differ files differ: run scripts/format.sh" >&2; exit 1; }
-else
+if [ "${1:-}" != --check ]; then
   git ls-files '*.h' '*.cc' | xargs clang-format -i
+  exit
 fi
+differ=$(git ls-files '*.h' '*.cc' | xargs clang-format --dry-run --Werror 2>&1 | sed -n 's/^\([^:]*\):.*error:.*/\1/p' | sort -u)
+[ -z "$differ" ] || { echo "$differ"; echo "these files differ: run scripts/format.sh" >&2; exit 1; }

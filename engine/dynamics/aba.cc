@@ -123,9 +123,6 @@ void accelerate_three(const MultiDofFactor& factor, const Motion& A, double* a) 
       (factor.u.head<3>() - factor.U.leftCols<3>().transpose() * stack(A.angular, A.linear));
 }
 
-/// Velocity product (data.h) of bodies whose velocity-dependent force is not the one at (q, v).
-const Motion kNoProduct;
-
 bool reduce_joint(const Model& model, int i, const VectorRef& tau, const VectorRef& joint_diagonal,
                   const BodyState& bodies) {
   const auto& [at, velocity, external, scratch] = bodies;
@@ -133,7 +130,7 @@ bool reduce_joint(const Model& model, int i, const VectorRef& tau, const VectorR
   const int k = body.v_index;
   const bool has_parent = body.parent != 0;
   const Motion* axis = &at.axis[k];
-  const Motion& c = velocity.is_instantaneous(i) ? at.c[i] : kNoProduct;
+  const Motion& c = velocity_product(at, velocity, i);
   double diagonal[6];
   for (int j = 0; j < joint_nv(body.joint_type); ++j) diagonal[j] = joint_diagonal[k + j];
   switch (body.joint_type) {
@@ -189,8 +186,7 @@ bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
   for (int i = range.begin; i < range.end; ++i) {
     const Body& body = model.body(i);
     double* a_i = a.data() + body.v_index;
-    const Motion A = shift(scratch.A[body.parent], at.arm[i]) +
-                     (velocity.is_instantaneous(i) ? at.c[i] : kNoProduct);
+    const Motion A = shift(scratch.A[body.parent], at.arm[i]) + velocity_product(at, velocity, i);
     switch (body.joint_type) {
       case JointType::kRevolute:
       case JointType::kPrismatic:

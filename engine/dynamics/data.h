@@ -77,10 +77,13 @@ struct ExternalForces {
   }
 };
 
+inline const Motion kNoMotion;
+
 /// The velocity product that accelerations start from: c, or zero where the velocity-dependent
 /// force is not the one at (q, v).
-inline Motion velocity_product(const Kinematics& at, const VelocityForces& velocity, int body) {
-  return velocity.is_instantaneous(body) ? at.c[body] : Motion();
+inline const Motion& velocity_product(const Kinematics& at, const VelocityForces& velocity,
+                                      int body) {
+  return velocity.is_instantaneous(body) ? at.c[body] : kNoMotion;
 }
 
 /// Scratch memory of the recursive algorithms: one per thread.

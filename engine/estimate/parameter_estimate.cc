@@ -39,7 +39,7 @@ constexpr int kFigureRounds = 3;
 constexpr double kShown = 0.3;
 
 /// The parameters in the forms that the joint fit needs.
-struct Metrics {
+struct SearchedParameters {
   std::vector<StepParameter> steps;
   std::vector<SharedParameter> shared;
 };
@@ -58,9 +58,9 @@ bool is_of_search(ParameterKind kind) {
   }
 }
 
-Metrics metrics_of(const std::vector<Parameter>& parameters, const VectorX& start,
-                   const Model& model) {
-  Metrics out;
+SearchedParameters searched_parameters(const std::vector<Parameter>& parameters,
+                                       const VectorX& start, const Model& model) {
+  SearchedParameters out;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const Parameter& p = parameters[i];
     if (is_of_search(p.kind))
@@ -157,8 +157,8 @@ double median_ratio(const JointFit& fit) {
 
 /// Sets values, intervals and correlations. The covariance is inv(H) of the noise, plus a sandwich
 /// term with the scatter of the motions' gradients, which measures how much the motions disagree.
-void fill_metrics(const std::vector<Parameter>& parameters, const Metrics& metrics, JointFit& fit,
-                  Fit& out) {
+void fill_fit(const std::vector<Parameter>& parameters, const SearchedParameters& searched,
+              JointFit& fit, Fit& out) {
   const JointFit::Information information = fit.information();
   const MatrixX inverse = information.hessian.inverse();
   const VectorX values = fit.values();
@@ -170,7 +170,7 @@ void fill_metrics(const std::vector<Parameter>& parameters, const Metrics& metri
   out.correlation = MatrixX::Zero(p, p);
   for (Eigen::Index i = 0; i < p; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    const SharedParameter& shared = metrics.shared[k];
+    const SharedParameter& shared = searched.shared[k];
     FittedParameter& one = out.parameters.emplace_back();
     one.value = values[i];
     const double margin = 1e-9 * (parameters[k].upper - parameters[k].lower);
@@ -196,7 +196,7 @@ ParameterEstimate estimate_parameters(const Scene& given_scene, const ColumnMap&
                                       const MotionEstimateOptions& options) {
   const VectorX start = parameter_values(parameters, given_scene);
   const Scene scene = with_parameters(given_scene, parameters, start);
-  const Metrics metrics = metrics_of(parameters, start, scene.model);
+  const SearchedParameters searched = searched_parameters(parameters, start, scene.model);
   ParameterEstimate out;
   std::vector<RecordedMotion> recorded;
   for (const Recording* one : recordings) {
@@ -210,11 +210,11 @@ ParameterEstimate estimate_parameters(const Scene& given_scene, const ColumnMap&
     std::vector<MotionPoint> points;
     for (const RecordedMotion& one : recorded) {
       problems.push_back(motion_problem(scene, one, white_priors(scene, map, one)));
-      problems.back().parameters = metrics.steps;
+      problems.back().parameters = searched.steps;
       problems.back().parameter_weight = VectorX::Zero(start.size());
       points.push_back(found_alone(problems.back(), one.frames, options));
     }
-    fit.emplace(std::move(problems), points, metrics.shared, options.threads);
+    fit.emplace(std::move(problems), points, searched.shared, options.threads);
     if (round == 0) {
       fit->begin(std::max(kJoined, out.smoothing), 0.0, points);
       out.parameters.start_cost = fit->cost();
@@ -227,7 +227,7 @@ ParameterEstimate estimate_parameters(const Scene& given_scene, const ColumnMap&
   out.parameters.cost = fit->cost();
   out.parameters.loss_scale = kLoss;
   out.parameters.stopped = options.stop && options.stop();
-  fill_metrics(parameters, metrics, *fit, out.parameters);
+  fill_fit(parameters, searched, *fit, out.parameters);
   out.cost_ratio.resize(static_cast<Eigen::Index>(fit->size()));
   for (MotionPoint& point : fit->points()) out.motions.push_back(std::move(point.q));
   for (std::size_t i = 0; i < fit->size(); ++i)

@@ -229,9 +229,10 @@ void invert_step(const InverseArguments& step, Workspace::Impl& ws, Inverse& out
   // The midpoint rule's w_c from velocities instead of rounded poses, where that is possible.
   const bool rounded = step.options.integrator == Integrator::kImplicitMidpoint &&
                        !ws.constraints.empty() && !step.exact_q_next;
-  const double rounding = kPoseRounding * (1.0 + step.q.lpNorm<Eigen::Infinity>());
   const bool refined =
-      rounded && refine_contact_velocity(step, rounding, ws, inverse.contact_velocity);
+      rounded &&
+      refine_contact_velocity(step, kPoseRounding * (1.0 + step.q.lpNorm<Eigen::Infinity>()), ws,
+                              inverse.contact_velocity);
   if (refined)
     compute_body_velocities(model, inverse.contact_velocity, start.kinematics(),
                             inverse.body_velocity);

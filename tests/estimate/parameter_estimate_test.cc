@@ -12,7 +12,7 @@
 #include "estimate/column_maps.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint::estimation::metric_estimate_test {
+namespace counterpoint::estimation::parameter_estimate_test {
 namespace {
 
 /// Records a box that slides along x to a stop: 100 rows per second, white noise [m, rad].
@@ -124,4 +124,4 @@ TEST(MotionFit, TheGradientKnowsWhatForcesAreOver) {
 }
 
 }  // namespace
-}  // namespace counterpoint::estimation::metric_estimate_test
+}  // namespace counterpoint::estimation::parameter_estimate_test
