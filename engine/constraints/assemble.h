@@ -3,7 +3,7 @@
 #pragma once
 
 #include "counterpoint/contact/problem.h"
-#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/constraint_set.h"
 
 namespace counterpoint {
 

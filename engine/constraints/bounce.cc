@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/contact_finder.h"
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/dynamics/euler_top.h"
 #include "counterpoint/engine/dynamics/gravity_compensation.h"
@@ -143,14 +143,14 @@ std::vector<Vector3> free_fall(const Model& model) {
   return fall;
 }
 
-Vector3 ConstraintFinder::relative_fall(EffectSet effects, const PairConstraint& contact) const {
+Vector3 ContactFinder::relative_fall(EffectSet effects, const PairConstraint& contact) const {
   if (!effects.has(Effect::kGravity)) return Vector3::Zero();
   return fall_[contact.body_b] - fall_[contact.body_a];
 }
 
-Bounce ConstraintFinder::find_contact_bounce(const Model& model, const SimulationOptions& options,
-                                             EffectSet effects, const Kinematics& data,
-                                             const Bouncing& what) const {
+Bounce ContactFinder::find_bounce(const Model& model, const SimulationOptions& options,
+                                  EffectSet effects, const Kinematics& data,
+                                  const Bouncing& what) const {
   const auto& [surface, contact, gap, v] = what;
   if (!(surface.restitution > 0.0)) return {};
   if (is_wedged(contact)) return {};
@@ -173,7 +173,8 @@ Bounce ConstraintFinder::find_contact_bounce(const Model& model, const Simulatio
   }
   const Vector3 seen = v + contact.frame.transpose() * spin;
   const bool alone = crowd_[contact.body_a] <= 1 && crowd_[contact.body_b] <= 1;
-  Bounce out = find_bounce(options.integrator, alone, h, surface.restitution, gap, seen[0], a[0]);
+  Bounce out = counterpoint::find_bounce(options.integrator, alone, h, surface.restitution, gap,
+                                         seen[0], a[0]);
   const double falls = midpoint ? -0.5 * h : 2.0 * out.time;
   // Stopping a separating contact at its gap would take more energy from the other contacts than it
   // gives back, by the part of the gap that its body's rotation takes. Moving back by no more than
@@ -187,14 +188,15 @@ Bounce ConstraintFinder::find_contact_bounce(const Model& model, const Simulatio
 /// Finds the wedged trees, and for each tree the number of contacts that it may close within the
 /// step. It uses the speeds of the bodies' surfaces, so the result does not depend on the search
 /// margins.
-void ConstraintFinder::find_crowds(const StepContext& at) {
+void ContactFinder::find_crowds(const StepContext& at,
+                                const std::vector<collision::Candidate>& candidates) {
   std::fill(wedged_.begin(), wedged_.end(), 0);
   std::fill(crowd_.begin(), crowd_.end(), 0);
   const double h = at.h(), falls = h * h * at.model.gravity().norm();
-  for (const collision::Candidate& candidate : candidates_) {
+  for (const collision::Candidate& candidate : candidates) {
     const int bodies[2] = {at.model.geometries()[candidate.geometry_a].body,
                            at.model.geometries()[candidate.geometry_b].body};
-    const double fastest = fastest_point_[bodies[0]] + fastest_point_[bodies[1]];
+    const double fastest = search_.fastest_point(bodies[0]) + search_.fastest_point(bodies[1]);
     const bool wedged = candidate.gap < -at.options.contact.margin;
     const bool near = candidate.gap <= kImpactSpeedUp * h * fastest + falls;
     for (const int body : bodies) {

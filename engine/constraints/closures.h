@@ -10,7 +10,7 @@
 // rotating axes.
 #pragma once
 
-#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/constraint_set.h"
 
 namespace counterpoint {
 

@@ -3,13 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/constraints/closures.h"
 #include "counterpoint/engine/constraints/contact_law.h"
-#include "counterpoint/engine/constraints/contact_patch.h"
-#include "counterpoint/engine/constraints/joint_limits.h"
-#include "counterpoint/engine/constraints/parked_contacts.h"
-#include "counterpoint/engine/constraints/velocity_limits.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/model/spatial.h"
 
@@ -72,25 +67,11 @@ bool has_equalities(const ConstraintSet& constraints) {
 
 ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
     : weights_(std::move(weights)),
-      collider_(model),
-      radius_(collision::body_radii(model)),
-      travel_(model.num_bodies(), 0.0),
-      slack_(model.num_bodies(), 0.0),
-      margin_(model.num_bodies(), 0.0),
-      in_reach_(model.num_trees(), 0),
-      turn_share_(Eigen::ArrayXd::Zero(model.num_bodies())),
-      fastest_point_(turn_share_),
-      wedged_(model.num_bodies(), 0),
-      crowd_(model.num_bodies(), 0),
+      contacts_(model, weights_.contact),
       holds_much_(holds_much(weights_)),
-      fall_(free_fall(model)),
-      friction_slip_(model),
       limited_(list_limited_coordinates(model)),
       speed_limits_(list_speed_limits(model)),
-      acceleration_(model.closures().empty() ? 0 : model.num_bodies()),
-      V_(model.num_bodies()),
-      turn_(model.num_bodies()),
-      turn_known_(model.num_bodies(), 0) {
+      acceleration_(model.closures().empty() ? 0 : model.num_bodies()) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
     for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k)
@@ -102,17 +83,15 @@ void ConstraintFinder::find(const StepContext& at, const Kinematics& data, Const
                             EffectCounts& counts, SleepMask idle) {
   const auto& [model, options, effects, q, v] = at;
   out.clear();
-  speed_.clear();
-  std::fill(in_reach_.begin(), in_reach_.end(), 0);
   const auto runs = [&](Effect effect) {
     if (!at.effects.has(effect)) return false;
     counts.add(effect);
     return true;
   };
-  if (runs(Effect::kContacts)) {
-    find_contacts(at, data, out, counts, idle);
-    spread_friction(at, data, radius_, out);
-  }
+  if (runs(Effect::kContacts))
+    contacts_.find(at, data, idle, out, counts);
+  else
+    contacts_.forget();
   if (runs(Effect::kClosures))
     find_closures(model, options, data, weights_, idle, acceleration_, out);
   if (runs(Effect::kLimits)) find_joint_limits(at, limited_, weights_, idle, out);
@@ -121,14 +100,13 @@ void ConstraintFinder::find(const StepContext& at, const Kinematics& data, Const
   if (runs(Effect::kDryFriction)) find_dry_friction(model, options, dry_, weights_, idle, out);
   if (runs(Effect::kMimics)) find_mimics(model, options, q, weights_, idle, out);
   if (holds_much_) stiffen_closures(model, out);
-  friction_slip_.set(model, options, speed_, out);
 }
 
 bool ConstraintFinder::find_overrun(const StepContext& at, const Reached& w, const Kinematics& data,
                                     ConstraintSet& out, SleepMask idle) {
   const bool limits = at.effects.has(Effect::kLimits) &&
                       find_overrun_limits(at, limited_, w.velocity, weights_, idle, out);
-  return find_reached_contacts(at, w, data, out) || limits;
+  return contacts_.find_reached(at, w, data, out) || limits;
 }
 
 /// Limits the compliance of closures that may carry heavy bodies (kHeaviestHeld). A closure may

@@ -7,7 +7,7 @@
 #pragma once
 
 #include "counterpoint/contact/problem.h"
-#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/constraint_set.h"
 #include "counterpoint/engine/state.h"
 
 namespace counterpoint {

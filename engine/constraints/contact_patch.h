@@ -20,7 +20,7 @@
 #include <array>
 #include <span>
 
-#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/constraint_set.h"
 
 namespace counterpoint {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <span>
 
-#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/constraint_set.h"
 
 namespace counterpoint {
 

@@ -15,6 +15,9 @@ constexpr double kMargin = kLimitReach;
 /// smoothing is 1e-13).
 constexpr double kEndMargin = 0.5 * kMargin;
 
+/// Fraction of a speed limit from which on there is a row.
+constexpr double kNearSpeed = 0.5;
+
 /// One side of a limited coordinate; sign: direction of increasing gap.
 struct Side {
   int v_index = 0;
@@ -91,6 +94,34 @@ bool find_overrun_limits(const StepContext& at, const std::vector<LimitedCoordin
     found = true;
   });
   return found;
+}
+
+std::vector<SpeedLimit> list_speed_limits(const Model& model) {
+  std::vector<SpeedLimit> limits;
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    const double limit = model.joint(i - 1).velocity_limit;
+    if (!std::isfinite(limit)) continue;
+    for (int k = 0; k < joint_nv(body.joint_type); ++k)
+      limits.push_back({body.v_index + k, i, limit});
+  }
+  return limits;
+}
+
+void find_velocity_limits(const SimulationOptions& options, const std::vector<SpeedLimit>& limits,
+                          const VectorRef& v, const InverseWeights& weights, SleepMask idle,
+                          ConstraintSet& out) {
+  for (const SpeedLimit& limit : limits) {
+    if (idle(limit.body)) continue;
+    const double speed = v[limit.v_index];
+    if (!(std::abs(speed) > kNearSpeed * limit.limit)) continue;
+    JointConstraint row;
+    row.effect = Effect::kVelocityLimits;
+    row.law = make_speed_limit_law(options.contact, weights.dof[limit.v_index], limit.limit);
+    row.v_index[0] = limit.v_index;
+    row.coefficient[0] = speed > 0.0 ? -1.0 : 1.0;
+    out.joints.push_back(row);
+  }
 }
 
 }  // namespace counterpoint

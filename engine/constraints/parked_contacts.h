@@ -25,7 +25,7 @@
 
 #include <vector>
 
-#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/constraint_set.h"
 
 namespace counterpoint {
 

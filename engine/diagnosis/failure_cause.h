@@ -3,7 +3,7 @@
 #pragma once
 
 #include "counterpoint/contact/solver.h"
-#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/constraint_set.h"
 #include "counterpoint/engine/state.h"
 #include "counterpoint/engine/step.h"
 

@@ -26,7 +26,7 @@ inline void find_all_constraints(const StepContext& at, ConstraintFinder& finder
   compute_inertias(at.model, data);
   EffectCounts not_counted;
   finder.find(at, data, out, not_counted);
-  finder.unpark_all(at, data, out);
+  finder.contacts().unpark_all(at, data, out);
 }
 
 }  // namespace counterpoint::estimation

@@ -82,7 +82,7 @@ void ImpactSolver::Impl::touch() {
       continue;
     const double alpha =
         finder.weights().contact[pair.body_a] + finder.weights().contact[pair.body_b];
-    // Moves the point for overlaps, as ConstraintFinder::move_to_meeting does for open gaps.
+    // Moves the point for overlaps, as ContactFinder::move_to_meeting does for open gaps.
     const double towards_b = finder.weights().contact[pair.body_b] / alpha - 0.5;
     pair.position += towards_b * std::min(c.gap, 0.0) * c.normal;
     pair.first = 0;

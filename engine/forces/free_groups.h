@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "counterpoint/contact/disjoint_sets.h"
-#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/constraint_set.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/step_context.h"
 

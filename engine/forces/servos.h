@@ -19,7 +19,7 @@
 // same motion.
 #pragma once
 
-#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/constraint_set.h"
 #include "counterpoint/engine/state.h"
 #include "counterpoint/engine/step_context.h"
 

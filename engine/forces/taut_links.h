@@ -30,7 +30,7 @@
 #include <vector>
 
 #include "counterpoint/contact/problem.h"
-#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/constraint_set.h"
 #include "counterpoint/engine/dynamics/data.h"
 #include "counterpoint/engine/state.h"
 

@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "counterpoint/contact/solver.h"
-#include "counterpoint/engine/constraints/constraints.h"
-#include "counterpoint/engine/constraints/equality_solver.h"
+#include "counterpoint/engine/constraints/constraint_set.h"
 #include "counterpoint/engine/dynamics/data.h"
+#include "counterpoint/engine/dynamics/equality_solver.h"
 #include "counterpoint/engine/forces/mid_velocity.h"
 #include "counterpoint/engine/step_context.h"
 

@@ -23,7 +23,7 @@
 
 #include "counterpoint/contact/disjoint_sets.h"
 #include "counterpoint/contact/solver.h"
-#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/constraint_set.h"
 
 namespace counterpoint {
 

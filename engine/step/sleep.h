@@ -14,7 +14,7 @@
 
 #include "counterpoint/contact/disjoint_sets.h"
 #include "counterpoint/contact/solver.h"
-#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/constraint_set.h"
 #include "counterpoint/engine/state.h"
 #include "counterpoint/model/scene.h"
 

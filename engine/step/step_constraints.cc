@@ -185,7 +185,7 @@ void ConstraintStage::solve_overruns(bool solved, VectorX& w) {
   for (int round = 0; report_.succeeded() && finder_.find_overrun(context, {w}, at, constraints_,
                                                                   in_.sleepers.sleep_mask());
        ++round) {
-    if (round >= kMostOverruns) finder_.unpark_all(context, at, constraints_);
+    if (round >= kMostOverruns) finder_.contacts().unpark_all(context, at, constraints_);
     if (solved) {
       solve_again(w);
     } else {
@@ -225,8 +225,8 @@ const VectorX& ConstraintStage::correct_overlaps(OverlapCorrection& correction,
     // so they carry no force, w changes by the solver's tolerance only (parked_contacts.h), and the
     // inverse need not know of them. Softer laws act at a distance: with them no rows are added.
     if (report_.softening.any() ||
-        !finder_.find_reached_contacts(in_.step.context(), {displacement}, in_.start.kinematics(),
-                                       constraints_))
+        !finder_.contacts().find_reached(in_.step.context(), {displacement}, in_.start.kinematics(),
+                                         constraints_))
       return displacement;
     solve_again(w);
     solve_overruns(true, w);

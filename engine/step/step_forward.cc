@@ -154,7 +154,8 @@ void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepR
   if (may_sleep(step) && report.succeeded()) {
     ws.sleepers.end(step.model, step.state, step.input, ws.constraints, next);
     keep_awake(step.model, report.softening.any() ? &ws.solution.softened_trees : nullptr,
-               ws.finder.in_reach_of_fast(), ws.taut_links.links(), ws.sleepers);
+               ws.finder.contacts().search().in_reach_of_fast(), ws.taut_links.links(),
+               ws.sleepers);
   } else {
     ws.sleepers.forget();
   }

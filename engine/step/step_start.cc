@@ -36,7 +36,8 @@ void StepStart::find_constraints(const StepContext& at, ConstraintFinder& finder
     finder.find(at, data_, constraints_, counts, sleepers.sleep_mask());
   };
   find(sleepers.awake());
-  while (sleepers.wake_touched(at.model, constraints_, finder.in_reach_of_fast()))
+  while (
+      sleepers.wake_touched(at.model, constraints_, finder.contacts().search().in_reach_of_fast()))
     find(sleepers.woken());
 }
 

@@ -19,7 +19,7 @@
 #include <optional>
 #include <vector>
 
-#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/constraint_set.h"
 #include "counterpoint/engine/derivatives/constraints/contact_motion.h"
 
 namespace counterpoint {

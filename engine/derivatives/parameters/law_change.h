@@ -2,7 +2,7 @@
 #pragma once
 
 #include "counterpoint/contact/problem.h"
-#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/constraint_set.h"
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/model/scene.h"
 

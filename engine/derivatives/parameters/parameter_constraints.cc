@@ -166,7 +166,7 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
       change.material =
           only(effects, material_change(p, a, contact.geometry_a, b, contact.geometry_b));
     if (p.kind() == K::kGravity && !model.gravity().isZero(0.0))
-      change.fall = pair.frame.col(0).dot(inverted.finder.relative_fall(effects, pair)) /
+      change.fall = pair.frame.col(0).dot(inverted.finder.contacts().relative_fall(effects, pair)) /
                     model.gravity().norm();
     if (p.weights) change.alpha = p.weights->contact[pair.body_a] + p.weights->contact[pair.body_b];
     PlaceChange place;
@@ -224,16 +224,16 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
     closed = !(gap > 0.0);
   }
   const Vector3 v = pair.frame.transpose() * start.linear;
-  const Bounce bounce = inverted.finder.find_contact_bounce(model, options, effects, inverted.at(),
-                                                            {source.surface, pair, gap, v});
+  const Bounce bounce = inverted.finder.contacts().find_bounce(
+      model, options, effects, inverted.at(), {source.surface, pair, gap, v});
   const ContactStart from{source.surface, source.alpha, gap, v, bounce};
-  const LawOptions made_with = law_options(options, inverted.finder.is_wedged(pair));
+  const LawOptions made_with = law_options(options, inverted.finder.contacts().is_wedged(pair));
   LawSlopes slopes = contact_law_slopes(made_with, h, from);
   if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
   if (!closed) dy[0] += slopes.gap * by_gap;
   dy[0] += slopes.v.dot(moved(start).head<3>());
-  dy[0] += slopes.fall *
-           place.turn.cross(pair.frame.col(0)).dot(inverted.finder.relative_fall(effects, pair));
+  dy[0] += slopes.fall * place.turn.cross(pair.frame.col(0))
+                             .dot(inverted.finder.contacts().relative_fall(effects, pair));
   LawChange law = contact_law_change(made_with, h, from, change);
   if (!closed) law.smoothing += slopes.smoothing * by_gap;
   const contact::Rows f = contact::impulse(pair.law, y);

@@ -94,7 +94,7 @@ bool DisplacementDerivator::find(const InverseArguments& of, Workspace::Impl& ws
       p(in_tree) = ws.overlap_correction.velocity()(in_block);
     });
     forces_ = v_next + p;
-    again = ws.finder.find_reached_contacts(at, {forces_}, data, ws.constraints);
+    again = ws.finder.contacts().find_reached(at, {forces_}, data, ws.constraints);
   }
   w_ += p;
   return true;

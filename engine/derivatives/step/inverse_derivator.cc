@@ -96,16 +96,17 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
     closed = !(gap > 0.0);
   }
   const Vector3 v = pair.frame.transpose() * (bodies.start_b.linear - bodies.start_a.linear);
-  const Bounce bounce = inverted.finder.find_contact_bounce(model, options, effects, inverted.at(),
-                                                            {surface, pair, gap, v});
+  const Bounce bounce = inverted.finder.contacts().find_bounce(
+      model, options, effects, inverted.at(), {surface, pair, gap, v});
   if (contact::leans(pair.law) || (bounce.happens && bounce.spins) ||
       (gap > 0.0 && bounce.parting * h > gap)) {
     find_velocity_response(pair, bodies, out);  // these bounces have no closed form
     return false;
   }
-  LawSlopes slopes = contact_law_slopes(law_options(options, inverted.finder.is_wedged(pair)), h,
-                                        {surface, alpha, gap, v, bounce});
-  const Vector3 fall = inverted.finder.relative_fall(effects, pair);
+  LawSlopes slopes =
+      contact_law_slopes(law_options(options, inverted.finder.contacts().is_wedged(pair)), h,
+                         {surface, alpha, gap, v, bounce});
+  const Vector3 fall = inverted.finder.contacts().relative_fall(effects, pair);
   slopes.normal = slopes.fall * fall;
   if (displacing_ == Displacing::kRecovery)
     slopes = {.gap = gap_bias_slope(options.contact, h, gap), .smoothing = slopes.smoothing};

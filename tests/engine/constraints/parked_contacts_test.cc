@@ -106,7 +106,7 @@ struct Crowd {
   std::vector<ParkedContact> contacts_of(const std::vector<FarPair>& pairs) {
     ConstraintSet all = found;
     std::vector<ParkedContact> out;
-    finder.unpark_all(at(scene.v), data, all);
+    finder.contacts().unpark_all(at(scene.v), data, all);
     for (size_t i = 0; i < all.contacts.size(); ++i) {
       const std::pair pair(all.contacts[i].geometry_a, all.contacts[i].geometry_b);
       if (std::any_of(pairs.begin(), pairs.end(),
@@ -197,7 +197,7 @@ TEST_P(FarPairs, ParkedContactsKnowNoMoreThanTheirGap) {
     const std::vector<ParkedContact> parked = c.found.parked;
     const size_t with_rows = c.found.contacts.size();
     c.found.far.clear();
-    c.finder.unpark_all(c.at(c.scene.v), c.data, c.found);
+    c.finder.contacts().unpark_all(c.at(c.scene.v), c.data, c.found);
     ASSERT_EQ(c.found.contacts.size(), with_rows + parked.size());
     for (size_t k = 0; k < parked.size(); ++k) {
       const ParkedContact exact =

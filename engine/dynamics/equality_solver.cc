@@ -1,4 +1,4 @@
-#include "counterpoint/engine/constraints/equality_solver.h"
+#include "counterpoint/engine/dynamics/equality_solver.h"
 
 #include <Eigen/Cholesky>
 

@@ -1,5 +1,5 @@
 // The direct solver for equalities agrees with the contact solver.
-#include "counterpoint/engine/constraints/equality_solver.h"
+#include "counterpoint/engine/dynamics/equality_solver.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,140 @@
+// The constraints of one step: contacts, closures, joint limits, speed limits, dry joint friction
+// and mimic joints, with their laws.
+#pragma once
+
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "counterpoint/collision/collider.h"
+#include "counterpoint/contact/disjoint_sets.h"
+#include "counterpoint/contact/problem.h"
+#include "counterpoint/engine/dynamics/data.h"
+#include "counterpoint/engine/step_context.h"
+
+namespace counterpoint {
+
+/// Constraint rows on the motion of body B relative to body A: linear velocity at `position` along
+/// the columns of `frame` (n, t1, t2 for a contact), then angular velocity about them.
+struct PairConstraint {
+  int body_a = 0, body_b = 0;
+  Vector3 position = Vector3::Zero();  ///< in W [m]; one point for both bodies: keeps momentum
+  Matrix3 frame = Matrix3::Identity();
+  /// Contact: tangential offset from `position` to the point where friction acts, in W [m]
+  /// (contact_patch.h).
+  Vector3 friction_point = Vector3::Zero();
+  /// The law acts on rows first, first + 1, ... of the six (3 linear, 3 angular).
+  int first = 0;
+  contact::Law law;
+  double gap_bias = 0.0;  ///< contact: bias that would remove the whole recoverable overlap [m/s]
+  /// Contact that bounces in this step: time of impact after the start of the step (bounce.h) [s];
+  /// else 0.
+  double impact_time = 0.0;
+  /// Whether friction is that of a spinning patch (contact_patch.h), and the fraction of the
+  /// sliding friction coefficients that it leaves.
+  bool spins = false;
+  double strength = 1.0;
+  /// Index of the contact whose sliding speed sets law.slip_speed (friction_slip.h), or -1.
+  int fastest_contact = -1;
+};
+
+/// One row on joint coordinates: y = sum of coefficient[k] w[v_index[k]] over k = 0, 1, plus the
+/// bias b.
+struct JointConstraint {
+  Effect effect = Effect::kLimits;  ///< the effect that the row belongs to
+  contact::Law law;
+  int v_index[2] = {-1, -1};  ///< the second is -1 for limits and dry friction
+  double coefficient[2] = {1.0, 0.0};
+  /// Joint limit: gap [rad or m], and the bias as in PairConstraint [rad/s or m/s]; NaN if there is
+  /// no gap.
+  double gap = std::numeric_limits<double>::quiet_NaN();
+  double gap_bias = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// A contact candidate without rows, and the data that decide from velocities alone whether it
+/// needs rows (parked_contacts.h).
+struct ParkedContact {
+  collision::Candidate candidate;  ///< its position moved to the expected meeting point
+  int body_a = 0, body_b = 0;
+  Vector3 velocity = Vector3::Zero();  ///< at the start, of B relative to A there, in W [m/s]
+  double gap = 0.0;   ///< lower bound of the gap after the rotation within the step [m]
+  double slip = 0.0;  ///< closing speed per tangential speed [-]
+  double spin = 0.0;  ///< closing speed per relative angular speed [m]
+};
+
+/// Two geometries so far apart that all their possible contacts are parked, and the data that
+/// decide from velocities alone whether this stays true (parked_contacts.h).
+struct FarPair {
+  std::pair<int, int> geometries;
+  int body_a = 0, body_b = 0;
+  double gap = 0.0;                  ///< lower bound of the distance, from bounding volumes [m]
+  Vector3 middle = Vector3::Zero();  ///< centre of the smaller geometry, in W [m]
+  double radius = 0.0;               ///< radius of that geometry about its centre [m]
+  double slip = 1.0;  ///< upper bound of the closing speed: slip times the relative speed [-]
+  double spin = 0.0;  ///< plus spin times the relative angular speed [m]
+  /// Rotation within the step brings the surfaces closer by at most turn + turn_slope gap [m].
+  double turn = 0.0, turn_slope = 0.0;
+};
+
+struct ConstraintSet {
+  std::vector<collision::Candidate> contacts;
+  /// The contacts, one each, then the rows of `closures`.
+  std::vector<PairConstraint> pairs;
+  std::vector<int> closures;  ///< index into Model::closures, one for each pair behind the contacts
+  std::vector<JointConstraint> joints;
+  std::vector<ParkedContact> parked;  ///< sorted by pair of geometries
+  std::vector<FarPair> far;      ///< sorted; the contacts of these pairs have not been computed
+  double max_penetration = 0.0;  ///< [m]
+
+  bool empty() const { return pairs.empty() && joints.empty(); }
+  void clear() {
+    contacts.clear();
+    pairs.clear();
+    closures.clear();
+    joints.clear();
+    parked.clear();
+    far.clear();
+    max_penetration = 0.0;
+  }
+};
+
+/// Returns whether there are closures or mimic joints.
+bool has_equalities(const ConstraintSet& constraints);
+
+/// Calls visit(tree_a, tree_b) for every constraint; -1 for the world or a missing second tree.
+template <class Visit>
+void for_each_constraint(const Model& model, const ConstraintSet& constraints, Visit visit) {
+  for (const PairConstraint& pair : constraints.pairs)
+    visit(model.body(pair.body_a).tree, model.body(pair.body_b).tree);
+  for (const JointConstraint& joint : constraints.joints) {
+    visit(model.tree_of_velocity(joint.v_index[0]),
+          joint.v_index[1] < 0 ? -1 : model.tree_of_velocity(joint.v_index[1]));
+  }
+}
+
+/// Joins the trees that share a constraint into sets.
+inline void join_constrained_trees(const Model& model, const ConstraintSet& constraints,
+                                   contact::DisjointSets& trees) {
+  trees.reset(model.num_trees());
+  if (model.num_trees() < 2) return;
+  for_each_constraint(model, constraints, [&](int a, int b) {
+    if (a >= 0 && b >= 0) trees.join(a, b);
+  });
+}
+
+/// The idle bodies: those that sleep (sleep.h), and the world. One entry per body; empty if none
+/// sleeps. operator(): the body is idle; sleeps(): it is idle and not the world.
+struct SleepMask {
+  std::span<const char> bodies = {};
+  bool operator()(int body) const { return !bodies.empty() && bodies[body]; }
+  bool sleeps(int body) const { return body != 0 && (*this)(body); }
+};
+
+/// A velocity at the end of a step: nv, and V_WB of all bodies where the caller has computed them.
+struct Reached {
+  VectorRef velocity;
+  const std::vector<Motion>* of_bodies = nullptr;
+};
+
+}  // namespace counterpoint
