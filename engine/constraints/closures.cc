@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 

@@ -11,6 +11,7 @@
 #pragma once
 
 #include "counterpoint/engine/constraints/constraint_set.h"
+#include "counterpoint/engine/dynamics/inverse_weights.h"
 
 namespace counterpoint {
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/constraints/contact_law.h"
 
 namespace counterpoint {

@@ -1,6 +1,7 @@
 // The inverse step whose derivatives are taken, as invert_step left it.
 #pragma once
 
+#include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint {

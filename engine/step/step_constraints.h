@@ -2,6 +2,7 @@
 // to, and the velocities that displace the bodies.
 #pragma once
 
+#include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/step/overlap_correction.h"
 #include "counterpoint/engine/step/softening.h"
 #include "counterpoint/engine/step/step_forces.h"

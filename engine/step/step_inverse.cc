@@ -4,6 +4,7 @@
 #include "counterpoint/contact/laws/cone_lanes.h"
 #include "counterpoint/contact/problem.h"
 #include "counterpoint/engine/constraints/assemble.h"
+#include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/dynamics/rnea.h"

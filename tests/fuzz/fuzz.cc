@@ -93,11 +93,48 @@ void check(const Model& model) {
   }
 }
 
+namespace {
+
+/// The function of the target that the environment variable FUZZ_TARGET names.
+auto selected_target() {
+  struct Target {
+    std::string_view name;
+    void (*read)(std::string_view input);
+  };
+  constexpr Target kTargets[] = {{"urdf", read_urdf},
+                                 {"mjcf", read_mjcf},
+                                 {"sdf", read_sdf},
+                                 {"srdf", read_srdf},
+                                 {"scene", read_scene},
+                                 {"mesh_dae", read_mesh_dae},
+                                 {"mesh_obj", read_mesh_obj},
+                                 {"mesh_stl", read_mesh_stl},
+                                 {"height_image", read_height_image},
+                                 {"height_table", read_height_table},
+                                 {"c3d", read_c3d},
+                                 {"csv", read_csv},
+                                 {"hdf5", read_hdf5},
+                                 {"mcap", read_mcap},
+                                 {"npz", read_npz},
+                                 {"trc", read_trc},
+                                 {"column_map", read_column_map},
+                                 {"contact_problem", read_contact_problem}};
+  const char* name = std::getenv("FUZZ_TARGET");
+  for (const Target& target : kTargets)
+    if (name != nullptr && target.name == name) return target.read;
+  std::fprintf(stderr, "FUZZ_TARGET must name a target, one of");
+  for (const Target& target : kTargets) std::fprintf(stderr, " %s", target.name.data());
+  std::fprintf(stderr, "\n");
+  std::exit(2);
+}
+
+}  // namespace
 }  // namespace counterpoint::fuzz
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const auto read = counterpoint::fuzz::selected_target();
   try {
-    counterpoint::fuzz::read({reinterpret_cast<const char*>(data), size});
+    read({reinterpret_cast<const char*>(data), size});
   } catch (const counterpoint::InputError& error) {
     // A refusal is a valid outcome, but its message must not be empty.
     if (*error.what() == '\0') std::abort();

@@ -12,7 +12,7 @@ if(LAUNCHER)
   list(APPEND options -D CMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER})
 endif()
 run(${CMAKE_COMMAND} -S ${SOURCE_DIR}/contact -B ${scratch}/build ${options}
-    -D COUNTERPOINT_BUILD_TESTS=OFF)
+    -D COUNTERPOINT_BUILD_TESTS=OFF -D COUNTERPOINT_UNITY=ON)
 run(${CMAKE_COMMAND} --build ${scratch}/build --parallel 2)
 run(${CMAKE_COMMAND} --install ${scratch}/build --prefix ${scratch}/prefix)
 run(${CMAKE_COMMAND} -S ${SOURCE_DIR}/tests/install/contact_consumer -B ${scratch}/consumer ${options}

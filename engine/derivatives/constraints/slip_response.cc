@@ -2,6 +2,7 @@
 
 #include "counterpoint/contact/inverse.h"
 #include "counterpoint/engine/constraints/assemble.h"
+#include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 
 namespace counterpoint {

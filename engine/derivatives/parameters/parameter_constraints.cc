@@ -5,6 +5,7 @@
 
 #include "counterpoint/contact/problem.h"
 #include "counterpoint/engine/constraints/assemble.h"
+#include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/derivatives/constraints/pair_response.h"
 #include "counterpoint/engine/derivatives/constraints/slip_response.h"

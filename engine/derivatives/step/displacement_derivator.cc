@@ -6,6 +6,7 @@
 
 #include "counterpoint/contact/problem.h"
 #include "counterpoint/engine/constraints/assemble.h"
+#include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/dynamics/crba.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/forces/joint_forces.h"

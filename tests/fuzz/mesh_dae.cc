@@ -1,8 +1,0 @@
-// Meshes in DAE files, including the conversion to hull and terrain.
-#include "fuzz/mesh.h"
-
-namespace counterpoint::fuzz {
-
-void read(std::string_view input) { read_mesh(write("mesh.dae", input)); }
-
-}  // namespace counterpoint::fuzz
