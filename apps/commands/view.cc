@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <memory>
 #include <optional>
 
 #include "command.h"
@@ -175,11 +174,11 @@ int view_motion(ViewArguments& arguments) {
   report["position_resolution_m"] = view::resolution_of(replay).position;
   report["pictures"] = pictures;
   report.write();
-  fmt::print(report.text(), "{}: {:.3g} MB, {} frames of {} rows, {:.6g} ... {:.6g} s\n",
-             arguments.output, static_cast<double>(page.size()) / 1e6, clip.num_frames(), clip.rows,
-             clip.states.front().time, clip.states.back().time);
+  report.print("{}: {:.3g} MB, {} frames of {} rows, {:.6g} ... {:.6g} s\n", arguments.output,
+               static_cast<double>(page.size()) / 1e6, clip.num_frames(), clip.rows,
+               clip.states.front().time, clip.states.back().time);
   for (const std::string& note : replay.visuals.notes) fmt::print(stderr, "note: {}\n", note);
-  for (const std::string& name : pictures) fmt::print(report.text(), "{}\n", name);
+  for (const std::string& name : pictures) report.print("{}\n", name);
   if (!stopped) return kSuccess;
   fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM: {} has the motion up to {:.6g} s{}\n",
              arguments.output, clip.states.back().time,
@@ -188,64 +187,46 @@ int view_motion(ViewArguments& arguments) {
 }
 
 void add_picture_options(Command& command, ViewArguments& arguments) {
-  command
-      .add_option("--png", arguments.pictures.times,
-                  "Times [s] of pictures to write beside the page: PAGE_TIME.png (Chromium)")
-      .comma_separated()
-      .type_name("T1,T2,...");
-  command
-      .add_option("--gif", arguments.gif,
-                  "Moving picture to write beside the page: start [s], end [s], frames a second")
-      .comma_separated()
-      .type_name("START,END,RATE");
-  command.add_option("--webm", arguments.webm, "The same as a video (VP9), much smaller")
-      .comma_separated()
-      .type_name("START,END,RATE");
-  command.add_option("--size", arguments.size, "Of pictures [pixels]; default 960x540")
-      .type_name("WxH");
-  command
-      .add_option("--link", arguments.pictures.link,
-                  "How pictures look, as in the page's address: 'follow=pelvis&theme=dark'")
-      .type_name("SETTINGS");
+  command.add("--png T1,T2,...", arguments.pictures.times,
+              "Times [s] of pictures to write beside the page: PAGE_TIME.png (Chromium)",
+              comma_separated);
+  command.add("--gif START,END,RATE", arguments.gif,
+              "Moving picture to write beside the page: start [s], end [s], frames a second",
+              comma_separated);
+  command.add("--webm START,END,RATE", arguments.webm, "The same as a video (VP9), much smaller",
+              comma_separated);
+  command.add("--size WxH", arguments.size, "Of pictures [pixels]; default 960x540");
+  command.add("--link SETTINGS", arguments.pictures.link,
+              "How pictures look, as in the page's address: 'follow=pelvis&theme=dark'");
 }
 
 }  // namespace
 
 void add_view(CommandLine& line) {
-  auto arguments = std::make_shared<ViewArguments>();
-  Command& command =
-      line.add("view", "Write a motion as one HTML page that plays it, without network");
-  arguments->scene.add_to(command);
-  command.add_option("MOTION", arguments->motion, "Motion as `simulate --output` writes it")
-      .required();
-  command.add_option("--output", arguments->output, "Page to write").type_name("FILE").required();
-  command
-      .add_option("--contacts", arguments->contacts,
-                  "Contact forces, as `inverse --contacts` writes them")
-      .type_name("FILE");
-  command.add_flag("--forces", arguments->forces,
-                   "Contact forces as `inverse` recovers them from the motion");
-  command.add_option("--timestep", arguments->time_step,
-                     "With --forces: time step [s] of a motion that does not say it");
-  command
-      .add_option("--ghost", arguments->ghosts,
-                  "Second motion of the scene, drawn translucent; of several one at a time")
-      .type_name("FILE")
-      .one_value_each();
-  command
-      .add_option("--ghost-name", arguments->ghost_names,
-                  "What the legend calls it; as often as --ghost")
-      .one_value_each();
-  command.add_option("--rate", arguments->rate, "Frames a second of the page [1/s]; 0: every row")
-      .not_negative()
-      .show_default();
-  command.add_option("--title", arguments->title, "Default: the scene's name");
-  add_picture_options(command, *arguments);
-  arguments->report.add_to(command);
-  command.footer(
+  auto [command, arguments] = line.add<ViewArguments>(
+      "view", "Write a motion as one HTML page that plays it, without network",
       "Example:\n  counterpoint simulate data/scenes/humanoid_drop.yaml --output fall.csv\n"
-      "  counterpoint view data/scenes/humanoid_drop.yaml fall.csv --forces --output fall.html");
-  command.action([arguments] { return view_motion(*arguments); });
+      "  counterpoint view data/scenes/humanoid_drop.yaml fall.csv --forces --output fall.html",
+      view_motion);
+  arguments.scene.add_to(command);
+  command.add("MOTION", arguments.motion, "Motion as `simulate --output` writes it", required);
+  command.add("--output FILE", arguments.output, "Page to write", required);
+  command.add("--contacts FILE", arguments.contacts,
+              "Contact forces, as `inverse --contacts` writes them");
+  command.add("--forces", arguments.forces,
+              "Contact forces as `inverse` recovers them from the motion");
+  command.add("--timestep", arguments.time_step,
+              "With --forces: time step [s] of a motion that does not say it");
+  command.add("--ghost FILE", arguments.ghosts,
+              "Second motion of the scene, drawn translucent; of several one at a time",
+              one_value_each);
+  command.add("--ghost-name", arguments.ghost_names,
+              "What the legend calls it; as often as --ghost", one_value_each);
+  command.add("--rate", arguments.rate, "Frames a second of the page [1/s]; 0: every row",
+              not_negative, show_default);
+  command.add("--title", arguments.title, "Default: the scene's name");
+  add_picture_options(command, arguments);
+  arguments.report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "counterpoint/model/scene.h"
@@ -11,6 +12,11 @@
 namespace counterpoint::apps {
 
 class Command;
+
+/// Splits the value of an option such as NAME=FILE at its first '='. @throws InputError naming the
+/// option and this form.
+std::pair<std::string, std::string> named_value(const std::string& option, const std::string& text,
+                                                const std::string& form);
 
 struct SceneArguments {
   std::string file;

@@ -10,14 +10,10 @@
 namespace counterpoint::view {
 
 void ViewOption::add_to(apps::Command& command) {
-  command
-      .add_option("--view", file_,
-                  "HTML page to write: a replay of the motion (docs/reference/replay.md)")
-      .type_name("FILE");
-  command.add_option("--view-rate", rate_, "Frames a second of the replay [1/s]; 0: every row")
-      .not_negative()
-      .show_default()
-      .seldom();
+  command.add("--view FILE", file_,
+              "HTML page to write: a replay of the motion (docs/reference/replay.md)");
+  command.add("--view-rate", rate_, "Frames a second of the replay [1/s]; 0: every row",
+              apps::not_negative, apps::show_default, apps::seldom);
 }
 
 void ViewOption::check() const {

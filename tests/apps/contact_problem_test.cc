@@ -25,10 +25,7 @@ class ContactProblem : public testing::Test {
     folder_.write("p/" + name, content);
   }
   void expect_bad_input(const std::string& arguments, const std::string& message) const {
-    const CommandResult result = folder_.run("contact-problem " + arguments);
-    EXPECT_EQ(result.exit_code, 2) << result.output;
-    EXPECT_NE(result.errors.find(message), std::string::npos)
-        << "expected: " << message << "\ngot: " << result.errors;
+    folder_.refuse("contact-problem " + arguments, message);
   }
 
   CommandFolder folder_{std::string("contact_problem_") +
@@ -74,9 +71,7 @@ TEST_F(ContactProblem, OneFrictionModelIfAsked) {
 
 TEST_F(ContactProblem, AFolderOfProblemsIsSolvedByName) {
   fs::copy(folder_.path("p"), folder_.path("a"));
-  const CommandResult result = folder_.run("contact-problem {} --friction convex --json {}/r.json");
-  EXPECT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json report = folder_.json("r.json");
+  const nlohmann::json report = folder_.report("contact-problem {} --friction convex");
   ASSERT_EQ(report["problems"].size(), 2u);
   EXPECT_EQ(report["problems"][0]["name"], "a");
   EXPECT_EQ(report["problems"][1]["name"], "p");
@@ -85,8 +80,7 @@ TEST_F(ContactProblem, AFolderOfProblemsIsSolvedByName) {
 TEST_F(ContactProblem, NotesWhereTheMatrixIsNotSymmetric) {
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,0.5,0,0.5\n");  // sticks with r of about (2, -0.5, 0)
   write("W.csv", "row,col,value\n0,0,1\n1,1,1\n2,2,1\n0,1,0.02\n1,0,0.01\n");
-  EXPECT_EQ(folder_.run("contact-problem {}/p --json {}/r.json").exit_code, 0);
-  const nlohmann::json problem = folder_.json("r.json")["problems"][0];
+  const nlohmann::json problem = folder_.report("contact-problem {}/p")["problems"][0];
   EXPECT_NEAR(problem["asymmetry"], 0.01, 1e-15);
   EXPECT_LT(problem["dual"], 1e-6);
   // W r + q is off by 0.005 r, 0.01 in the tangential direction, relative to |q| = 2.
@@ -148,10 +142,8 @@ TEST_F(ContactProblem, SaysWhatIsWrongWithTheMatrix) {
 TEST_F(ContactProblem, SolvesTheRecordedProblems) {
   const fs::path recorded = fs::path(test::shared_data()) / "contact_problems";
   if (!fs::exists(recorded)) GTEST_SKIP() << recorded << " is missing: not tried";
-  const CommandResult result =
-      folder_.run("contact-problem '" + recorded.string() + "' --friction convex --json {}/r.json");
-  EXPECT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json report = folder_.json("r.json");
+  const nlohmann::json report =
+      folder_.report("contact-problem '" + recorded.string() + "' --friction convex");
   EXPECT_GE(report["problems"].size(), 11u);
   for (const auto& problem : report["problems"]) {
     constexpr double kSolved = 1e-6;  // required tolerance

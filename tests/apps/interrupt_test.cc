@@ -45,11 +45,9 @@ long lines(const std::string& text) { return std::count(text.begin(), text.end()
 
 /// Writes tosses of the bundled cube as recordings, and their column map.
 void record_tosses(const CommandFolder& folder) {
-  ASSERT_EQ(folder
-                .run("simulate data/scenes/cube_drop.yaml --duration 0.4 --timestep 0.02 "
-                     "--output {}/toss.csv")
-                .exit_code,
-            0);
+  folder.succeed(
+      "simulate data/scenes/cube_drop.yaml --duration 0.4 --timestep 0.02 "
+      "--output {}/toss.csv");
   std::string map = "time: time\nfree: cube\ncolumns:\n";
   for (const char* name :
        {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
@@ -59,11 +57,9 @@ void record_tosses(const CommandFolder& folder) {
 
 TEST(Interrupt, DerivativesHasTheStepsSoFar) {
   const CommandFolder folder(test_name());
-  ASSERT_EQ(folder
-                .run("simulate data/scenes/humanoid_drop.yaml --duration 2 --timestep 1e-3 "
-                     "--output {}/m.csv")
-                .exit_code,
-            0);
+  folder.succeed(
+      "simulate data/scenes/humanoid_drop.yaml --duration 2 --timestep 1e-3 "
+      "--output {}/m.csv");
   const CommandResult result =
       interrupted(folder, "derivatives data/scenes/humanoid_drop.yaml {}/m.csv --check");
   const long steps = folder.json("r.json")["steps"];
@@ -127,9 +123,7 @@ TEST(Interrupt, HardCasesHasTheCasesSoFar) {
 
 TEST(Interrupt, ExplainHasTheMotionSoFar) {
   const CommandFolder folder(test_name());
-  ASSERT_EQ(folder.run("simulate data/scenes/quadruped_drop.yaml --duration 1.8 --output {}/m.csv")
-                .exit_code,
-            0);
+  folder.succeed("simulate data/scenes/quadruped_drop.yaml --duration 1.8 --output {}/m.csv");
   std::string map = "time: time\ncolumns:\n", head = folder.read("m.csv");
   std::replace(head.begin(), head.begin() + static_cast<std::ptrdiff_t>(head.find('\n')), ',',
                '\n');

@@ -36,9 +36,7 @@ struct Row {
 /// them to the round-off of times.
 std::vector<Row> own_motion(const CommandFolder& folder, const std::string& scene,
                             const std::vector<std::string>& q, const std::vector<std::string>& v) {
-  const CommandResult result =
-      folder.run("simulate " + scene + " --duration 0.5 --timestep 0.002 --output {}/own.csv");
-  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  folder.succeed("simulate " + scene + " --duration 0.5 --timestep 0.002 --output {}/own.csv");
   const Table table(folder.path("own.csv"));
   std::vector<Row> rows;
   for (int row = 0; row < table.num_rows(); row += 5) {
