@@ -32,8 +32,8 @@ struct AccuracyArguments {
 };
 
 void check_options(const AccuracyArguments& arguments, SimulationOptions& options) {
-  if (arguments.time_step) options.time_step = *arguments.time_step;
-  if (arguments.duration) options.duration = *arguments.duration;
+  options.time_step = arguments.time_step.value_or(options.time_step);
+  options.duration = arguments.duration.value_or(options.duration);
   const double h = options.time_step;
   if (!(h > 0.0 && std::isfinite(h)))
     throw InputError(fmt::format("time step {} s: expected a positive number", h));
@@ -126,11 +126,9 @@ int finish(AccuracyArguments& arguments, accuracy::Findings& findings) {
   }
   report.write();
   if (stopped)
-    fmt::print(stderr,
-               "error: stopped by Ctrl-C or SIGTERM: settings not reached are left out, times are "
-               "of fewer repeats{}\n",
-               arguments.folder.empty() ? "" : "; " + arguments.folder + " has the report");
-  return ok && !stopped ? kSuccess : kFailed;
+    return end_stopped(": settings not reached are left out, times are of fewer repeats{}",
+                       arguments.folder.empty() ? "" : "; " + arguments.folder + " has the report");
+  return ok ? kSuccess : kFailed;
 }
 
 int measure_accuracy(AccuracyArguments& arguments, tasks::World& world) {

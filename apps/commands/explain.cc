@@ -25,12 +25,12 @@ namespace {
 struct ExplainArguments {
   SceneArguments scene;
   std::vector<std::string> recordings, sources;
-  std::string map, output, contacts, forces, set, page, errors;
+  std::string map, set, page, errors;
+  FollowedFiles files;  ///< tables to write; with --follow the recording too
   std::optional<double> from, to;
   int threads = 0;
   bool follow = false;
-  int window = 30, lag = 10;
-  double idle = 5.0;
+  FollowOptions following;
   Report report;
 };
 
@@ -119,17 +119,17 @@ std::vector<MotionEstimate> estimate_all(const ExplainArguments& arguments, cons
 std::vector<std::string> write_tables(const ExplainArguments& arguments,
                                       const ExplainedMotions& motions, std::size_t given) {
   std::vector<std::string> files;
-  for (std::size_t i = 0; !arguments.output.empty() && i < motions.estimates.size(); ++i) {
-    files.push_back(numbered_file(arguments.output, i, given));
+  for (std::size_t i = 0; !arguments.files.output.empty() && i < motions.estimates.size(); ++i) {
+    files.push_back(numbered_file(arguments.files.output, i, given));
     write_motion_table(files.back(), motions.scene.model, motions.estimates[i]);
   }
-  if (!arguments.contacts.empty()) {
-    write_contact_table(arguments.contacts, motions);
-    files.push_back(arguments.contacts);
+  if (!arguments.files.contacts.empty()) {
+    write_contact_table(arguments.files.contacts, motions);
+    files.push_back(arguments.files.contacts);
   }
-  if (!arguments.forces.empty()) {
-    write_force_table(arguments.forces, motions);
-    files.push_back(arguments.forces);
+  if (!arguments.files.forces.empty()) {
+    write_force_table(arguments.files.forces, motions);
+    files.push_back(arguments.files.forces);
   }
   return files;
 }
@@ -184,7 +184,8 @@ void check_follow(const ExplainArguments& arguments) {
     throw InputError("--follow, --report: a page needs the whole recording; leave one out");
   if (arguments.from || arguments.to)
     throw InputError("--follow: --from and --to are for whole recordings");
-  for (const std::string& table : {arguments.output, arguments.contacts, arguments.forces})
+  for (const std::string& table :
+       {arguments.files.output, arguments.files.contacts, arguments.files.forces})
     if (!table.empty() && !table.ends_with(".csv"))
       throw InputError(table + ": --follow writes CSV tables, row by row");
 }
@@ -195,18 +196,14 @@ int follow(ExplainArguments& arguments, const Scene& scene, const ColumnMap& map
     throw InputError(arguments.map +
                      ": 'pieces' and 'average' need the whole recording, not --follow");
   const MotionEstimateOptions whole = estimate_options(arguments, map);
-  FollowOptions options;
-  options.window = arguments.window;
-  options.lag = arguments.lag;
+  FollowOptions& options = arguments.following;
   options.threads = whole.threads;
   options.sums = whole.sums;
   options.errors = whole.errors;
+  arguments.files.recording = arguments.recordings.front();
   Report& report = arguments.report;
   report.begin("explain", arguments.scene.file);
-  const FollowedMetrics metrics =
-      follow_motion({arguments.recordings.front(), arguments.output, arguments.contacts,
-                     arguments.forces, arguments.idle},
-                    scene, map, options);
+  const FollowedMetrics metrics = follow_motion(arguments.files, scene, map, options);
   if (metrics.told == 0)
     throw InputError(fmt::format("{}: {} rows; {} or more are expected to explain a motion",
                                  arguments.recordings.front(), metrics.rows, kLeastRows));
@@ -272,11 +269,11 @@ void add_explain(CommandLine& line) {
               required);
   command.add("--source", arguments.sources,
               "NAME=FILE: file of one of the column map's 'sources'; may be given again");
-  command.add("--output", arguments.output,
+  command.add("--output", arguments.files.output,
               "Table to write: the motion, a trajectory; of several recordings one each, numbered");
-  command.add("--contacts", arguments.contacts,
+  command.add("--contacts", arguments.files.contacts,
               "Table to write: force, centre of pressure and slip of each pair of shapes");
-  command.add("--forces", arguments.forces,
+  command.add("--forces", arguments.files.forces,
               "Table to write: forces of joints, sums of contact forces, standard deviations");
   command.add("--report DIR", arguments.page, "Folder for a page with charts and a replay");
   command.add("--from", arguments.from, "Time of the first row used [s]");
@@ -287,10 +284,11 @@ void add_explain(CommandLine& line) {
   command.add("--follow", arguments.follow,
               "Explain a CSV file that grows, or '-', standard input, row by row; until Ctrl-C or "
               "the end of the input");
-  command.add("--window", arguments.window, "With --follow: rows explained together", seldom);
-  command.add("--lag", arguments.lag,
+  command.add("--window", arguments.following.window, "With --follow: rows explained together",
+              seldom);
+  command.add("--lag", arguments.following.lag,
               "With --follow: a row is told once so many rows have followed it", seldom);
-  command.add("--idle", arguments.idle,
+  command.add("--idle", arguments.files.idle,
               "With --follow: a file that has not grown for so long has ended [s]; default 5",
               not_negative, seldom);
   command.add("--threads", arguments.threads, "Threads; default: one a core", not_negative);

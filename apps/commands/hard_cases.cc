@@ -121,10 +121,9 @@ int finish(const std::vector<Result>& results, const tasks::Results& run, std::s
   report["cases"] = entries;
   report.write();
   if (stopped)
-    fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM: {} of {} cases were run{}\n",
-               results.size(), count,
-               arguments.folder.empty() ? "" : "; " + arguments.folder + " has them");
-  return failed == 0 && !stopped ? kSuccess : kFailed;
+    return end_stopped(": {} of {} cases were run{}", results.size(), count,
+                       arguments.folder.empty() ? "" : "; " + arguments.folder + " has them");
+  return failed == 0 ? kSuccess : kFailed;
 }
 
 int hard_cases(HardCasesArguments& arguments, tasks::World& world) {

@@ -31,12 +31,12 @@ void SceneArguments::add_to(Command& command) {
               becomes(bundled_scene), required);
   command.add("--base fixed|floating", base,
               "Lone robot: root link held by the world or free (default fixed)");
-  command.add("--ground", ground, "Lone robot: add the ground plane z = 0");
+  command.add("--ground", overrides.ground, "Lone robot: add the ground plane z = 0");
   command.add("--package NAME=DIR", packages, "Folder of a package:// name, may be repeated",
               seldom, one_value_each);
   command.add("--srdf", srdf, "Lone robot: SRDF file, whose disabled pairs of links never collide",
               seldom);
-  command.add("--hull-vertices", hull_vertices,
+  command.add("--hull-vertices", overrides.hull_vertices,
               "Lone robot: at most this many vertices for the hull of each mesh",
               range(4, 1'000'000), seldom);
   command.add("--integrator semi_implicit_euler|implicit_midpoint|runge_kutta_4", integrator,
@@ -44,9 +44,9 @@ void SceneArguments::add_to(Command& command) {
   command.add("--contact fast|default|hard", contact,
               "Contacts as soft as MuJoCo's (fast), stiff (default) or stiffer (hard); default: "
               "the scene's");
-  command.add("--repair-inertias", repair_inertias,
+  command.add("--repair-inertias", overrides.repair_inertias,
               "Make non-physical inertias physical; each change is listed", seldom);
-  command.add("--repair-joints", repair_joints,
+  command.add("--repair-joints", overrides.repair_joints,
               "Exchange joint limits given the wrong way round, let joints move by themselves that "
               "cannot follow the one they mimic; each is listed",
               seldom);
@@ -74,16 +74,12 @@ std::map<std::string, std::filesystem::path> SceneArguments::package_folders() c
 }
 
 Scene SceneArguments::load() const {
-  SceneOverrides overrides;
-  if (!base.empty()) overrides.base = base == "floating" ? Base::kFloating : Base::kFixed;
-  overrides.ground = ground;
-  overrides.repair_inertias = repair_inertias;
-  overrides.repair_joints = repair_joints;
-  if (!fill_inertia.empty()) overrides.fill_inertia = mass_of(fill_inertia);
-  overrides.srdf = srdf;
-  overrides.hull_vertices = hull_vertices;
-  overrides.packages = package_folders();
-  Scene scene = load_scene(file, overrides);
+  SceneOverrides given = overrides;
+  if (!base.empty()) given.base = base == "floating" ? Base::kFloating : Base::kFixed;
+  if (!fill_inertia.empty()) given.fill_inertia = mass_of(fill_inertia);
+  given.srdf = srdf;
+  given.packages = package_folders();
+  Scene scene = load_scene(file, given);
   if (!integrator.empty()) scene.options.integrator = *integrator_from_name(integrator);
   if (!contact.empty())
     apply_contact_preset(*contact_preset_from_name(contact), scene.options.contact);

@@ -20,13 +20,9 @@ std::pair<std::string, std::string> named_value(const std::string& option, const
 
 struct SceneArguments {
   std::string file;
-  std::string base;
-  bool ground = false;
-  bool repair_inertias = false, repair_joints = false;
-  std::string fill_inertia;           ///< mass, with or without "kg"
-  std::vector<std::string> packages;  ///< NAME=DIR
-  std::string srdf;
-  int hull_vertices = 0;
+  SceneOverrides overrides;
+  std::string base, srdf, fill_inertia;  ///< a mass, with or without "kg"
+  std::vector<std::string> packages;     ///< NAME=DIR
   std::string integrator, contact;
 
   void add_to(Command& command);
