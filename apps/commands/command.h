@@ -52,8 +52,8 @@ std::function<int(Arguments&)> on_every_rank(int (*run)(Arguments&, tasks::World
   };
 }
 
-/// Reports on standard error that Ctrl-C ended the command, and what is left of its results:
-/// " after 3 of 5 steps". Returns the exit code.
+/// Reports on standard error that Ctrl-C ended the command and how far it came: " after 3 of 5
+/// steps". Returns the exit code.
 template <typename... Values>
 int end_stopped(fmt::format_string<const Values&...> rest, const Values&... values) {
   fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM{}\n", fmt::format(rest, values...));

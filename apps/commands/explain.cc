@@ -254,7 +254,6 @@ int explain(ExplainArguments& arguments) {
 
 }  // namespace
 
-// Long: a declaration of each option.
 void add_explain(CommandLine& line) {
   auto [command, arguments] = line.add<ExplainArguments>(
       "explain", "Estimate the motion behind a noisy recording and all its forces",

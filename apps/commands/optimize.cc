@@ -128,15 +128,16 @@ OptimizedStart run_start(const OptimizeArguments& arguments, const opt::ProblemF
   return start;
 }
 
-/// Returns a clip of frames h [s] apart; `forces`: with the contact forces that the inverse finds.
-view::Clip clip_of(const Scene& scene, double h, const std::vector<VectorX>& q,
-                   const std::vector<VectorX>& v, const std::vector<VectorX>& applied_force,
-                   bool forces) {
+/// Returns a clip of a motion whose frames are h [s] apart; `forces`: with the contact forces that
+/// the inverse finds.
+template <typename Motion>
+view::Clip clip_of(const Scene& scene, double h, const Motion& motion, bool forces) {
+  const auto& [q, v] = std::tie(motion.q, motion.v);
   view::ClipRecorder recorder(scene, 0.0, forces);
   const auto state = [&](std::size_t t) { return State{static_cast<double>(t) * h, q[t], v[t]}; };
   Input input;
   for (std::size_t t = 0; t + 1 < q.size(); ++t) {
-    input.applied_force = applied_force[t];
+    input.applied_force = motion.applied_force[t];
     recorder.add_step(state(t), input, h, state(t + 1));
   }
   return recorder.finish(state(q.size() - 1));
@@ -150,7 +151,7 @@ std::vector<view::Clip> stage_clips(const Scene& scene, double h, const Optimize
   for (std::size_t i = 0; i < std::min(kMost, count); ++i) {
     const std::size_t stage = count <= kMost ? i : i * (count - 1) / (kMost - 1);
     const opt::Result& r = best.stages[stage];
-    clips.push_back(clip_of(scene, h, r.q, r.v, r.applied_force, false));
+    clips.push_back(clip_of(scene, h, r, false));
     clips.back().name = fmt::format("stage {}, smoothing {:.2g} m", stage + 1, r.smoothing);
   }
   return clips;
@@ -179,10 +180,8 @@ void write_outputs(const OptimizeArguments& arguments, const opt::ProblemFile& f
   if (!arguments.view.wanted() && !linked) return;
   Scene scene = *file.scene;
   scene.options = best.result.options;
-  const opt::Result& r = best.result;
-  const view::Clip clip = motion
-                              ? clip_of(scene, h, motion->q, motion->v, motion->applied_force, true)
-                              : clip_of(scene, h, r.q, r.v, r.applied_force, true);
+  const view::Clip clip =
+      motion ? clip_of(scene, h, *motion, true) : clip_of(scene, h, best.result, true);
   const std::vector<view::Clip> stages = stage_clips(scene, h, best);
   const view::Origin origin{file.scene_file.string(), {arguments.problem, arguments.output}};
   if (arguments.view.wanted())

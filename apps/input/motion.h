@@ -25,7 +25,7 @@ struct MotionPass {
 };
 
 /// Calls step(k, options, known) for every step k of a motion, with its length [s] in the options
-/// and what is known of it, until one returns a fault or Ctrl-C; shows the progress.
+/// and its recorded targets and wrenches, until one returns a fault or Ctrl-C; shows the progress.
 MotionPass for_each_step(
     const std::string& label, const Scene& scene, const Trajectory& trajectory,
     const std::vector<double>& lengths,

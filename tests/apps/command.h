@@ -24,6 +24,17 @@ inline std::string test_name() {
   return name;
 }
 
+/// Column map whose first lines are `head`, of the free body `link`. Its columns have the names of
+/// its coordinates, without the link's name if `bare`.
+inline std::string free_body_map(const std::string& head, const std::string& link,
+                                 bool bare = false) {
+  std::string map = head + "free: " + link + "\ncolumns:\n";
+  for (const std::string name :
+       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
+    map += "  " + link + "." + name + ": " + (bare ? "" : link + ".") + name + "\n";
+  return map;
+}
+
 struct CommandResult {
   int exit_code = -1;
   std::string output;  ///< standard output
@@ -50,6 +61,11 @@ class CommandFolder {
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   std::string read(const std::string& name) const;
   void write(const std::string& name, const std::string& content) const;
+  /// Number of lines of a file.
+  long lines(const std::string& name) const {
+    const std::string text = read(name);
+    return std::count(text.begin(), text.end(), '\n');
+  }
   nlohmann::json json(const std::string& name) const { return nlohmann::json::parse(read(name)); }
 
  private:

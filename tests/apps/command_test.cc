@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "counterpoint/engine/tables.h"
 #include "support/paths.h"
 
 namespace counterpoint::command_test {
@@ -78,8 +79,7 @@ TEST_F(Command, SimulateReports) {
   EXPECT_NEAR(report["simulated_seconds"], 1.0, 1e-9);  // round-off of a sum of 500 steps
   EXPECT_EQ(report["solver_failures"], 0);
   EXPECT_GT(report["contacts_mean"], 0.0);
-  const std::string trajectory = folder_.read("t.csv");
-  EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), 502);  // header, 501 states
+  EXPECT_EQ(folder_.lines("t.csv"), 502);  // header, 501 states
 }
 
 TEST_F(Command, SimulateReportsTheKineticEnergy) {
@@ -113,24 +113,13 @@ TEST_F(Command, SameInputGivesTheSameBytes) {
   EXPECT_NE(folder_.read("a.csv"), folder_.read("c.csv"));
 }
 
-/// Cell of `column` in the last row of a CSV.
-double last_cell(const std::string& csv, const std::string& column) {
-  const std::string header = csv.substr(0, csv.find('\n'));
-  const size_t begin_of_last = csv.rfind('\n', csv.size() - 2) + 1;
-  size_t h = 0, r = begin_of_last;
-  while (header.compare(h, column.size(), column) != 0 || header[h + column.size()] != ',') {
-    h = header.find(',', h) + 1;
-    r = csv.find(',', r) + 1;
-  }
-  return std::stod(csv.substr(r));
-}
-
 TEST_F(Command, AppliedForcesHoldFromTheirRowToTheNext) {
   write_free_cube();
   // 2 N on 1 kg from 0.1 to 0.2 s: ten steps of 0.01 s.
   folder_.write("u.csv", "time,cube.fx\n0.1,2\n0.2,0\n");
   folder_.succeed("simulate {}/free.yaml --inputs {}/u.csv --output {}/t.csv");
-  EXPECT_NEAR(last_cell(folder_.read("t.csv"), "cube.vx"), 0.2,
+  const Table motion(folder_.path("t.csv"));
+  EXPECT_NEAR(motion.value(motion.num_rows() - 1, motion.column("cube.vx")), 0.2,
               1e-14);  // round-off of ten additions
 }
 
@@ -146,8 +135,7 @@ TEST_F(Command, AFailedStepKeepsWhatWasComputed) {
   const nlohmann::json report = folder_.json("r.json");
   EXPECT_EQ(report["status"], "failed");
   EXPECT_EQ(report["solver_failures"], 1);
-  const std::string trajectory = folder_.read("t.csv");
-  EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), 3);  // header, two states
+  EXPECT_EQ(folder_.lines("t.csv"), 3);  // header, two states
 }
 
 TEST_F(Command, InspectCountsTheHumanoid) {

@@ -32,13 +32,7 @@ std::string ballistic_recording(int rows) {
 }
 
 /// A column map of the cube that starts with these lines.
-std::string cube_map(std::string lines) {
-  lines += "columns:\n";
-  for (const char* name :
-       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
-    lines += fmt::format("  cube.{0}: {0}\n", name);
-  return lines;
-}
+std::string cube_map(const std::string& lines) { return test::free_body_map(lines, "cube", true); }
 
 TEST(Compare, StartsAFlightWithTheVelocityAtTheRow) {
   const CommandFolder folder("compare_flight");
@@ -55,8 +49,7 @@ TEST(Compare, StartsAFlightWithTheVelocityAtTheRow) {
     EXPECT_NEAR((*entry)["position_error_end_m"], 0.5 * kGravity * t / (8 * kRate), 1e-12);
     EXPECT_NEAR((*entry)["rotation_error_end_deg"], 0.0, 1e-12);
   }
-  const std::string rows = folder.read("rows.csv");
-  EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 61);
+  EXPECT_EQ(folder.lines("rows.csv"), 61);
 }
 
 TEST(Compare, SaysWhatIsWrongInAColumnMap) {
@@ -80,11 +73,7 @@ TEST(Compare, SaysWhatIsWrongInAColumnMap) {
 /// Writes a trajectory of the toss scene made by the engine, and the column map that reads it.
 void record_own_toss(const CommandFolder& folder) {
   folder.succeed("simulate data/scenes/cube_toss.yaml --output {}/own.csv");
-  std::string map = "time: time\nfree: cube\nsubsteps: 1\ncolumns:\n";
-  for (const char* name :
-       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
-    map += fmt::format("  cube.{0}: cube.{0}\n", name);
-  folder.write("map.yaml", map);
+  folder.write("map.yaml", test::free_body_map("time: time\nsubsteps: 1\n", "cube"));
 }
 
 TEST(Compare, OneStepOfAnOwnTrajectoryIsExact) {
@@ -133,9 +122,8 @@ TEST(Compare, NothingIsUnexplainedInAnOwnTrajectory) {
 TEST(Compare, TheMeanOfAFlightIsAFlight) {
   const CommandFolder folder("compare_average");
   folder.write("flight.csv", ballistic_recording(60));
-  folder.write("map.yaml",
-               cube_map("rate: 148\nfree: cube\nsubsteps: 8\nvelocities: backward_difference\n"
-                        "average: 5\npieces: 4\n"));
+  folder.write("map.yaml", cube_map("rate: 148\nsubsteps: 8\nvelocities: backward_difference\n"
+                                    "average: 5\npieces: 4\n"));
   const nlohmann::json report =
       folder.report("compare data/scenes/cube_toss.yaml {}/flight.csv --columns {}/map.yaml");
   // Means over five rows shorten the recording by two rows at either end: 56 rows in four pieces.
@@ -160,8 +148,7 @@ TEST(Compare, TurnsAngularVelocitiesOfTheWorld) {
   }
   folder.write("spin.csv", csv);
   const auto error = [&](const std::string& axes) {
-    folder.write("map.yaml",
-                 cube_map("rate: 148\nfree: cube\nsubsteps: 1\nangular_velocity: " + axes + "\n"));
+    folder.write("map.yaml", cube_map("rate: 148\nsubsteps: 1\nangular_velocity: " + axes + "\n"));
     return folder
         .report("compare data/scenes/cube_toss.yaml {}/spin.csv --columns {}/map.yaml")
             ["median"]["rotation_error_end_deg"]
@@ -209,8 +196,7 @@ TEST(Compare, ImpactsOfABallAreThoseOfTheClosedForm) {
   }
   ASSERT_EQ(report["coordinates"].size(), 3u);
   for (const nlohmann::json& one : report["coordinates"]) EXPECT_GT(one["r2"], 0.999);
-  const std::string rows = folder.read("rows.csv");
-  EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 7);
+  EXPECT_EQ(folder.lines("rows.csv"), 7);
   // A restitution lower by 0.3 changes the bounce by 0.3 times 1 ... 1.5 m/s, plus the friction
   // that follows.
   folder.succeed(command + "--set restitution=0.2");

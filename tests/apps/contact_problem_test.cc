@@ -24,9 +24,6 @@ class ContactProblem : public testing::Test {
     fs::create_directories(folder_.path("p"));
     folder_.write("p/" + name, content);
   }
-  void expect_bad_input(const std::string& arguments, const std::string& message) const {
-    folder_.refuse("contact-problem " + arguments, message);
-  }
 
   CommandFolder folder_{std::string("contact_problem_") +
                         testing::UnitTest::GetInstance()->current_test_info()->name()};
@@ -66,7 +63,7 @@ TEST_F(ContactProblem, OneFrictionModelIfAsked) {
       nlohmann::json::parse(result.output);  // throws if there is more text
   ASSERT_EQ(report["problems"].size(), 1u);
   EXPECT_EQ(report["problems"][0]["friction_model"], "coulomb");
-  expect_bad_input("{}/p --friction none", "--friction");
+  folder_.refuse("contact-problem {}/p --friction none", "--friction");
 }
 
 TEST_F(ContactProblem, AFolderOfProblemsIsSolvedByName) {
@@ -96,47 +93,47 @@ TEST_F(ContactProblem, FailureHasItsExitCode) {
 }
 
 TEST_F(ContactProblem, SaysWhatIsWrongWithTheContacts) {
-  expect_bad_input("{}/none", "there is no such folder");
-  expect_bad_input("", "folder");
+  folder_.refuse("contact-problem {}/none", "there is no such folder");
+  folder_.refuse("contact-problem ", "folder");
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,1,0,-0.5\n");
-  expect_bad_input("{}/p", "q_mu.csv:2: mu = -0.5");
+  folder_.refuse("contact-problem {}/p", "q_mu.csv:2: mu = -0.5");
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,1,0\n");
-  expect_bad_input("{}/p", "q_mu.csv:2");
+  folder_.refuse("contact-problem {}/p", "q_mu.csv:2");
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,1,0,0.5,7\n");
-  expect_bad_input("{}/p", "q_mu.csv:2");
+  folder_.refuse("contact-problem {}/p", "q_mu.csv:2");
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,nan,0,0.5\n");
-  expect_bad_input("{}/p", "q_mu.csv:2");
+  folder_.refuse("contact-problem {}/p", "q_mu.csv:2");
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,,0,0.5\n");
-  expect_bad_input("{}/p", "q_mu.csv:2");
+  folder_.refuse("contact-problem {}/p", "q_mu.csv:2");
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,1,0,much\n");
-  expect_bad_input("{}/p", "q_mu.csv:2");
+  folder_.refuse("contact-problem {}/p", "q_mu.csv:2");
   write("q_mu.csv", "q_n,q_t1,q_t2\n-2,1,0\n");
-  expect_bad_input("{}/p", "'mu'");
+  folder_.refuse("contact-problem {}/p", "'mu'");
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n");
-  expect_bad_input("{}/p", "holds no contact");
+  folder_.refuse("contact-problem {}/p", "holds no contact");
   fs::remove(folder_.path("p/q_mu.csv"));
-  expect_bad_input("{}/p", "expected a folder with W.csv");
+  folder_.refuse("contact-problem {}/p", "expected a folder with W.csv");
 }
 
 TEST_F(ContactProblem, SaysWhatIsWrongWithTheMatrix) {
   write("W.csv", "row,col,value\n0,0,1\n3,3,1\n");
-  expect_bad_input("{}/p", "W.csv:3: index 3; expected a whole number from 0 to 2");
+  folder_.refuse("contact-problem {}/p", "W.csv:3: index 3; expected a whole number from 0 to 2");
   write("W.csv", "row,col,value\n0,-1,1\n");
-  expect_bad_input("{}/p", "W.csv:2: index -1");
+  folder_.refuse("contact-problem {}/p", "W.csv:2: index -1");
   write("W.csv", "row,col,value\n0,0.5,1\n");
-  expect_bad_input("{}/p", "W.csv:2: index 0.5");
+  folder_.refuse("contact-problem {}/p", "W.csv:2: index 0.5");
   write("W.csv", "row,col,value\n0,0\n");
-  expect_bad_input("{}/p", "W.csv:2");
+  folder_.refuse("contact-problem {}/p", "W.csv:2");
   write("W.csv", "row,col,value\n0,0,inf\n");
-  expect_bad_input("{}/p", "W.csv:2");
+  folder_.refuse("contact-problem {}/p", "W.csv:2");
   write("W.csv", "row,col,value\n0,0,1\n0,0,1\n");
-  expect_bad_input("{}/p", "W.csv:3: entry (0, 0) is given twice");
+  folder_.refuse("contact-problem {}/p", "W.csv:3: entry (0, 0) is given twice");
   write("W.csv", "row,col,value\n0,0,-1\n");
-  expect_bad_input("{}/p", "diagonal entry 0 is -1");
+  folder_.refuse("contact-problem {}/p", "diagonal entry 0 is -1");
   write("W.csv", "a,b,c\n0,0,1\n");
-  expect_bad_input("{}/p", "'row'");
+  folder_.refuse("contact-problem {}/p", "'row'");
   fs::remove(folder_.path("p/W.csv"));
-  expect_bad_input("{}/p", "W.csv: there is no such file");
+  folder_.refuse("contact-problem {}/p", "W.csv: there is no such file");
 }
 
 TEST_F(ContactProblem, SolvesTheRecordedProblems) {

@@ -31,11 +31,7 @@ void toss(const CommandFolder& folder, int count, const std::string& metrics) {
                              1.0 - 0.7 * i));
     folder.succeed(fmt::format("simulate {{}}/toss{0}.yaml --output {{}}/toss{0}.csv", i));
   }
-  std::string map = "time: time\nfree: cube/body\nsubsteps: 1\ncolumns:\n";
-  for (const char* name :
-       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
-    map += fmt::format("  cube/body.{0}: cube/body.{0}\n", name);
-  folder.write("map.yaml", map);
+  folder.write("map.yaml", test::free_body_map("time: time\nsubsteps: 1\n", "cube/body"));
   folder.write("scene.yaml",
                fmt::format("gravity: [0, 0, -9.81]\ntime_step: {:.17g}\n"
                            "ground: {{friction: 0.4, restitution: 0.1}}\nmodels:\n"
@@ -167,11 +163,7 @@ void disturb(const CommandFolder& folder, const std::string& file, const std::st
 
 TEST(Identify, IntervalsCoverTheTruthUnderNoise) {
   const CommandFolder folder("identify_noise");
-  std::string map = "time: time\nfree: box/body\nsubsteps: 1\ncolumns:\n";
-  for (const char* name :
-       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
-    map += fmt::format("  box/body.{0}: box/body.{0}\n", name);
-  folder.write("map.yaml", map);
+  folder.write("map.yaml", test::free_body_map("time: time\nsubsteps: 1\n", "box/body"));
   // The box slides to a stop after v^2 / (2 mu g), at least 0.08 m.
   constexpr int kRecordings = 8;
   for (int i = 0; i < kRecordings; ++i) {

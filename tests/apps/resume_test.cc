@@ -95,8 +95,7 @@ TEST_F(Resume, AFailedRunNamesWhatIsAtFaultAndCanBeGoneOnFrom) {
                             "goes up to the last good state, at 0.02 s"}) {
     EXPECT_NE(result.errors.find(words), std::string::npos) << words << "\n" << result.errors;
   }
-  const std::string rows = folder_.read("t.csv");
-  EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 12);  // header, ten steps, the last state
+  EXPECT_EQ(folder_.lines("t.csv"), 12);  // header, ten steps, the last state
   const nlohmann::json on = simulate("{}/scene.yaml --duration 0.01 --resume {}/s.csv");
   EXPECT_NEAR(on["start_time_s"], 0.02, 1e-12);
   EXPECT_EQ(on["steps"], 5);

@@ -52,7 +52,7 @@ TEST(Rollout, InvertsEveryStep) {
 TEST(Rollout, CtrlCKeepsWhatWasComputed) {
   const CommandFolder folder(test_name());
   // Each rollout would take an hour.
-  const auto result = folder.run(
+  const CommandResult result = folder.run(
       "rollout data/scenes/cube_drop.yaml --count 3 --threads 1 --duration 1e5 --output "
       "{}/ends.csv --json {}/r.json 2>{}/errors & run=$!; sleep 0.5; kill -INT $run; wait $run");
   EXPECT_EQ(result.exit_code, 1);

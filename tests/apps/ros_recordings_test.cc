@@ -333,13 +333,8 @@ TEST_F(CubeRecording, TransformsOfOneFrameAreChosenByTheBundledMap) {
 }
 
 TEST_F(CubeRecording, MeansOfQuaternionsOfEitherSignAreThoseOfOne) {
-  std::string lines = "average: 5\ntime: t\nfree: cube\ncolumns:\n", header = "t";
-  for (const char* name :
-       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"}) {
-    lines += fmt::format("  cube.{0}: {0}\n", name);
-    header += fmt::format(",{}", name);
-  }
-  folder_.write("map.yaml", lines);
+  const std::string header = "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz";
+  folder_.write("map.yaml", test::free_body_map("average: 5\ntime: t\n", "cube", true));
   const auto recording = [&](bool flip) {
     std::string csv = header + "\n";
     for (std::size_t k = 0; k < rows_.size(); ++k) {

@@ -132,11 +132,8 @@ TEST_F(TaskCommands, OptimizeGoesOnWithTheStartsThatAreMissing) {
 
 /// Records tosses of the bundled cube with other parameters than the scene's.
 std::string record_tosses(const CommandFolder& folder) {
-  std::string map = "time: time\nfree: cube\ncolumns:\n", files;
-  for (const std::string name :
-       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
-    map += "  cube." + name + ": cube." + name + "\n";
-  folder.write("map.yaml", map);
+  std::string files;
+  folder.write("map.yaml", free_body_map("time: time\n", "cube"));
   folder.write("study.yaml",
                "scene: cube_toss\nduration: 0.4\ntime_step: 0.01\nset: {friction: 0.3}\nvary: "
                "{cube.vx: [0.5, 1, 1.5]}\nrecord: {trajectories: true}\n");
