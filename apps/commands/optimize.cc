@@ -192,17 +192,18 @@ void write_outputs(const OptimizeArguments& arguments, const opt::ProblemFile& f
                      stages);
 }
 
-void print_start(const Report& report, const OptimizedStart& start) {
-  const opt::Result& r = start.result;
-  const opt::Verification& v = start.verification;
+/// Prints the entry of a start in the report.
+void print_start(const Json& start, const Report& report) {
   report.print(
-      "{} (seed {}): cost {:.6g} after {} Newton steps in {:.2f} s, smoothing {:.1e} m\n"
-      "  forces without a motor {:.2e} of the weight; forward steps land within {:.1e}; "
-      "overlap {:.1e} m, stance slips {:.1e} m a step, landings {:.1e} m, effort {:.0f} % "
-      "of the limits\n",
-      opt::outcome_name(r.outcome), start.seed, r.cost, r.iterations, r.seconds, r.smoothing,
-      v.unactuated_max, v.forward_check_max, v.overlap_max, v.stance_slip_max, v.landing_slip_max,
-      100.0 * v.effort_max);
+      "{}, effort {:.0f} % of the limits\n",
+      format_entries(
+          "{outcome} (seed {seed}): cost {cost:.6g} after {iterations} Newton steps in "
+          "{wall_seconds:.2f} s, smoothing {smoothing_end_m:.1e} m\n"
+          "  forces without a motor {unactuated_force_relative_max:.2e} of the weight; forward "
+          "steps land within {forward_check_max:.1e}; overlap {overlap_max_m:.1e} m, stance slips "
+          "{stance_slip_max_m:.1e} m a step, landings {landing_slip_max_m:.1e} m",
+          start),
+      100.0 * start["effort_share_max"].get<double>());
 }
 
 /// Returns the list of starts, a task each. Both arguments must outlive it.
@@ -277,16 +278,14 @@ int optimize(OptimizeArguments& arguments, tasks::World& world) {
     return end_stopped(" before any start was begun");
   }
   std::size_t best = 0;
+  Json list = Json::array();
   for (std::size_t i = 0; i < starts.size(); ++i) {
-    print_start(report, starts[i]);
+    fill_report(starts[i], list.emplace_back());
+    print_start(list.back(), report);
     if (is_better(starts[i], starts[best])) best = i;
   }
-  fill_report(starts[best], report.json());
-  if (starts.size() > 1) {
-    Json list = Json::array();
-    for (const OptimizedStart& start : starts) fill_report(start, list.emplace_back());
-    report["starts"] = list;
-  }
+  report.json().update(list[best]);
+  if (starts.size() > 1) report["starts"] = list;
   write_outputs(arguments, file, starts[best], report.json());
   if (!arguments.folder.empty())
     write_optimization_page(arguments.folder, file, starts, best,

@@ -32,7 +32,10 @@ std::string format_entries(const std::string& format, const Json& entries) {
     const char* name = key.c_str();
     if (value.is_string()) values.push_back(fmt::arg(name, value.get<std::string>()));
     if (value.is_number_float()) values.push_back(fmt::arg(name, value.get<double>()));
-    if (value.is_number_integer()) values.push_back(fmt::arg(name, value.get<std::int64_t>()));
+    if (value.is_number_unsigned())
+      values.push_back(fmt::arg(name, value.get<std::uint64_t>()));
+    else if (value.is_number_integer())
+      values.push_back(fmt::arg(name, value.get<std::int64_t>()));
   }
   return fmt::vformat(format, values);
 }
