@@ -99,13 +99,10 @@ std::string cell(const std::string& text) {
 
 std::string Command::usage() const {
   std::string text = "counterpoint " + name_;
-  for (const auto& option : options_) {
-    if (option->name_[0] != '-')
-      text += option->required_ ? fmt::format(" {}", option->name_)
-                                : fmt::format(" [{}]", option->name_);
-    else if (option->required_)
-      text += fmt::format(" {} {}", option->name_, option->type_);
-  }
+  for (const auto& option : options_)
+    if (option->is_argument() || option->required)
+      text += fmt::format(
+          " {}", option->required ? option->usage() : fmt::format("[{}]", option->usage()));
   return text + " [OPTIONS]";
 }
 
@@ -114,14 +111,10 @@ std::string Command::help(bool all) const {
       wrapped(description_ + ".", 0, 0) + "\n\n" + wrapped("Usage: " + usage(), 4, 0) + "\n\n";
   int hidden = 0;
   for (const auto& option : options_) {
-    if (option->seldom_ && !all) {
+    if (all || !option->seldom)
+      text += entry(option->usage(), option->description);
+    else
       ++hidden;
-      continue;
-    }
-    const bool positional = option->name_[0] != '-';
-    text += entry(positional || option->flag_ ? option->name_
-                                              : fmt::format("{} {}", option->name_, option->type_),
-                  option->description_);
   }
   if (hidden > 0)
     text += entry("--help-all", fmt::format("{} options more, seldom wanted", hidden));
@@ -138,26 +131,21 @@ std::string CommandLine::help() const {
 }
 
 std::string CommandLine::bash_completion() const {
-  std::string names, options;
+  std::string names, topics, options, values;
+  for (const Topic& topic : topics_) topics += topic.name + " ";
   for (const auto& command : commands_) {
     names += command->name() + " ";
-    std::string own;
-    for (const std::string& name : command->option_names()) own += name + " ";
-    options += fmt::format("    {}) options=\"{}\" ;;\n", command->name(), own);
+    options += fmt::format("    {}) options=\"{} \" ;;\n", command->name(),
+                           fmt::join(command->option_names(), " "));
     for (const auto& option : command->options_)
-      if (!option->words_.empty())
-        options += fmt::format("    {}:{}) values=\"{}\" ;;\n", command->name(), option->name_,
-                               fmt::join(option->words_, " "));
+      if (!option->words.empty())
+        values += fmt::format("    {}:{}) values=\"{}\" ;;\n", command->name(), option->name,
+                              fmt::join(option->words, " "));
   }
-  std::string values, plain;
-  std::istringstream lines(options);
-  for (std::string line; std::getline(lines, line);)
-    (line.find("values=") == std::string::npos ? plain : values) += line + "\n";
-  std::string topics;
-  for (const Topic& topic : topics_) topics += topic.name + " ";
   std::string script(kBashCompletion);
-  for (const auto& [mark, list] : {std::pair("@NAMES@", &names), std::pair("@TOPICS@", &topics),
-                                   std::pair("@OPTIONS@", &plain), std::pair("@VALUES@", &values)})
+  for (const auto& [mark, list] :
+       {std::pair("@NAMES@", &names), std::pair("@TOPICS@", &topics),
+        std::pair("@OPTIONS@", &options), std::pair("@VALUES@", &values)})
     for (size_t at = 0; (at = script.find(mark)) != std::string::npos;)
       script.replace(at, std::string(mark).size(), *list);
   return script;
@@ -172,11 +160,7 @@ std::string CommandLine::man_page() const {
     text += fmt::format(".SS {}\n{}.\n.PP\n.B {}\n", troff(command->name()),
                         troff(command->description()), troff(command->usage()));
     for (const auto& option : command->options_)
-      text += fmt::format(".TP\n.B {}{}\n{}\n", troff(option->name_),
-                          option->flag_ || option->name_[0] != '-'
-                              ? std::string()
-                              : fmt::format(" {}", troff(option->type_)),
-                          troff(option->description_));
+      text += fmt::format(".TP\n.B {}\n{}\n", troff(option->usage()), troff(option->description));
     if (!command->footer_.empty()) text += ".PP\n.nf\n" + troff(command->footer_) + "\n.fi\n";
   }
   text += ".SH TOPICS\n";
@@ -188,24 +172,17 @@ std::string CommandLine::man_page() const {
 std::string CommandLine::markdown() const {
   std::string text =
       "# Commands and options\n\nWritten by `counterpoint generate markdown`; the same as "
-      "`counterpoint COMMAND "
-      "--help-all`.\n";
+      "`counterpoint COMMAND --help-all`.\n";
   for (const auto& command : commands_) {
     text += fmt::format("\n## {}\n\n{}.\n\n    {}\n\n| option | meaning |\n|---|---|\n",
                         command->name(), command->description(), command->usage());
-    for (const auto& option : command->options_) {
-      const bool bare = option->flag_ || option->name_[0] != '-';
-      text += fmt::format(
-          "| `{}` | {} |\n",
-          bare ? option->name_ : fmt::format("{} {}", option->name_, cell(option->type_)),
-          cell(option->description_));
-    }
-    if (!command->footer_.empty()) {
-      text += "\n";
-      std::istringstream lines(command->footer_);
-      for (std::string line; std::getline(lines, line);)
-        text += line.rfind("  ", 0) == 0 ? "    " + line.substr(2) + "\n" : line + "\n\n";
-    }
+    for (const auto& option : command->options_)
+      text += fmt::format("| `{}` | {} |\n", cell(option->usage()), cell(option->description));
+    if (command->footer_.empty()) continue;
+    text += "\n";
+    std::istringstream lines(command->footer_);
+    for (std::string line; std::getline(lines, line);)
+      text += line.rfind("  ", 0) == 0 ? "    " + line.substr(2) + "\n" : line + "\n\n";
   }
   return text;
 }

@@ -4,10 +4,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <cstdint>
-#include <filesystem>
 #include <optional>
-#include <type_traits>
 
 #include "counterpoint/model/text_files.h"
 
@@ -16,27 +15,22 @@ namespace {
 
 constexpr int kSuccess = 0, kBadInput = 2;
 
-template <typename T>
-struct Inner {
-  using Type = T;
-};
-template <typename T>
-struct Inner<std::optional<T>> {
-  using Type = T;
-};
-template <typename T>
-struct Inner<std::vector<T>> {
-  using Type = T;
-};
+/// Placeholder in the help for the value of an option that names none.
+std::string usual_type(const CLI::Option& parser) {
+  const std::string type = parser.get_type_name();
+  return type == "FLOAT" ? "X" : type == "INT" || type == "UINT" ? "N" : "TEXT";
+}
 
-/// Default placeholder in the help for a value of type T.
-template <typename T>
-std::string type_word() {
-  using Value = typename Inner<T>::Type;
-  if constexpr (std::is_floating_point_v<Value>) return "X";
-  if constexpr (std::is_integral_v<Value>) return "N";
-  if constexpr (std::is_same_v<Value, std::filesystem::path>) return "FILE";
-  return "TEXT";
+/// Splits "one|two" into the words allowed; a placeholder has capital letters and allows any word.
+std::vector<std::string> allowed_words(const std::string& type) {
+  const auto is_capital = [](unsigned char c) { return std::isupper(c) != 0; };
+  if (type.empty() || std::any_of(type.begin(), type.end(), is_capital)) return {};
+  return CLI::detail::split(type, '|');
+}
+
+int bad(const std::string& message, const std::string& advice) {
+  fmt::print(stderr, "error: {}\n{}\n", message, advice);
+  return kBadInput;
 }
 
 }  // namespace
@@ -54,147 +48,113 @@ std::string did_you_mean(const std::string& word, const std::vector<std::string>
   return best.empty() ? std::string() : fmt::format("; did you mean '{}'?", best);
 }
 
-Option& Option::required() {
-  required_ = true;
-  cli_->required();
-  return *this;
+void required(Option& option) {
+  option.required = true;
+  option.parser->required();
 }
 
-Option& Option::type_name(const std::string& name) {
-  type_ = name;
-  return *this;
+void positive(Option& option) { option.parser->check(CLI::PositiveNumber); }
+void not_negative(Option& option) { option.parser->check(CLI::NonNegativeNumber); }
+void one_value_each(Option& option) { option.parser->allow_extra_args(false); }
+void comma_separated(Option& option) { option.parser->delimiter(','); }
+void seldom(Option& option) { option.seldom = true; }
+
+Property range(double low, double high) {
+  return [low, high](Option& option) {
+    option.parser->check([low, high](const std::string& text) {
+      double value = 0.0;
+      if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high)
+        return std::string();
+      return fmt::format("{} is not between {} and {}", text, low, high);
+    });
+  };
 }
 
-Option& Option::one_of(const std::vector<std::string>& words) {
-  words_ = words;
-  type_ = fmt::format("{}", fmt::join(words, "|"));
-  cli_->check([words](const std::string& word) {
-    if (std::find(words.begin(), words.end(), word) != words.end()) return std::string();
-    return fmt::format("'{}' is none of {}{}", word, fmt::join(words, ", "),
-                       did_you_mean(word, words));
-  });
-  return *this;
+Property needs(const Option& other) {
+  return [parser = other.parser](Option& option) { option.parser->needs(parser); };
 }
 
-Option& Option::range(double low, double high) {
-  cli_->check([low, high](const std::string& text) {
-    double value = 0.0;
-    if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high)
-      return std::string();
-    return fmt::format("{} is not between {} and {}", text, low, high);
-  });
-  return *this;
+Property becomes(std::string (*resolve)(const std::string&)) {
+  return [resolve](Option& option) { option.parser->transform(resolve); };
 }
 
-Option& Option::positive() {
-  cli_->check(CLI::PositiveNumber);
-  return *this;
+void show_default(Option& option) {
+  option.parser->capture_default_str();
+  option.description += fmt::format("; default {}", option.parser->get_default_str());
 }
 
-Option& Option::not_negative() {
-  cli_->check(CLI::NonNegativeNumber);
-  return *this;
-}
-
-Option& Option::one_value_each() {
-  cli_->allow_extra_args(false);
-  return *this;
-}
-
-Option& Option::comma_separated() {
-  cli_->delimiter(',');
-  return *this;
-}
-
-Option& Option::needs(const Option& other) {
-  cli_->needs(other.cli_);
-  return *this;
-}
-
-Option& Option::becomes(std::string (*resolve)(const std::string&)) {
-  cli_->transform([resolve](const std::string& word) { return resolve(word); });
-  return *this;
-}
-
-Option& Option::show_default() {
-  cli_->capture_default_str();
-  description_ += fmt::format("; default {}", cli_->get_default_str());
-  return *this;
-}
-
-Option& Option::seldom() {
-  seldom_ = true;
-  return *this;
-}
-
-Command::Command(CLI::App& app, std::string name, std::string description)
-    : app_(app), name_(std::move(name)), description_(std::move(description)) {}
-
-Option& Command::added(const std::string& name, CLI::Option& option, const std::string& type,
-                       const std::string& description) {
-  options_.push_back(std::make_unique<Option>());
-  Option& made = *options_.back();
-  made.cli_ = &option;
-  made.name_ = name;
-  made.type_ = type;
-  made.description_ = description;
-  return made;
-}
+Command::Command(CLI::App& app, std::string name, std::string description, std::string footer,
+                 std::function<int()> action)
+    : app_(app),
+      name_(std::move(name)),
+      description_(std::move(description)),
+      footer_(std::move(footer)),
+      action_(std::move(action)) {}
 
 template <typename T>
-Option& Command::add_option(const std::string& name, T& value, const std::string& description) {
-  return added(name, *app_.add_option(name, value), type_word<T>(), description);
+Option& Command::add(const std::string& usage, T& value, const std::string& description,
+                     const std::vector<Property>& properties) {
+  const size_t space = usage.find(' ');
+  Option& option = *options_.emplace_back(std::make_unique<Option>());
+  option.name = usage.substr(0, space);
+  option.description = description;
+  if (space != std::string::npos) option.type = usage.substr(space + 1);
+  option.words = allowed_words(option.type);
+  if constexpr (std::is_same_v<T, bool>) {
+    option.parser = app_.add_flag(option.name, value);
+  } else {
+    option.parser = app_.add_option(option.name, value);
+    if (option.type.empty()) option.type = usual_type(*option.parser);
+  }
+  if (option.is_argument()) option.type.clear();
+  if (!option.words.empty())
+    option.parser->check([words = option.words](const std::string& word) {
+      if (std::find(words.begin(), words.end(), word) != words.end()) return std::string();
+      return fmt::format("'{}' is none of {}{}", word, fmt::join(words, ", "),
+                         did_you_mean(word, words));
+    });
+  for (const Property& property : properties) property(option);
+  return option;
 }
 
-#define COUNTERPOINT_OPTION(...) \
-  template Option& Command::add_option(const std::string&, __VA_ARGS__&, const std::string&)
+#define COUNTERPOINT_OPTION(...)                                                      \
+  template Option& Command::add(const std::string&, __VA_ARGS__&, const std::string&, \
+                                const std::vector<Property>&)
+COUNTERPOINT_OPTION(bool);
 COUNTERPOINT_OPTION(int);
 COUNTERPOINT_OPTION(long);
 COUNTERPOINT_OPTION(std::uint64_t);
 COUNTERPOINT_OPTION(double);
 COUNTERPOINT_OPTION(std::string);
-COUNTERPOINT_OPTION(std::filesystem::path);
 COUNTERPOINT_OPTION(std::optional<int>);
 COUNTERPOINT_OPTION(std::optional<double>);
 COUNTERPOINT_OPTION(std::vector<double>);
 COUNTERPOINT_OPTION(std::vector<std::string>);
 #undef COUNTERPOINT_OPTION
 
-Option& Command::add_flag(const std::string& name, bool& value, const std::string& description) {
-  Option& made = added(name, *app_.add_flag(name, value), "", description);
-  made.flag_ = true;
-  return made;
-}
-
 std::vector<std::string> Command::option_names() const {
   std::vector<std::string> names = {"--help", "--help-all"};
   for (const auto& option : options_)
-    if (option->name_[0] == '-') names.push_back(option->name_);
+    if (!option->is_argument()) names.push_back(option->name);
   return names;
 }
 
-bool Command::has(const std::string& option) const {
-  const std::vector<std::string> names = option_names();
-  return std::find(names.begin(), names.end(), option) != names.end();
-}
-
-CommandLine::CommandLine(const std::string& description, const std::string& footer)
+CommandLine::CommandLine(std::string description, std::string footer, std::vector<Topic> topics,
+                         std::function<std::string()> version)
     : app_(std::make_unique<CLI::App>(description, "counterpoint")),
-      description_(description),
-      footer_(footer) {}
+      description_(std::move(description)),
+      footer_(std::move(footer)),
+      topics_(std::move(topics)),
+      version_(std::move(version)) {}
 
 CommandLine::~CommandLine() = default;
 
-Command& CommandLine::add(const std::string& name, const std::string& description) {
+Command& CommandLine::add(const std::string& name, const std::string& description,
+                          const std::string& footer, std::function<int()> action) {
   CLI::App& app = *app_->add_subcommand(name, description);
   app.set_help_flag();
-  commands_.push_back(std::make_unique<Command>(app, name, description));
-  return *commands_.back();
-}
-
-void CommandLine::add_topic(const std::string& name, const std::string& description,
-                            const std::string& text) {
-  topics_.push_back({name, description, text});
+  return *commands_.emplace_back(
+      std::make_unique<Command>(app, name, description, footer, std::move(action)));
 }
 
 Command* CommandLine::find(const std::string& name) const {
@@ -203,9 +163,10 @@ Command* CommandLine::find(const std::string& name) const {
   return nullptr;
 }
 
-int CommandLine::bad(const std::string& message, const std::string& advice) const {
-  fmt::print(stderr, "error: {}\n{}\n", message, advice);
-  return kBadInput;
+std::vector<std::string> CommandLine::command_names() const {
+  std::vector<std::string> names;
+  for (const auto& command : commands_) names.push_back(command->name());
+  return names;
 }
 
 int CommandLine::show_help(const std::vector<std::string>& words) const {
@@ -217,8 +178,7 @@ int CommandLine::show_help(const std::vector<std::string>& words) const {
     fmt::print("{}", command->help(true));
     return kSuccess;
   }
-  std::vector<std::string> names;
-  for (const auto& command : commands_) names.push_back(command->name());
+  std::vector<std::string> names = command_names();
   for (const Topic& topic : topics_) {
     names.push_back(topic.name);
     if (topic.name != words[0]) continue;
@@ -232,26 +192,24 @@ int CommandLine::show_help(const std::vector<std::string>& words) const {
 int CommandLine::run(int argc, char** argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
   if (words.empty()) return bad("a subcommand is expected", "'counterpoint --help' lists them.");
-  if (words[0] == "--help" || words[0] == "-h" || words[0] == "help" || words[0] == "--help-all")
+  const std::string& first = words[0];
+  if (first == "--help" || first == "-h" || first == "help" || first == "--help-all")
     return show_help({words.begin() + 1, words.end()});
-  if (words[0] == "--version" || words[0] == "version") {
+  if (first == "--version" || first == "version") {
     fmt::print("{}", version_());
     return kSuccess;
   }
-  Command* command = find(words[0]);
-  if (command == nullptr) {
-    std::vector<std::string> names = {"help", "--version", "--help"};
-    for (const auto& known : commands_) names.push_back(known->name());
-    return bad(
-        fmt::format("there is no subcommand '{}'{}", words[0], did_you_mean(words[0], names)),
-        "'counterpoint --help' lists them.");
-  }
-  return parse(*command, argc, argv);
+  if (Command* command = find(first)) return parse(*command, argc, argv);
+  std::vector<std::string> names = command_names();
+  names.insert(names.begin(), {"help", "--version", "--help"});
+  return bad(fmt::format("there is no subcommand '{}'{}", first, did_you_mean(first, names)),
+             "'counterpoint --help' lists them.");
 }
 
 int CommandLine::parse(Command& command, int argc, char** argv) {
   const std::string advice =
       fmt::format("'counterpoint {} --help' lists what it takes.", command.name());
+  const std::vector<std::string> names = command.option_names();
   for (int i = 2; i < argc; ++i) {
     const std::string word(argv[i]);
     if (word == "--") break;
@@ -260,9 +218,9 @@ int CommandLine::parse(Command& command, int argc, char** argv) {
       return kSuccess;
     }
     const std::string name = word.substr(0, word.find('='));
-    if (word.rfind("--", 0) == 0 && !command.has(name))
+    if (word.rfind("--", 0) == 0 && std::find(names.begin(), names.end(), name) == names.end())
       return bad(fmt::format("{}: there is no option '{}'{}", command.name(), name,
-                             did_you_mean(name, command.option_names())),
+                             did_you_mean(name, names)),
                  advice);
   }
   try {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace CLI {
@@ -15,75 +16,87 @@ class Option;
 namespace counterpoint::apps {
 
 /// One option or positional argument of a command.
-class Option {
- public:
-  Option& required();
-  /// Sets the placeholder of the value in the help, such as "FILE".
-  Option& type_name(const std::string& name);
-  Option& one_of(const std::vector<std::string>& words);
-  Option& range(double low, double high);
-  Option& positive();
-  Option& not_negative();
-  Option& one_value_each();   ///< the option may be repeated, with one value each time
-  Option& comma_separated();  ///< the value is a list: 1,2,3
-  Option& needs(const Option& other);
-  /// Replaces the given word by resolve(word) before it is stored; `resolve` may throw InputError.
-  Option& becomes(std::string (*resolve)(const std::string&));
-  Option& show_default();  ///< adds the variable's present value to the help text
-  /// Hides the option from `--help`, so that this fits on one screen; `--help-all` lists it.
-  Option& seldom();
+struct Option {
+  std::string name, description;
+  std::string type;                ///< placeholder of the value; empty: a flag or an argument
+  std::vector<std::string> words;  ///< the only values allowed; empty: any
+  bool required = false, seldom = false;
+  CLI::Option* parser = nullptr;
 
- private:
-  friend class Command;
-  friend class CommandLine;
-  CLI::Option* cli_ = nullptr;
-  std::string name_, type_, description_;
-  std::vector<std::string> words_;
-  bool flag_ = false, required_ = false, seldom_ = false;
+  bool is_argument() const { return name[0] != '-'; }
+  /// Name and placeholder, as the help shows them: "--report DIR".
+  std::string usage() const { return type.empty() ? name : name + " " + type; }
 };
+
+// Properties of an option, given after its description.
+using Property = std::function<void(Option&)>;
+void required(Option& option);
+void positive(Option& option);
+void not_negative(Option& option);
+Property range(double low, double high);
+void one_value_each(Option& option);   ///< the option may be repeated, with one value each time
+void comma_separated(Option& option);  ///< the value is a list: 1,2,3
+Property needs(const Option& other);
+/// Replaces the given word by resolve(word) before it is stored; `resolve` may throw InputError.
+Property becomes(std::string (*resolve)(const std::string&));
+void show_default(Option& option);  ///< adds the variable's present value to the help text
+/// Hides the option from `--help`, so that this fits on one screen; `--help-all` lists it.
+void seldom(Option& option);
 
 /// A subcommand. Variables bound to its options must outlive the parsing.
 class Command {
  public:
-  Command(CLI::App& app, std::string name, std::string description);
-  /// `name`: "--name", or "NAME" for a positional argument. T: bool, int, long, double, string,
-  /// path, their optionals and vectors (instantiated in command_line.cc).
+  Command(CLI::App& app, std::string name, std::string description, std::string footer,
+          std::function<int()> action);
+  /// Adds an option or an argument. `usage`: "--name", "--name TYPE", "--name one|two" (in lower
+  /// case, the only words allowed), or "NAME" for a positional argument. T: bool (a flag), int,
+  /// long, double, string, their optionals and vectors (instantiated in command_line.cc).
   template <typename T>
-  Option& add_option(const std::string& name, T& value, const std::string& description);
-  Option& add_flag(const std::string& name, bool& value, const std::string& description);
-  void footer(const std::string& text) { footer_ = text; }
-  /// Sets the function that runs the command; it returns the exit code.
-  void action(std::function<int()> run) { action_ = std::move(run); }
+  Option& add(const std::string& usage, T& value, const std::string& description,
+              const std::vector<Property>& properties);
+  template <typename T, typename... Properties>
+  Option& add(const std::string& usage, T& value, const std::string& description,
+              const Properties&... properties) {
+    return add(usage, value, description, std::vector<Property>{properties...});
+  }
 
   const std::string& name() const { return name_; }
   const std::string& description() const { return description_; }
-  /// Help text of at most 100 columns; `all` includes the options marked seldom().
+  /// Help text of at most 100 columns; `all` includes the options marked seldom.
   std::string help(bool all) const;
 
  private:
   friend class CommandLine;
-  Option& added(const std::string& name, CLI::Option& option, const std::string& type,
-                const std::string& description);
-  bool has(const std::string& option) const;
   std::vector<std::string> option_names() const;
   std::string usage() const;
 
   CLI::App& app_;
   std::string name_, description_, footer_;
   std::vector<std::unique_ptr<Option>> options_;
-  std::function<int()> action_;
+  std::function<int()> action_;  ///< returns the exit code
+};
+
+/// A text that `counterpoint help NAME` shows.
+struct Topic {
+  std::string name, description, text;
 };
 
 /// The whole command line: `counterpoint COMMAND ...` and `counterpoint help TOPIC`.
 class CommandLine {
  public:
-  CommandLine(const std::string& description, const std::string& footer);
+  /// `version` makes the text that --version prints.
+  CommandLine(std::string description, std::string footer, std::vector<Topic> topics,
+              std::function<std::string()> version);
   ~CommandLine();
-  Command& add(const std::string& name, const std::string& description);
-  /// Adds a text that `help NAME` shows.
-  void add_topic(const std::string& name, const std::string& description, const std::string& text);
-  /// Sets the text that --version prints.
-  void version(std::function<std::string()> text) { version_ = std::move(text); }
+  /// Adds a command: the options added to it fill `Arguments`, which `run` turns into the exit
+  /// code.
+  template <typename Arguments>
+  std::pair<Command&, Arguments&> add(const std::string& name, const std::string& description,
+                                      const std::string& footer,
+                                      std::function<int(Arguments&)> run) {
+    auto arguments = std::make_shared<Arguments>();
+    return {add(name, description, footer, [=] { return run(*arguments); }), *arguments};
+  }
 
   /// Parses the arguments and runs the command; returns its exit code. Reports a parse error on
   /// standard error and returns 2.
@@ -95,12 +108,11 @@ class CommandLine {
   std::string markdown() const;         ///< docs/reference/options.md
 
  private:
-  struct Topic {
-    std::string name, description, text;
-  };
+  Command& add(const std::string& name, const std::string& description, const std::string& footer,
+               std::function<int()> action);
   Command* find(const std::string& name) const;
+  std::vector<std::string> command_names() const;
   int show_help(const std::vector<std::string>& words) const;
-  int bad(const std::string& message, const std::string& advice) const;
   int parse(Command& command, int argc, char** argv);
 
   std::unique_ptr<CLI::App> app_;

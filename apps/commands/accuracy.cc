@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,8 +32,8 @@ struct AccuracyArguments {
 };
 
 void check_options(const AccuracyArguments& arguments, SimulationOptions& options) {
-  if (arguments.time_step) options.time_step = *arguments.time_step;
-  if (arguments.duration) options.duration = *arguments.duration;
+  options.time_step = arguments.time_step.value_or(options.time_step);
+  options.duration = arguments.duration.value_or(options.duration);
   const double h = options.time_step;
   if (!(h > 0.0 && std::isfinite(h)))
     throw InputError(fmt::format("time step {} s: expected a positive number", h));
@@ -127,14 +126,12 @@ int finish(AccuracyArguments& arguments, accuracy::Findings& findings) {
   }
   report.write();
   if (stopped)
-    fmt::print(stderr,
-               "error: stopped by Ctrl-C or SIGTERM: settings not reached are left out, times are "
-               "of fewer repeats{}\n",
-               arguments.folder.empty() ? "" : "; " + arguments.folder + " has the report");
-  return ok && !stopped ? kSuccess : kFailed;
+    return end_stopped(": settings not reached are left out, times are of fewer repeats{}",
+                       arguments.folder.empty() ? "" : "; " + arguments.folder + " has the report");
+  return ok ? kSuccess : kFailed;
 }
 
-int run(AccuracyArguments& arguments, tasks::World& world) {
+int measure_accuracy(AccuracyArguments& arguments, tasks::World& world) {
   Scene scene = arguments.scene.load();
   check_options(arguments, scene.options);
   const accuracy::Plan plan =
@@ -181,55 +178,36 @@ int run(AccuracyArguments& arguments, tasks::World& world) {
 }  // namespace
 
 void add_accuracy(CommandLine& line) {
-  auto arguments = std::make_shared<AccuracyArguments>();
-  Command& command =
-      line.add("accuracy", "What accuracy costs in time on a scene; which setting to take");
-  arguments->scene.add_to(command);
-  command
-      .add_option(
-          "--vary", arguments->vary,
-          fmt::format(
-              "What to vary, separated by commas: {}; default: all but law, adaptive and mujoco",
-              fmt::join(accuracy::vary_items(), ",")))
-      .comma_separated()
-      .type_name("ITEM,...");
-  command
-      .add_option("--reference", arguments->reference,
-                  "analytic (closed form), fine (the engine at a small step), or auto")
-      .one_of({"auto", "analytic", "fine"});
-  command
-      .add_option("--finer", arguments->finer,
-                  "The reference's step is the scene's over this; default 64")
-      .range(2, 1'000'000);
-  command
-      .add_option("--want", arguments->wants,
-                  "Error to recommend a setting for, several separated by commas; default 1e-3")
-      .comma_separated()
-      .type_name("ERROR,...");
-  command.add_option("--pieces", arguments->pieces, "Pieces of the motion; default 10")
-      .range(1, 100'000);
-  command.add_option("--piece", arguments->piece, "Their length [s]; default: as there is room")
-      .positive();
-  command
-      .add_option("--repeats", arguments->repeats,
-                  "Runs of which the time is the median; default 5")
-      .range(1, 10'000);
-  command.add_option("--duration", arguments->duration, "Simulated time [s]; default: the scene's");
-  command.add_option("--timestep", arguments->time_step,
-                     "Time step that is varied [s]; default: the scene's");
-  command
-      .add_option("--report", arguments->folder,
-                  "Write accuracy.html with all tables and pictures, accuracy.csv, and pictures")
-      .type_name("DIR");
-  arguments->tasks.add_to(command);
-  arguments->report.add_to(command);
-  command.footer(
+  auto [command, arguments] = line.add<AccuracyArguments>(
+      "accuracy", "What accuracy costs in time on a scene; which setting to take",
       "Example:\n  counterpoint accuracy data/scenes/accuracy/double_pendulum.yaml --want 1e-6 "
-      "--report report");
-  command.action([arguments] {
-    return arguments->tasks.in_world(arguments->report,
-                                     [&](tasks::World& world) { return run(*arguments, world); });
-  });
+      "--report report",
+      on_every_rank(measure_accuracy));
+  arguments.scene.add_to(command);
+  command.add(
+      "--vary ITEM,...", arguments.vary,
+      fmt::format(
+          "What to vary, separated by commas: {}; default: all but law, adaptive and mujoco",
+          fmt::join(accuracy::vary_items(), ",")),
+      comma_separated);
+  command.add("--reference auto|analytic|fine", arguments.reference,
+              "analytic (closed form), fine (the engine at a small step), or auto");
+  command.add("--finer", arguments.finer,
+              "The reference's step is the scene's over this; default 64", range(2, 1'000'000));
+  command.add("--want ERROR,...", arguments.wants,
+              "Error to recommend a setting for, several separated by commas; default 1e-3",
+              comma_separated);
+  command.add("--pieces", arguments.pieces, "Pieces of the motion; default 10", range(1, 100'000));
+  command.add("--piece", arguments.piece, "Their length [s]; default: as there is room", positive);
+  command.add("--repeats", arguments.repeats, "Runs of which the time is the median; default 5",
+              range(1, 10'000));
+  command.add("--duration", arguments.duration, "Simulated time [s]; default: the scene's");
+  command.add("--timestep", arguments.time_step,
+              "Time step that is varied [s]; default: the scene's");
+  command.add("--report DIR", arguments.folder,
+              "Write accuracy.html with all tables and pictures, accuracy.csv, and pictures");
+  arguments.tasks.add_to(command);
+  arguments.report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

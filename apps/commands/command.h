@@ -2,7 +2,14 @@
 // here and in main.cc.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
 #include "command_line/command_line.h"
+#include "tasks/task_arguments.h"
 
 namespace counterpoint::apps {
 
@@ -29,5 +36,28 @@ void add_view(CommandLine& line);
 void add_optimize(CommandLine& line);
 void add_list(CommandLine& line);
 void add_generate(CommandLine& line);
+
+/// Texts of `counterpoint help TOPIC`.
+std::vector<Topic> help_topics();
+/// Version, build type, compiler, flags, instruction sets of this processor, and optional parts, a
+/// line each.
+std::string version_text();
+
+/// Makes the function of a command that runs on every rank of MPI (tasks::TaskArguments::in_world).
+template <typename Arguments>
+std::function<int(Arguments&)> on_every_rank(int (*run)(Arguments&, tasks::World&)) {
+  return [run](Arguments& arguments) {
+    return arguments.tasks.in_world(arguments.report,
+                                    [&](tasks::World& world) { return run(arguments, world); });
+  };
+}
+
+/// Reports on standard error that Ctrl-C ended the command and how far it came: " after 3 of 5
+/// steps". Returns the exit code.
+template <typename... Values>
+int end_stopped(fmt::format_string<const Values&...> rest, const Values&... values) {
+  fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM{}\n", fmt::format(rest, values...));
+  return kFailed;
+}
 
 }  // namespace counterpoint::apps

@@ -34,9 +34,19 @@ struct CompareArguments {
   Report report;
 };
 
-void fill_report(const Model& model, const std::vector<Prediction>& predictions, Compared by,
-                 Report& report) {
-  Json recordings = Json::array();
+/// Reports the medians over all recordings and the results of each.
+void report_recordings(const Json& medians, const Json& recordings, const std::string& failed,
+                       Report& report) {
+  report["median"] = medians;
+  report["recordings"] = recordings;
+  report.print("{} recordings{}\n", recordings.size(), failed);
+  for (const auto& [key, value] : medians.items())
+    report.print("  median {} {:.5g}\n", key, value.get<double>());
+}
+
+void report_predictions(const Model& model, const std::vector<Prediction>& predictions, Compared by,
+                        Report& report) {
+  Json recordings = Json::array(), medians;
   size_t failures = 0;
   for (const Prediction& prediction : predictions) {
     Json& entry = recordings.emplace_back();
@@ -55,28 +65,16 @@ void fill_report(const Model& model, const std::vector<Prediction>& predictions,
   }
   report["status"] = failures == 0 ? "ok" : "failed";
   report["failures"] = failures;
-  Json medians;
   for (const auto& [key, value] : median_metrics(predictions, by)) medians[key] = value;
-  report["median"] = medians;
-  report["recordings"] = recordings;
-  fmt::print(report.text(), "{} recordings, {} failed\n", predictions.size(), failures);
-  for (const auto& [key, value] : medians.items()) {
-    fmt::print(report.text(), "  median {} {:.5g}\n", key, value.get<double>());
-  }
-}
-
-std::vector<const Recording*> pointers(const std::vector<Recording>& recordings) {
-  std::vector<const Recording*> out;
-  for (const Recording& recording : recordings) out.push_back(&recording);
-  return out;
+  report_recordings(medians, recordings, fmt::format(", {} failed", failures), report);
 }
 
 /// Reports the residual forces by coordinate, over all recordings.
 void report_coordinates(const std::vector<CoordinateMetrics>& coordinates, Report& report) {
   report["coordinates"] = coordinate_list(coordinates);
   for (const CoordinateMetrics& one : coordinates)
-    fmt::print(report.text(), "  {}: rms {:.5g}{}\n", one.name, one.rms,
-               one.r2 ? fmt::format(", R2 {:.4f}", *one.r2) : "");
+    report.print("  {}: rms {:.5g}{}\n", one.name, one.rms,
+                 one.r2 ? fmt::format(", R2 {:.4f}", *one.r2) : "");
 }
 
 /// Reports, to the user too, that Ctrl-C left some recordings out. Returns the exit code.
@@ -92,39 +90,29 @@ int end_early(size_t done, size_t given, const CompareArguments& arguments, Repo
   return kFailed;
 }
 
-/// Table of the forces, row by row.
-class ForceRows {
- public:
-  ForceRows(const std::string& file, const Model& model) {
-    if (file.empty()) return;
-    const CoordinateNames names = coordinate_names(model);
-    std::vector<Column> columns{{"recording", CellType::kText}, "time", "contacts"};
-    columns.insert(columns.end(), names.force.begin(), names.force.end());
-    table_ = std::make_unique<TableWriter>(file, columns);
-  }
+/// Opens the table of forces; null if none is wanted.
+std::unique_ptr<TableWriter> open_forces(const std::string& file, const Model& model) {
+  if (file.empty()) return nullptr;
+  const CoordinateNames names = coordinate_names(model);
+  std::vector<Column> columns{{"recording", CellType::kText}, "time", "contacts"};
+  columns.insert(columns.end(), names.force.begin(), names.force.end());
+  return std::make_unique<TableWriter>(file, columns);
+}
 
-  void write(const ExplainedRecording& explained) {
-    for (size_t k = 0; table_ && k < explained.steps.size(); ++k) {
-      table_->text(explained.file);
-      table_->number(explained.time[k]);
-      table_->number(explained.steps[k].contacts);
-      for (const double force : explained.steps[k].force) table_->number(force);
-      table_->end_row();
-    }
+void write_forces(const ExplainedRecording& explained, TableWriter& table) {
+  for (size_t k = 0; k < explained.steps.size(); ++k) {
+    table.text(explained.file);
+    table.number(explained.time[k]);
+    table.number(explained.steps[k].contacts);
+    for (const double force : explained.steps[k].force) table.number(force);
+    table.end_row();
   }
-
-  void finish() {
-    if (table_) table_->finish();
-  }
-
- private:
-  std::unique_ptr<TableWriter> table_;
-};
+}
 
 /// Explains recordings until Ctrl-C; returns the finished ones.
 std::vector<ExplainedRecording> explain_all(Explainer& explainer, const ColumnMap& map,
                                             const std::vector<Recording>& recordings,
-                                            ForceRows& rows) {
+                                            TableWriter* table) {
   std::vector<ExplainedRecording> all;
   const Interrupt interrupt;
   Progress progress("explaining", static_cast<int>(recordings.size()));
@@ -134,11 +122,11 @@ std::vector<ExplainedRecording> explain_all(Explainer& explainer, const ColumnMa
       all.pop_back();
       break;
     }
-    rows.write(all.back());
+    if (table != nullptr) write_forces(all.back(), *table);
     progress.update(static_cast<int>(all.size()));
   }
   progress.wipe();
-  rows.finish();
+  if (table != nullptr) table->finish();
   return all;
 }
 
@@ -156,33 +144,25 @@ void report_explained(const std::vector<ExplainedRecording>& all, Report& report
     for (const ExplainedRecording& one : all) values.push_back(one.metrics[i].second);
     medians[all[0].metrics[i].first] = median(values);
   }
-  report["median"] = medians;
-  report["recordings"] = list;
-  fmt::print(report.text(), "{} recordings\n", all.size());
-  for (const auto& [key, value] : medians.items())
-    fmt::print(report.text(), "  median {} {:.5g}\n", key, value.get<double>());
+  report_recordings(medians, list, "", report);
 }
 
-int compare_inverse(CompareArguments& arguments) {
-  const Scene scene = with_settings(arguments.scene.load(), arguments.set);
-  const ColumnMap map = load_column_map(arguments.map, scene.model);
-  refuse_sensors(map, "compare");
+int compare_inverse(CompareArguments& arguments, const Scene& scene, const ColumnMap& map) {
   if (compared(map) == Compared::kImpacts)
     throw InputError("--mode inverse: an impact takes no time, forces are not to be had");
   Explainer explainer(scene, map, arguments.reach.value_or(scene.options.contact.margin));
-  ForceRows rows(arguments.output, scene.model);
+  const auto table = open_forces(arguments.output, scene.model);
   Report& report = arguments.report;
-  report.begin("compare", arguments.scene.file);
-  report["mode"] = arguments.mode;
   report["status"] = "ok";
   std::vector<Recording> recordings = read_with_notes(arguments.recordings, map, scene);
   const size_t given = recordings.size();
-  const std::vector<ExplainedRecording> all = explain_all(explainer, map, recordings, rows);
-  recordings.resize(all.size());
+  const std::vector<ExplainedRecording> all = explain_all(explainer, map, recordings, table.get());
   int exit_code = kSuccess;
   if (all.size() < given) exit_code = end_early(all.size(), given, arguments, report);
+  std::vector<const Recording*> explained;
+  for (size_t i = 0; i < all.size(); ++i) explained.push_back(&recordings[i]);
   const std::vector<CoordinateMetrics> coordinates =
-      force_metrics(explainer, scene.model, pointers(recordings), all);
+      force_metrics(explainer, scene.model, explained, all);
   report_explained(all, report);
   report_coordinates(coordinates, report);
   report.write();
@@ -280,17 +260,19 @@ void write_page_of(const Compilation& of) {
 
 int compare(CompareArguments& arguments) {
   arguments.view.check();
-  if (arguments.mode == "inverse") {
-    if (arguments.view.wanted())
-      throw InputError("--view shows predictions; with --mode inverse there are none");
-    return compare_inverse(arguments);
-  }
+  const bool inverse = arguments.mode == "inverse";
+  if (inverse && arguments.view.wanted())
+    throw InputError("--view shows predictions; with --mode inverse there are none");
   const Scene scene = with_settings(arguments.scene.load(), arguments.set);
+  const ColumnMap map = load_column_map(arguments.map, scene.model);
+  refuse_sensors(map, "compare");
+  Report& report = arguments.report;
+  report.begin("compare", arguments.scene.file);
+  report["mode"] = arguments.mode;
+  if (inverse) return compare_inverse(arguments, scene, map);
   PredictionOptions options;
   options.scene_step = scene.options.time_step;
   options.horizon = arguments.mode == "one-step" ? 1 : arguments.horizon;
-  const ColumnMap map = load_column_map(arguments.map, scene.model);
-  refuse_sensors(map, "compare");
   options.substeps = arguments.substeps ? arguments.substeps : map.substeps;
   if (options.substeps && *options.substeps < 1) throw InputError("--substeps: expected 1 or more");
 
@@ -314,10 +296,7 @@ int compare(CompareArguments& arguments) {
   recordings.resize(predictions.size());
   writer.finish();
 
-  Report& report = arguments.report;
-  report.begin("compare", arguments.scene.file);
-  report["mode"] = arguments.mode;
-  fill_report(scene.model, predictions, compared(map), report);
+  report_predictions(scene.model, predictions, compared(map), report);
   report_coordinates(velocity_metrics(map, predictions), report);
   int exit_code = kSuccess;
   if (predictions.size() < given)
@@ -341,49 +320,36 @@ int compare(CompareArguments& arguments) {
 }  // namespace
 
 void add_compare(CommandLine& line) {
-  auto arguments = std::make_shared<CompareArguments>();
-  Command& command = line.add(
-      "compare", "Simulate from the first row of recordings; measure the distance to them");
-  arguments->scene.add_to(command);
-  command.add_option("RECORDING", arguments->recordings, "Recordings (.csv, .h5, .npz, .mcap)")
-      .required();
-  command
-      .add_option("--columns", arguments->map,
-                  "Column map (YAML, docs/guide/recordings.md): which column is which coordinate")
-      .required();
-  command.add_option(
-      "--substeps", arguments->substeps,
-      "Time steps between two rows; default: the map's, else as the scene's time step");
-  command
-      .add_option("--mode", arguments->mode,
-                  "rollout (default): from the first row; one-step: from every row to the next; "
-                  "inverse: forces behind the recorded motion")
-      .one_of({"rollout", "one-step", "inverse"});
-  command
-      .add_option("--horizon", arguments->horizon,
-                  "rollout: start anew from the recording every so many rows; 0: never")
-      .not_negative();
-  command
-      .add_option("--reach", arguments->reach,
-                  "inverse: contacts up to this gap [m] may push; default: the scene's margin")
-      .not_negative();
-  command.add_option("--set", arguments->set,
-                     "Figures of the scene to change first: KIND[:ELEMENT]=VALUE,... "
-                     "(docs/guide/recordings.md)");
-  command.add_option("--output", arguments->output, "CSV to write: the deviation at every row");
-  command.add_option("--report", arguments->page, "Folder for a page with tables and pictures")
-      .type_name("DIR");
-  command
-      .add_option(
-          "--shown", arguments->shown,
-          "With --report: of so many recordings, worst first, curves and a replay; default 20")
-      .not_negative();
-  arguments->view.add_to(command);
-  arguments->report.add_to(command);
-  command.footer(
+  auto [command, arguments] = line.add<CompareArguments>(
+      "compare", "Simulate from the first row of recordings; measure the distance to them",
       "Example:\n  counterpoint compare data/scenes/cube_toss.yaml toss_005.csv toss_016.csv "
-      "--columns data/maps/cube_toss.yaml --output report.csv");
-  command.action([arguments] { return compare(*arguments); });
+      "--columns data/maps/cube_toss.yaml --output report.csv",
+      compare);
+  arguments.scene.add_to(command);
+  command.add("RECORDING", arguments.recordings, "Recordings (.csv, .h5, .npz, .mcap)", required);
+  command.add("--columns", arguments.map,
+              "Column map (YAML, docs/guide/recordings.md): which column is which coordinate",
+              required);
+  command.add("--substeps", arguments.substeps,
+              "Time steps between two rows; default: the map's, else as the scene's time step");
+  command.add("--mode rollout|one-step|inverse", arguments.mode,
+              "rollout (default): from the first row; one-step: from every row to the next; "
+              "inverse: forces behind the recorded motion");
+  command.add("--horizon", arguments.horizon,
+              "rollout: start anew from the recording every so many rows; 0: never", not_negative);
+  command.add("--reach", arguments.reach,
+              "inverse: contacts up to this gap [m] may push; default: the scene's margin",
+              not_negative);
+  command.add(
+      "--set", arguments.set,
+      "Figures of the scene to change first: KIND[:ELEMENT]=VALUE,... (docs/guide/recordings.md)");
+  command.add("--output", arguments.output, "CSV to write: the deviation at every row");
+  command.add("--report DIR", arguments.page, "Folder for a page with tables and pictures");
+  command.add("--shown", arguments.shown,
+              "With --report: of so many recordings, worst first, curves and a replay; default 20",
+              not_negative);
+  arguments.view.add_to(command);
+  arguments.report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <memory>
 #include <vector>
 
 #include "command.h"
@@ -76,8 +75,7 @@ Json solve(const std::string& name, const contact::ContactSpaceProblem& problem,
   const auto given = contact_space_residuals(problem, solution.f, coulomb);
   const char* status = status_name(solution.report.status);
   all_solved = all_solved && succeeded(solution.report.status);
-  fmt::print(
-      arguments.report.text(),
+  arguments.report.print(
       "{:<38} {:>4} {:<8} {:<17} {:>5} {:>9.2f} {:>9.1e} {:>9.1e} {:>9.1e} {:>9.1e} {:>9.1e}\n",
       name, problem.num_contacts(), coulomb ? "coulomb" : "convex", status,
       solution.report.iterations, time.count(), residuals.primal, residuals.dual,
@@ -98,15 +96,14 @@ Json solve(const std::string& name, const contact::ContactSpaceProblem& problem,
           {"inverse_error", inverse_error(symmetric, solution, options)}};
 }
 
-int run(ContactProblemArguments& arguments) {
+int solve_all(ContactProblemArguments& arguments) {
   const std::vector<fs::path> folders = find_problems(arguments.folder);
   std::vector<contact::ContactSpaceProblem> problems;  // all are read before any is solved
   for (const fs::path& folder : folders) problems.push_back(read_contact_problem(folder));
   arguments.report.begin("contact-problem", arguments.folder);
-  fmt::print(arguments.report.text(),
-             "{:<38} {:>4} {:<8} {:<17} {:>5} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "problem",
-             "n", "friction", "status", "steps", "ms", "primal", "dual", "compl.", "as given",
-             "|A - A'|");
+  arguments.report.print("{:<38} {:>4} {:<8} {:<17} {:>5} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
+                         "problem", "n", "friction", "status", "steps", "ms", "primal", "dual",
+                         "compl.", "as given", "|A - A'|");
   Json results = Json::array();
   bool all_solved = true;
   for (size_t i = 0; i < folders.size(); ++i) {
@@ -127,30 +124,23 @@ int run(ContactProblemArguments& arguments) {
 }  // namespace
 
 void add_contact_problem(CommandLine& line) {
-  Command& command = line.add(
-      "contact-problem", "Solve frictional contact problems given as matrices (W.csv, q_mu.csv)");
-  auto arguments = std::make_shared<ContactProblemArguments>();
-  command.add_option("folder", arguments->folder, "A problem, or a folder of problems").required();
-  command.add_option("--friction", arguments->friction, "convex, coulomb or both")
-      .show_default()
-      .one_of({"convex", "coulomb", "both"});
-  command
-      .add_option("--compliance", arguments->options.compliance,
-                  "Regularizer relative to the diagonal of W")
-      .show_default()
-      .positive();
-  command.add_option("--max-iterations", arguments->settings.max_iterations, "Newton steps")
-      .show_default()
-      .not_negative();
-  command.footer(
+  auto [command, arguments] = line.add<ContactProblemArguments>(
+      "contact-problem", "Solve frictional contact problems given as matrices (W.csv, q_mu.csv)",
       "primal, dual, compl.: largest distance of the impulse from its friction cone, of the "
       "velocity\n"
       "from the dual cone, and largest power, relative to the largest impulse and free velocity, "
       "with\n"
       "the symmetric part of W; as given: the larger of the last two with W as it stands.\n"
-      "Example:\n  counterpoint contact-problem problems/Rover1039 --json rover.json");
-  arguments->report.add_to(command);
-  command.action([arguments] { return run(*arguments); });
+      "Example:\n  counterpoint contact-problem problems/Rover1039 --json rover.json",
+      solve_all);
+  command.add("folder", arguments.folder, "A problem, or a folder of problems", required);
+  command.add("--friction convex|coulomb|both", arguments.friction, "convex, coulomb or both",
+              show_default);
+  command.add("--compliance", arguments.options.compliance,
+              "Regularizer relative to the diagonal of W", show_default, positive);
+  command.add("--max-iterations", arguments.settings.max_iterations, "Newton steps", show_default,
+              not_negative);
+  arguments.report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

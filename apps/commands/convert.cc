@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 
 #include "command.h"
 #include "counterpoint/engine/tables.h"
@@ -24,7 +23,7 @@ int convert(ConvertArguments& arguments) {
   report["output"] = arguments.output;
   report["rows"] = rows;
   report["bytes"] = bytes;
-  fmt::print(report.text(), "{}: {} rows, {} bytes\n", arguments.output, rows, bytes);
+  report.print("{}: {} rows, {} bytes\n", arguments.output, rows, bytes);
   report.write();
   return kSuccess;
 }
@@ -32,19 +31,15 @@ int convert(ConvertArguments& arguments) {
 }  // namespace
 
 void add_convert(CommandLine& line) {
-  auto arguments = std::make_shared<ConvertArguments>();
-  Command& command = line.add(
-      "convert", "Write a motion or another table in another format: CSV, HDF5, NumPy, MCAP");
-  command
-      .add_option("INPUT", arguments->input, "Table to read: .csv, .h5, .npz, .mcap, .trc or .c3d")
-      .required();
-  command.add_option("OUTPUT", arguments->output, "Table to write; its ending says the format")
-      .required();
-  arguments->report.add_to(command);
-  command.footer(
+  auto [command, arguments] = line.add<ConvertArguments>(
+      "convert", "Write a motion or another table in another format: CSV, HDF5, NumPy, MCAP",
       "Nothing is rounded. A file of a run that died is read as far as it goes.\n\n"
-      "Example:\n  counterpoint convert fall.csv fall.h5");
-  command.action([arguments] { return convert(*arguments); });
+      "Example:\n  counterpoint convert fall.csv fall.h5",
+      convert);
+  command.add("INPUT", arguments.input, "Table to read: .csv, .h5, .npz, .mcap, .trc or .c3d",
+              required);
+  command.add("OUTPUT", arguments.output, "Table to write; its ending says the format", required);
+  arguments.report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

@@ -9,13 +9,10 @@
 #include <optional>
 
 #include "command.h"
-#include "command_line/interrupt.h"
 #include "counterpoint/engine/trajectory.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"
 #include "measure/median.h"
-#include "report/failure.h"
-#include "report/progress.h"
 #include "report/report.h"
 
 namespace counterpoint::apps {
@@ -117,23 +114,23 @@ class DerivativesRun {
         workspace_(scene.model),
         output_(arguments.output, scene.model) {}
 
-  /// Processes step k; returns false if the forces of the step cannot be found (see `inverse`).
-  bool step(int k, const Trajectory& trajectory, const SimulationOptions& options) {
+  /// Processes step k; returns the fault if its forces cannot be found (see `inverse`).
+  Fault step(int k, const Trajectory& trajectory, const SimulationOptions& options,
+             const Input& known) {
     const Model& model = scene_.model;
-    trajectory.set_known(model, k, known_);
     const auto q = trajectory.q.col(k), q_next = trajectory.q.col(k + 1), v = trajectory.v.col(k),
                v_next = trajectory.v.col(k + 1);
     const auto begin = std::chrono::steady_clock::now();
     if (arguments_.forward) {
-      singular_ += !step_forward_derivatives(model, options, q, v, q_next, v_next, known_,
-                                             workspace_, inverse, exact_, forward_);
+      singular_ += !step_forward_derivatives(model, options, q, v, q_next, v_next, known,
+                                             workspace_, inverse_, exact_, forward_);
     } else {
-      step_inverse_derivatives(model, options, q, v, q_next, v_next, known_, workspace_, inverse,
+      step_inverse_derivatives(model, options, q, v, q_next, v_next, known, workspace_, inverse_,
                                exact_);
     }
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
     times_us.push_back(1e6 * took.count());
-    if (inverse.fault.any()) return false;
+    if (inverse_.fault.any()) return inverse_.fault;
     by_differences += exact_.by_differences;
     const NamedBlock blocks[] = {
         {"u_q", &exact_.dq}, {"u_v", &exact_.dv}, {"u_v_next", &exact_.dv_next}};
@@ -145,21 +142,20 @@ class DerivativesRun {
             NamedBlock{"q_next_v", &forward_.dq_dv}, NamedBlock{"q_next_u", &forward_.dq_du}})
         output_.write(trajectory.time[k], block);
     }
-    if (!arguments_.check) return true;
-    step_inverse_derivatives(model, options, q, v, q_next, v_next, known_, workspace_, inverse,
+    if (!arguments_.check) return {};
+    step_inverse_derivatives(model, options, q, v, q_next, v_next, known, workspace_, inverse_,
                              reference_, DerivativeMethod::kExtrapolated,
                              arguments_.difference_step);
     // A block may be zero, such as du/dq of a free body; this keeps the relative difference finite.
     const double floor = 0.05 * reference_.dv_next.cwiseAbs().maxCoeff();
     const MatrixX* references[] = {&reference_.dq, &reference_.dv, &reference_.dv_next};
     for (int i = 0; i < 3; ++i) compare(k, blocks[i], *references[i], floor, worst);
-    return true;
+    return {};
   }
   void finish() { output_.finish(); }
   const CoordinateNames& names() const { return output_.names(); }
   int singular() const { return singular_; }
 
-  Inverse inverse;
   Worst worst;
   int by_differences = 0;
   std::vector<double> times_us;
@@ -169,7 +165,7 @@ class DerivativesRun {
   const Scene& scene_;
   Workspace workspace_;
   DerivativesOutput output_;
-  Input known_;
+  Inverse inverse_;
   InverseDerivatives exact_, reference_;
   ForwardDerivatives forward_;
   int singular_ = 0;
@@ -178,7 +174,8 @@ class DerivativesRun {
 void report_check(const DerivativesRun& run, const Trajectory& trajectory, Report& report) {
   const Worst& worst = run.worst;
   report["relative_difference_max"] = worst.relative;
-  if (worst.relative > 0.0)
+  report.print("largest difference {:.3g} of the largest entry", worst.relative);
+  if (worst.relative > 0.0) {
     report["where"] = {{"step", worst.step},
                        {"time_s", trajectory.time[static_cast<size_t>(worst.step)]},
                        {"block", worst.block},
@@ -186,12 +183,11 @@ void report_check(const DerivativesRun& run, const Trajectory& trajectory, Repor
                        {"column", run.names().v[static_cast<size_t>(worst.column)]},
                        {"exact", worst.exact},
                        {"difference", worst.difference}};
-  fmt::print(report.text(), "largest difference {:.3g} of the largest entry", worst.relative);
-  if (worst.relative > 0.0)
-    fmt::print(report.text(), " (step {}, {}: {} by {}, {:.9g} and {:.9g})", worst.step,
-               worst.block, run.names().force[static_cast<size_t>(worst.row)],
-               run.names().v[static_cast<size_t>(worst.column)], worst.exact, worst.difference);
-  fmt::print(report.text(), "\n");
+    report.print("{}", format_entries(" (step {step}, {block}: {row} by {column}, {exact:.9g} and "
+                                      "{difference:.9g})",
+                                      report["where"]));
+  }
+  report.print("\n");
 }
 
 int derivatives(DerivativesArguments& arguments) {
@@ -204,80 +200,58 @@ int derivatives(DerivativesArguments& arguments) {
   const std::vector<double> steps =
       step_lengths(trajectory, arguments.time_step, scene.options.time_step);
   DerivativesRun run(arguments, scene);
-  SimulationOptions options = scene.options;
-  std::optional<FailedStep> failed;
-  const Interrupt interrupt;
-  Progress progress("derivatives", trajectory.num_steps());
-  int done = 0;
-  for (; done < trajectory.num_steps() && !failed && !Interrupt::wanted(); ++done) {
-    const int k = done;
-    options.time_step = steps[static_cast<size_t>(k)];
-    if (!run.step(k, trajectory, options)) {
-      failed = {k, trajectory.time[static_cast<size_t>(k)], {}};
-      failed->report.status = status_of(run.inverse.fault);
-      failed->report.fault = run.inverse.fault;
-    }
-    progress.update(k + 1);
-  }
-  Interrupt::end();
+  const MotionPass pass =
+      for_each_step("derivatives", scene, trajectory, steps,
+                    [&](int k, const SimulationOptions& options, const Input& known) {
+                      return run.step(k, trajectory, options, known);
+                    });
   run.finish();
   Report& report = arguments.report;
   report.begin("derivatives", arguments.scene.file);
-  const bool stopped = !failed && done < trajectory.num_steps();
-  report["status"] = failed ? "failed" : stopped ? "stopped" : "ok";
-  if (failed) {
-    report_failure(scene.model, *failed, report);
+  report["status"] = pass.status();
+  if (pass.failed) {
+    report_failure(scene.model, *pass.failed, report);
     return kFailed;
   }
-  report["steps"] = done;
+  report["steps"] = pass.done;
   report["steps_by_differences"] = run.by_differences;
   if (arguments.forward) report["singular_steps"] = run.singular();
   report["time_median_us"] = median(run.times_us);
-  fmt::print(report.text(), "{} steps of {} coordinates, {:.3g} us each; {} by differences\n", done,
-             scene.model.nv(), median(run.times_us), run.by_differences);
+  report.print("{} steps of {} coordinates, {:.3g} us each; {} by differences\n", pass.done,
+               scene.model.nv(), median(run.times_us), run.by_differences);
   if (arguments.check) report_check(run, trajectory, report);
   report.write();
-  if (!stopped) return kSuccess;
-  fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM after {} of {} steps{}\n", done,
-             trajectory.num_steps(),
-             arguments.output.empty() ? "" : "; up to there, " + arguments.output);
-  return kFailed;
+  if (!pass.stopped) return kSuccess;
+  return end_stopped(" after {} of {} steps{}", pass.done, trajectory.num_steps(),
+                     arguments.output.empty() ? "" : "; up to there, " + arguments.output);
 }
 
 }  // namespace
 
 void add_derivatives(CommandLine& line) {
-  auto arguments = std::make_shared<DerivativesArguments>();
-  Command& command = line.add(
-      "derivatives", "How the forces behind each step of a motion change with it, exactly");
-  arguments->scene.add_to(command);
-  command.add_option("TRAJECTORY", arguments->trajectory,
-                     "Motion as `simulate --output` writes it; default: the scene's first step");
-  command.add_option("--timestep", arguments->time_step,
-                     "Time step [s] of a trajectory that does not say it; default: the scene's");
-  command.add_option("--output", arguments->output,
-                     "CSV to write: a row for each row of each matrix of each step");
-  command.add_flag("--forward", arguments->forward,
-                   "Those of the forward step too: of the state at the end by q, v and force");
-  command.add_flag("--check", arguments->check,
-                   "Hold them against extrapolated differences of the inverse step");
-  command
-      .add_option("--difference-step", arguments->difference_step,
-                  "Of configurations [m, rad], with --check; default: by the smoothing")
-      .positive();
-  command
-      .add_option("--smoothing", arguments->smoothing,
-                  "Smoothing length of contacts [m] instead of the scene's")
-      .not_negative();
-  command
-      .add_option("--compliance", arguments->compliance,
-                  "Compliance of contacts instead of the scene's")
-      .positive();
-  arguments->report.add_to(command);
-  command.footer(
+  auto [command, arguments] = line.add<DerivativesArguments>(
+      "derivatives", "How the forces behind each step of a motion change with it, exactly",
       "Example:\n  counterpoint derivatives data/scenes/humanoid_drop.yaml drop.csv --check "
-      "--smoothing 1e-3 --compliance 1e-2 --json check.json");
-  command.action([arguments] { return derivatives(*arguments); });
+      "--smoothing 1e-3 --compliance 1e-2 --json check.json",
+      derivatives);
+  arguments.scene.add_to(command);
+  command.add("TRAJECTORY", arguments.trajectory,
+              "Motion as `simulate --output` writes it; default: the scene's first step");
+  command.add("--timestep", arguments.time_step,
+              "Time step [s] of a trajectory that does not say it; default: the scene's");
+  command.add("--output", arguments.output,
+              "CSV to write: a row for each row of each matrix of each step");
+  command.add("--forward", arguments.forward,
+              "Those of the forward step too: of the state at the end by q, v and force");
+  command.add("--check", arguments.check,
+              "Hold them against extrapolated differences of the inverse step");
+  command.add("--difference-step", arguments.difference_step,
+              "Of configurations [m, rad], with --check; default: by the smoothing", positive);
+  command.add("--smoothing", arguments.smoothing,
+              "Smoothing length of contacts [m] instead of the scene's", not_negative);
+  command.add("--compliance", arguments.compliance, "Compliance of contacts instead of the scene's",
+              positive);
+  arguments.report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <memory>
 #include <optional>
 
 #include "command.h"
@@ -26,12 +25,12 @@ namespace {
 struct ExplainArguments {
   SceneArguments scene;
   std::vector<std::string> recordings, sources;
-  std::string map, output, contacts, forces, set, page, errors;
+  std::string map, set, page, errors;
+  FollowedFiles files;  ///< tables to write; with --follow the recording too
   std::optional<double> from, to;
   int threads = 0;
   bool follow = false;
-  int window = 30, lag = 10;
-  double idle = 5.0;
+  FollowOptions following;
   Report report;
 };
 
@@ -52,15 +51,13 @@ Recording between(const Recording& whole, const ExplainArguments& arguments) {
   return rows_of(whole, static_cast<int>(begin - time.begin()), static_cast<int>(end - begin));
 }
 
-/// Parses NAME=FILE arguments: the files of the column map's sources, by name.
+/// Files of the column map's sources, by name.
 std::map<std::string, std::string> source_files(const std::vector<std::string>& arguments) {
   std::map<std::string, std::string> out;
   for (const std::string& one : arguments) {
-    const std::size_t at = one.find('=');
-    if (at == std::string::npos || at == 0 || at + 1 == one.size())
-      throw InputError(fmt::format("--source {}: expected NAME=FILE", one));
-    if (!out.emplace(one.substr(0, at), one.substr(at + 1)).second)
-      throw InputError(fmt::format("--source: '{}' is given twice", one.substr(0, at)));
+    const auto [name, file] = named_value("--source", one, "NAME=FILE");
+    if (!out.emplace(name, file).second)
+      throw InputError(fmt::format("--source: '{}' is given twice", name));
   }
   return out;
 }
@@ -122,17 +119,17 @@ std::vector<MotionEstimate> estimate_all(const ExplainArguments& arguments, cons
 std::vector<std::string> write_tables(const ExplainArguments& arguments,
                                       const ExplainedMotions& motions, std::size_t given) {
   std::vector<std::string> files;
-  for (std::size_t i = 0; !arguments.output.empty() && i < motions.estimates.size(); ++i) {
-    files.push_back(numbered_file(arguments.output, i, given));
+  for (std::size_t i = 0; !arguments.files.output.empty() && i < motions.estimates.size(); ++i) {
+    files.push_back(numbered_file(arguments.files.output, i, given));
     write_motion_table(files.back(), motions.scene.model, motions.estimates[i]);
   }
-  if (!arguments.contacts.empty()) {
-    write_contact_table(arguments.contacts, motions);
-    files.push_back(arguments.contacts);
+  if (!arguments.files.contacts.empty()) {
+    write_contact_table(arguments.files.contacts, motions);
+    files.push_back(arguments.files.contacts);
   }
-  if (!arguments.forces.empty()) {
-    write_force_table(arguments.forces, motions);
-    files.push_back(arguments.forces);
+  if (!arguments.files.forces.empty()) {
+    write_force_table(arguments.files.forces, motions);
+    files.push_back(arguments.files.forces);
   }
   return files;
 }
@@ -147,7 +144,7 @@ int tell(const ExplainedMotions& motions, const std::vector<ExplainedMetrics>& m
   for (std::size_t i = 0; i < motions.estimates.size(); ++i) {
     const MotionEstimate& estimate = motions.estimates[i];
     list.push_back(motion_entry(model, estimate, metrics[i]));
-    fmt::print(report.text(), "{}", motion_text(model, estimate, metrics[i]));
+    report.print("{}", motion_text(model, estimate, metrics[i]));
     const std::string complaint = motion_complaint(estimate, metrics[i]);
     if (complaint.empty()) continue;
     std::fflush(report.text());
@@ -160,18 +157,16 @@ int tell(const ExplainedMotions& motions, const std::vector<ExplainedMetrics>& m
 }
 
 /// After Ctrl-C: reports the results so far, to the user too. Returns the exit code.
-int end_stopped(const ExplainedMotions& motions, std::size_t given,
-                const std::vector<std::string>& files, Report& report) {
+int end_early(const ExplainedMotions& motions, std::size_t given,
+              const std::vector<std::string>& files, Report& report) {
   const MotionEstimate& last = motions.estimates.back();
-  std::size_t done = motions.estimates.size();
-  std::string message = "stopped by Ctrl-C or SIGTERM: ";
-  if (last.stopped) --done;
-  message += fmt::format("{} of {} recordings were explained", done, given);
+  std::string message =
+      fmt::format("stopped by Ctrl-C or SIGTERM: {} of {} recordings were explained",
+                  motions.estimates.size() - (last.stopped ? 1 : 0), given);
   if (last.stopped)
     message += fmt::format(
-        "; of {} the best motion found so far is told (contacts smoothed over "
-        "{:.2g} m)",
-        last.file, last.smoothing);
+        "; of {} the best motion found so far is told (contacts smoothed over {:.2g} m)", last.file,
+        last.smoothing);
   report["status"] = "stopped";
   report["message"] = message;
   fmt::print(stderr, "error: {}{}\n", message,
@@ -189,7 +184,8 @@ void check_follow(const ExplainArguments& arguments) {
     throw InputError("--follow, --report: a page needs the whole recording; leave one out");
   if (arguments.from || arguments.to)
     throw InputError("--follow: --from and --to are for whole recordings");
-  for (const std::string& table : {arguments.output, arguments.contacts, arguments.forces})
+  for (const std::string& table :
+       {arguments.files.output, arguments.files.contacts, arguments.files.forces})
     if (!table.empty() && !table.ends_with(".csv"))
       throw InputError(table + ": --follow writes CSV tables, row by row");
 }
@@ -199,19 +195,15 @@ int follow(ExplainArguments& arguments, const Scene& scene, const ColumnMap& map
   if (map.pieces > 1 || map.average > 1)
     throw InputError(arguments.map +
                      ": 'pieces' and 'average' need the whole recording, not --follow");
-  FollowOptions options;
-  options.window = arguments.window;
-  options.lag = arguments.lag;
-  options.threads = arguments.threads;
   const MotionEstimateOptions whole = estimate_options(arguments, map);
+  FollowOptions& options = arguments.following;
+  options.threads = whole.threads;
   options.sums = whole.sums;
   options.errors = whole.errors;
+  arguments.files.recording = arguments.recordings.front();
   Report& report = arguments.report;
   report.begin("explain", arguments.scene.file);
-  const FollowedMetrics metrics =
-      follow_motion({arguments.recordings.front(), arguments.output, arguments.contacts,
-                     arguments.forces, arguments.idle},
-                    scene, map, options);
+  const FollowedMetrics metrics = follow_motion(arguments.files, scene, map, options);
   if (metrics.told == 0)
     throw InputError(fmt::format("{}: {} rows; {} or more are expected to explain a motion",
                                  arguments.recordings.front(), metrics.rows, kLeastRows));
@@ -219,11 +211,11 @@ int follow(ExplainArguments& arguments, const Scene& scene, const ColumnMap& map
   report["rows"] = metrics.told;
   report["errors"] = recording_errors_name(metrics.errors);
   report["unexplained"] = {{"mean", metrics.unexplained_mean}, {"max", metrics.unexplained_max}};
-  fmt::print(report.text(),
-             "{} rows explained as they came ({} errors); {:.2g} of the weight not explained in "
-             "the mean, at most {:.2g}{}\n",
-             metrics.told, recording_errors_name(metrics.errors), metrics.unexplained_mean,
-             metrics.unexplained_max, metrics.stopped ? "; stopped by Ctrl-C" : "");
+  report.print(
+      "{} rows explained as they came ({} errors); {:.2g} of the weight not explained in "
+      "the mean, at most {:.2g}{}\n",
+      metrics.told, recording_errors_name(metrics.errors), metrics.unexplained_mean,
+      metrics.unexplained_max, metrics.stopped ? "; stopped by Ctrl-C" : "");
   report.write();
   return kSuccess;
 }
@@ -255,70 +247,54 @@ int explain(ExplainArguments& arguments) {
                       motions, metrics);
   int exit_code = tell(motions, metrics, report);
   if (estimates.size() < given || estimates.back().stopped)
-    exit_code = end_stopped(motions, given, files, report);
+    exit_code = end_early(motions, given, files, report);
   report.write();
   return exit_code;
 }
 
 }  // namespace
 
-// Long: a declaration of each option.
 void add_explain(CommandLine& line) {
-  auto arguments = std::make_shared<ExplainArguments>();
-  Command& command =
-      line.add("explain", "Estimate the motion behind a noisy recording and all its forces");
-  arguments->scene.add_to(command);
-  command
-      .add_option("RECORDING", arguments->recordings,
-                  "Recordings (.csv, .trc, .c3d, .h5, .npz, .mcap)")
-      .required();
-  command
-      .add_option("--columns", arguments->map,
-                  "Column map (YAML, docs/guide/recordings.md): which column is which coordinate")
-      .required();
-  command.add_option("--source", arguments->sources,
-                     "NAME=FILE: file of one of the column map's 'sources'; may be given again");
-  command.add_option("--output", arguments->output,
-                     "Table to write: the motion, a trajectory; of several recordings one each, "
-                     "numbered");
-  command.add_option("--contacts", arguments->contacts,
-                     "Table to write: force, centre of pressure and slip of each pair of shapes");
-  command.add_option(
-      "--forces", arguments->forces,
-      "Table to write: forces of joints, sums of contact forces, standard deviations");
-  command.add_option("--report", arguments->page, "Folder for a page with charts and a replay")
-      .type_name("DIR");
-  command.add_option("--from", arguments->from, "Time of the first row used [s]");
-  command.add_option("--to", arguments->to, "Time of the last row used [s]");
-  command
-      .add_option("--errors", arguments->errors,
-                  "Errors of recorded positions: white (new in every row: encoders), slow (markers "
-                  "on skin, a model that does not fit); default: found from the recording")
-      .one_of({"white", "slow"});
-  command.add_flag("--follow", arguments->follow,
-                   "Explain a CSV file that grows, or '-', standard input, row by row; until "
-                   "Ctrl-C or the end of the input");
-  command.add_option("--window", arguments->window, "With --follow: rows explained together")
-      .seldom();
-  command
-      .add_option("--lag", arguments->lag,
-                  "With --follow: a row is told once so many rows have followed it")
-      .seldom();
-  command
-      .add_option("--idle", arguments->idle,
-                  "With --follow: a file that has not grown for so long has ended [s]; default 5")
-      .not_negative()
-      .seldom();
-  command.add_option("--threads", arguments->threads, "Threads; default: one a core")
-      .not_negative();
-  command.add_option("--set", arguments->set,
-                     "Figures of the scene to change first: KIND[:ELEMENT]=VALUE,... "
-                     "(docs/guide/recordings.md)");
-  arguments->report.add_to(command);
-  command.footer(
+  auto [command, arguments] = line.add<ExplainArguments>(
+      "explain", "Estimate the motion behind a noisy recording and all its forces",
       "Example:\n  counterpoint explain humanoid.yaml walk.csv --columns walk_map.yaml --from 1 "
-      "--to 4 --forces forces.csv --report walk");
-  command.action([arguments] { return explain(*arguments); });
+      "--to 4 --forces forces.csv --report walk",
+      explain);
+  arguments.scene.add_to(command);
+  command.add("RECORDING", arguments.recordings, "Recordings (.csv, .trc, .c3d, .h5, .npz, .mcap)",
+              required);
+  command.add("--columns", arguments.map,
+              "Column map (YAML, docs/guide/recordings.md): which column is which coordinate",
+              required);
+  command.add("--source", arguments.sources,
+              "NAME=FILE: file of one of the column map's 'sources'; may be given again");
+  command.add("--output", arguments.files.output,
+              "Table to write: the motion, a trajectory; of several recordings one each, numbered");
+  command.add("--contacts", arguments.files.contacts,
+              "Table to write: force, centre of pressure and slip of each pair of shapes");
+  command.add("--forces", arguments.files.forces,
+              "Table to write: forces of joints, sums of contact forces, standard deviations");
+  command.add("--report DIR", arguments.page, "Folder for a page with charts and a replay");
+  command.add("--from", arguments.from, "Time of the first row used [s]");
+  command.add("--to", arguments.to, "Time of the last row used [s]");
+  command.add("--errors white|slow", arguments.errors,
+              "Errors of recorded positions: white (new in every row: encoders), slow (markers on "
+              "skin, a model that does not fit); default: found from the recording");
+  command.add("--follow", arguments.follow,
+              "Explain a CSV file that grows, or '-', standard input, row by row; until Ctrl-C or "
+              "the end of the input");
+  command.add("--window", arguments.following.window, "With --follow: rows explained together",
+              seldom);
+  command.add("--lag", arguments.following.lag,
+              "With --follow: a row is told once so many rows have followed it", seldom);
+  command.add("--idle", arguments.files.idle,
+              "With --follow: a file that has not grown for so long has ended [s]; default 5",
+              not_negative, seldom);
+  command.add("--threads", arguments.threads, "Threads; default: one a core", not_negative);
+  command.add(
+      "--set", arguments.set,
+      "Figures of the scene to change first: KIND[:ELEMENT]=VALUE,... (docs/guide/recordings.md)");
+  arguments.report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

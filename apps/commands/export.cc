@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 
 #include "command.h"
 #include "counterpoint/collision/collider.h"
@@ -45,11 +44,10 @@ int export_scene(ExportArguments& arguments) {
   report["output"] = output.string();
   report["mesh_files"] = out.files.size();
   report["lost"] = lost;
-  fmt::print(report.text(), "{}: {} moving bodies, {} mesh files\n", output.string(),
-             scene.model.num_joints(), out.files.size());
-  if (!out.lost.empty()) fmt::print(report.text(), "not carried over:\n");
-  for (const Note& note : out.lost)
-    fmt::print(report.text(), "  {}: {}\n", note.where, note.message);
+  report.print("{}: {} moving bodies, {} mesh files\n", output.string(), scene.model.num_joints(),
+               out.files.size());
+  if (!out.lost.empty()) report.print("not carried over:\n");
+  for (const Note& note : out.lost) report.print("  {}: {}\n", note.where, note.message);
   report.write();
   return kSuccess;
 }
@@ -57,23 +55,16 @@ int export_scene(ExportArguments& arguments) {
 }  // namespace
 
 void add_export(CommandLine& line) {
-  auto arguments = std::make_shared<ExportArguments>();
-  Command& command = line.add("export",
-                              "Write a scene as MJCF (MuJoCo) or URDF; what the format "
-                              "cannot say is listed");
-  arguments->scene.add_to(command);
-  command
-      .add_option("--to", arguments->to,
-                  "mjcf: the whole scene; urdf: one robot, without its start")
-      .required()
-      .one_of({"mjcf", "urdf"});
-  command
-      .add_option("--output", arguments->output, "File to write; meshes go into a folder beside it")
-      .type_name("FILE")
-      .required();
-  arguments->report.add_to(command);
-  command.footer("Example:\n  counterpoint export humanoid_drop --to mjcf --output humanoid.xml");
-  command.action([arguments] { return export_scene(*arguments); });
+  auto [command, arguments] = line.add<ExportArguments>(
+      "export", "Write a scene as MJCF (MuJoCo) or URDF; what the format cannot say is listed",
+      "Example:\n  counterpoint export humanoid_drop --to mjcf --output humanoid.xml",
+      export_scene);
+  arguments.scene.add_to(command);
+  command.add("--to mjcf|urdf", arguments.to,
+              "mjcf: the whole scene; urdf: one robot, without its start", required);
+  command.add("--output FILE", arguments.output, "File to write; meshes go into a folder beside it",
+              required);
+  arguments.report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
 
 #include "command.h"
 #include "command_line/interrupt.h"
@@ -112,7 +111,7 @@ int finish(const std::vector<Result>& results, const tasks::Results& run, std::s
   const bool stopped = results.size() < count;
   const auto failed = std::count_if(results.begin(), results.end(),
                                     [](const Result& result) { return !result.ours.passed(); });
-  fmt::print(report.text(), "{} of {} cases passed\n", results.size() - failed, results.size());
+  report.print("{} of {} cases passed\n", results.size() - failed, results.size());
   if (!arguments.folder.empty()) write_pages(arguments.folder, results, arguments.views);
   add_run(run, report);
   report["status"] = stopped ? "stopped" : failed == 0 ? "ok" : "failed";
@@ -122,10 +121,9 @@ int finish(const std::vector<Result>& results, const tasks::Results& run, std::s
   report["cases"] = entries;
   report.write();
   if (stopped)
-    fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM: {} of {} cases were run{}\n",
-               results.size(), count,
-               arguments.folder.empty() ? "" : "; " + arguments.folder + " has them");
-  return failed == 0 && !stopped ? kSuccess : kFailed;
+    return end_stopped(": {} of {} cases were run{}", results.size(), count,
+                       arguments.folder.empty() ? "" : "; " + arguments.folder + " has them");
+  return failed == 0 ? kSuccess : kFailed;
 }
 
 int hard_cases(HardCasesArguments& arguments, tasks::World& world) {
@@ -154,43 +152,29 @@ int hard_cases(HardCasesArguments& arguments, tasks::World& world) {
 }  // namespace
 
 void add_hard_cases(CommandLine& line) {
-  auto arguments = std::make_shared<HardCasesArguments>();
-  Command& command =
-      line.add("hard-cases", "Run cases that are hard for engines; compare with what is known");
-  command.add_option("--only", arguments->only, "Run this case; may be repeated")
-      .type_name("NAME")
-      .one_value_each();
-  command.add_flag("--list", arguments->list, "List the cases, run none");
-  command.add_flag("--fast", arguments->fast, "Leave the slow ones out");
-  command
-      .add_option(
-          "--report", arguments->folder,
-          "Write hard-cases.md, one picture a case, the last good state of a run that failed")
-      .type_name("DIR");
-  command.add_flag("--views", arguments->views,
-                   "With --report: a replay of each case, DIR/CASE.html, and DIR/replays.html");
-  command.add_option("--scenes", arguments->scenes, "Their scenes; default: data/scenes/hard")
-      .type_name("DIR");
-  command.add_flag(
-      "--long", arguments->long_run,
-      "Instead: every bundled scene for long, the humanoid under random forces, 1e6 steps "
-      "of each mechanism; one at a time in each process");
-  command
-      .add_option("--seconds", arguments->seconds,
-                  "Simulated time of --long; default: 86400, a day, and 1e7 steps of the humanoid")
-      .positive();
-  command.add_flag("--no-peers", arguments->no_peers, "Leave MuJoCo out");
-  command
-      .add_option("--peer-seconds", arguments->peer_seconds,
-                  "Wall time after which a peer's run of a case is stopped; default: 120")
-      .positive();
-  arguments->tasks.add_to(command);
-  arguments->report.add_to(command);
-  command.footer("Example:\n  counterpoint hard-cases --only tower_30 --report report");
-  command.action([arguments] {
-    return arguments->tasks.in_world(
-        arguments->report, [&](tasks::World& world) { return hard_cases(*arguments, world); });
-  });
+  auto [command, arguments] = line.add<HardCasesArguments>(
+      "hard-cases", "Run cases that are hard for engines; compare with what is known",
+      "Example:\n  counterpoint hard-cases --only tower_30 --report report",
+      on_every_rank(hard_cases));
+  command.add("--only NAME", arguments.only, "Run this case; may be repeated", one_value_each);
+  command.add("--list", arguments.list, "List the cases, run none");
+  command.add("--fast", arguments.fast, "Leave the slow ones out");
+  command.add("--report DIR", arguments.folder,
+              "Write hard-cases.md, one picture a case, the last good state of a run that failed");
+  command.add("--views", arguments.views,
+              "With --report: a replay of each case, DIR/CASE.html, and DIR/replays.html");
+  command.add("--scenes DIR", arguments.scenes, "Their scenes; default: data/scenes/hard");
+  command.add("--long", arguments.long_run,
+              "Instead: every bundled scene for long, the humanoid under random forces, 1e6 steps "
+              "of each mechanism; one at a time in each process");
+  command.add("--seconds", arguments.seconds,
+              "Simulated time of --long; default: 86400, a day, and 1e7 steps of the humanoid",
+              positive);
+  command.add("--no-peers", arguments.no_peers, "Leave MuJoCo out");
+  command.add("--peer-seconds", arguments.peer_seconds,
+              "Wall time after which a peer's run of a case is stopped; default: 120", positive);
+  arguments.tasks.add_to(command);
+  arguments.report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <memory>
 #include <numeric>
 
 #include "command.h"
@@ -60,18 +59,12 @@ struct Split {
 /// Splits the recordings evenly in the given order, without random numbers.
 Split split(const IdentifyArguments& arguments, const Experiment& e) {
   Split out;
-  const int given = e.num_given;
-  if (!arguments.test.empty()) {
-    out.train.resize(given);
-    out.test.resize(e.recordings.size() - given);
-    std::iota(out.train.begin(), out.train.end(), 0);
-    std::iota(out.test.begin(), out.test.end(), given);
-  } else {
-    const double share = arguments.train.value_or(given > 1 ? 0.5 : 1.0);
-    for (int i = 0; i < given; ++i) {
-      const bool train = std::ceil((i + 1) * share - 1e-9) > std::ceil(i * share - 1e-9);
-      (train ? out.train : out.test).push_back(i);
-    }
+  const double share = arguments.train.value_or(e.num_given > 1 ? 0.5 : 1.0);
+  for (int i = 0; i < static_cast<int>(e.recordings.size()); ++i) {
+    const bool train = arguments.test.empty()
+                           ? std::ceil((i + 1) * share - 1e-9) > std::ceil(i * share - 1e-9)
+                           : i < e.num_given;
+    (train ? out.train : out.test).push_back(i);
   }
   if (arguments.swap) std::swap(out.train, out.test);
   if (out.train.empty())
@@ -106,28 +99,34 @@ Json score(const Rollouts& rollouts, Compared by) {
           {"found", json_metrics(after, by)}};
 }
 
-void print_score(std::FILE* text, const char* title, const Json& score) {
-  fmt::print(text,
-             "{}: {} recordings, {} of them predicted better; median as the scene is / as found\n",
-             title, score["recordings"].get<int>(), score["better"].get<int>());
-  for (const auto& [name, value] : score["scene"].items()) {
-    if (!score["found"].contains(name)) continue;
-    fmt::print(text, "  {:<26} {:10.5g} {:10.5g}\n", name, value.get<double>(),
-               score["found"][name].get<double>());
-  }
+/// Returns a number, or a dash for null.
+std::string number_text(const Json& value) {
+  return value.is_number() ? fmt::format("{:.5g}", value.get<double>()) : std::string("-");
 }
 
-void print_coordinates(std::FILE* text, const Json& coordinates) {
+void print_score(const char* title, const Json& score, const Report& report) {
+  report.print("{}: {}", title,
+               format_entries("{recordings} recordings, {better} of them predicted better; median "
+                              "as the scene is / as found\n",
+                              score));
+  const Json& found = score["found"];
+  for (const auto& [name, value] : score["scene"].items())
+    if (found.contains(name))
+      report.print("  {:<26} {:10.5g} {:10.5g}\n", name, value.get<double>(),
+                   found[name].get<double>());
+}
+
+void print_coordinates(const Json& coordinates, const Report& report) {
   const auto number = [](const Json& x) {
     return x.is_null() ? std::string("-") : fmt::format("{:.4g}", x.get<double>());
   };
-  fmt::print(text, "  rms of the difference and R2, as the scene is / as found\n");
+  report.print("  rms of the difference and R2, as the scene is / as found\n");
   const size_t count = std::min(coordinates["scene"].size(), coordinates["found"].size());
   for (size_t i = 0; i < count; ++i) {
     const Json &before = coordinates["scene"][i], &after = coordinates["found"][i];
-    fmt::print(text, "  {:<26} {:>10} {:>10} {:>10} {:>10}\n", before["name"].get<std::string>(),
-               number(before["rms"]), number(after["rms"]), number(before["r2"]),
-               number(after["r2"]));
+    report.print("  {:<26} {:>10} {:>10} {:>10} {:>10}\n", before["name"].get<std::string>(),
+                 number(before["rms"]), number(after["rms"]), number(before["r2"]),
+                 number(after["r2"]));
   }
 }
 
@@ -149,19 +148,17 @@ Json json_parameter(const Parameter& parameter, double scene, const FittedParame
           {"at_bound", found.at_bound}};
 }
 
-void print_parameter(std::FILE* text, const Json& p) {
-  const auto interval = [&](const char* lower, const char* upper) {
-    return p[lower].is_null()
-               ? std::string()
-               : fmt::format("{:.5g} ... {:.5g}", p[lower].get<double>(), p[upper].get<double>());
-  };
-  fmt::print(text, "  {:<22} {:>11.6g} {:<18} 95 %: {}{}{} (scene {:.6g})\n",
-             p["name"].get<std::string>(), p["value"].get<double>(), p["unit"].get<std::string>(),
-             p["identifiable"] ? interval("lower_95", "upper_95") : "not identifiable",
-             p["bootstrap_lower_95"].is_null()
-                 ? ""
-                 : ", bootstrap " + interval("bootstrap_lower_95", "bootstrap_upper_95"),
-             p["at_bound"] ? ", at its bound" : "", p["scene"].get<double>());
+void print_parameter(const Json& p, const Report& report) {
+  std::string interval = "not identifiable", bootstrap;
+  if (p["identifiable"])
+    interval =
+        p["lower_95"].is_null() ? "" : format_entries("{lower_95:.5g} ... {upper_95:.5g}", p);
+  if (!p["bootstrap_lower_95"].is_null())
+    bootstrap =
+        format_entries(", bootstrap {bootstrap_lower_95:.5g} ... {bootstrap_upper_95:.5g}", p);
+  report.print("{}{}{}{}{}", format_entries("  {name:<22} {value:>11.6g} {unit:<18} 95 %: ", p),
+               interval, bootstrap, p["at_bound"] ? ", at its bound" : "",
+               format_entries(" (scene {scene:.6g})\n", p));
 }
 
 void fill_report(const std::vector<Parameter>& parameters, const VectorX& start, const Fit& found,
@@ -172,11 +169,11 @@ void fill_report(const std::vector<Parameter>& parameters, const VectorX& start,
   for (size_t i = 0; i < parameters.size(); ++i) {
     list.push_back(
         json_parameter(parameters[i], start[static_cast<Eigen::Index>(i)], found.parameters[i]));
-    print_parameter(report.text(), list.back());
+    print_parameter(list.back(), report);
     set += fmt::format("{}{}={:.8g}", i == 0 ? "" : ",", parameters[i].name,
                        found.parameters[i].value);
   }
-  fmt::print(report.text(), "  --set {}\n", set);
+  report.print("  --set {}\n", set);
   report["parameters"] = list;
   report["set"] = set;
   Json correlation = Json::array();
@@ -197,20 +194,19 @@ void write_page_of(const IdentifyArguments& arguments, const Rollouts& rollouts,
                    const Json& report) {
   const auto& [before, after] = rollouts;
   HtmlPage page("Figures found: " + arguments.scene.file);
-  const auto text = [](const Json& value) {
-    return value.is_number() ? fmt::format("{:.5g}", value.get<double>()) : std::string("-");
-  };
   PageTable parameters{{"parameter", "unit", "scene", "found", "95 % from", "to"}, {}};
   for (const Json& p : report["parameters"])
-    parameters.rows.push_back({p["name"], p["unit"], text(p["scene"]), text(p["value"]),
-                               text(p["lower_95"]), text(p["upper_95"])});
+    parameters.rows.push_back({p["name"], p["unit"], number_text(p["scene"]),
+                               number_text(p["value"]), number_text(p["lower_95"]),
+                               number_text(p["upper_95"])});
   page.table(parameters);
   for (const char* part : {"train", "test"}) {
     if (!report.contains(part)) continue;
     page.heading(fmt::format("{}: {} recordings", part, report[part]["recordings"].get<int>()));
     PageTable scores{{"median", "scene", "found"}, {}};
     for (const auto& [name, value] : report[part]["scene"].items())
-      scores.rows.push_back({name, text(value), text(report[part]["found"].value(name, Json()))});
+      scores.rows.push_back(
+          {name, number_text(value), number_text(report[part]["found"].value(name, Json()))});
     page.table(scores);
   }
   const std::vector<Chart> charts = error_charts({{"scene", &before}, {"as found", &after}}, by);
@@ -239,11 +235,10 @@ std::uint64_t fingerprint(const IdentifyArguments& a, const Experiment& e) {
 }
 
 /// Reports that Ctrl-C ended the search or the scoring. Returns the exit code.
-int end_early(const char* metrics, Report& report) {
+int end_early(const char* figures, Report& report) {
   report["status"] = "stopped";
   report.write();
-  fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM: the figures are {}\n", metrics);
-  return kFailed;
+  return end_stopped(": the figures are {}", figures);
 }
 
 /// Finds the parameters with the best predictions. Every rank takes part.
@@ -288,8 +283,8 @@ Fit explained_best(IdentifyArguments& arguments, const Experiment& e,
   report["threads"] = options.threads;
   report["smoothing_m"] = found.smoothing;
   report["cost_ratio"] = std::vector<double>(found.cost_ratio.begin(), found.cost_ratio.end());
-  fmt::print(report.text(), "{} motions explained, {} Newton steps\n", recordings.size(),
-             found.parameters.evaluations);
+  report.print("{} motions explained, {} Newton steps\n", recordings.size(),
+               found.parameters.evaluations);
   return found.parameters;
 }
 
@@ -316,17 +311,16 @@ int identify(IdentifyArguments& arguments, tasks::World& world) {
     shown = roll_out(e, after, *which);
     if (Interrupt::wanted()) break;
     report[name] = score(shown, by);
-    print_score(report.text(), name, report[name]);
+    print_score(name, report[name], report);
     Json& coordinates = report[name]["coordinates"];
-    if (arguments.objective == "force") {
-      for (const auto& [key, scene] : {std::pair{"scene", &e.scene}, std::pair{"found", &after}})
-        coordinates[key] = coordinate_list(unexplained_metrics(e, *scene, *which));
-    } else {
-      for (const auto& [key, set] :
-           {std::pair{"scene", &shown.before}, std::pair{"found", &shown.after}})
-        coordinates[key] = coordinate_list(velocity_metrics(e.map, *set));
-    }
-    print_coordinates(report.text(), coordinates);
+    const auto add = [&](const char* key, const Scene& scene, const std::vector<Prediction>& set) {
+      coordinates[key] =
+          coordinate_list(arguments.objective == "force" ? unexplained_metrics(e, scene, *which)
+                                                         : velocity_metrics(e.map, set));
+    };
+    add("scene", e.scene, shown.before);
+    add("found", after, shown.after);
+    print_coordinates(coordinates, report);
   }
   if (Interrupt::wanted()) return end_early("those found, without all scores", report);
   Interrupt::end();
@@ -338,62 +332,45 @@ int identify(IdentifyArguments& arguments, tasks::World& world) {
 }  // namespace
 
 void add_identify(CommandLine& line) {
-  auto arguments = std::make_shared<IdentifyArguments>();
-  Command& command =
-      line.add("identify", "Find figures of a scene with which it predicts recordings best");
-  arguments->scene.add_to(command);
-  command.add_option("RECORDING", arguments->recordings, "Recordings (any table)").required();
-  command.add_option("--columns", arguments->map, "Column map (docs/guide/recordings.md)")
-      .required();
-  command
-      .add_option("--parameters", arguments->parameters,
-                  "What to find: KIND[:ELEMENT][=LOW..HIGH], comma separated")
-      .required();
-  command.add_option("--set", arguments->set, "Figures to set first: KIND[:ELEMENT]=VALUE,...");
-  command.add_option("--substeps", arguments->substeps, "Time steps between two rows");
-  command
-      .add_option("--train", arguments->train,
-                  "Share of the recordings to fit, spread evenly; the others are scored "
-                  "(default 0.5; 1 for a single recording)")
-      .range(0.0, 1.0);
-  command.add_option("--test", arguments->test, "Recordings to score; all others are fitted");
-  command
-      .add_option("--objective", arguments->objective,
-                  "Minimized: score (default; mean deviations of each recording), rows (squared "
-                  "deviations at every row), one-step (rows, from every row to the next), force "
-                  "(unexplained by compare --mode inverse), explain (unexplained by any motion)")
-      .one_of({"score", "rows", "one-step", "force", "explain"});
-  command.add_flag("--swap", arguments->swap, "Exchange the recordings fitted and scored");
-  command
-      .add_option("--horizon", arguments->horizon,
-                  "Rows between restarts from the recording; 0: start at its first row only")
-      .not_negative();
-  command.add_option("--loss", arguments->loss, "cauchy (default) or squares")
-      .one_of({"cauchy", "squares"});
-  command.add_option("--samples", arguments->fit.samples, "Points tried before any is refined")
-      .range(0, 1'000'000);
-  command.add_option("--refined", arguments->fit.refined, "Points refined").range(1, 1000);
-  command
-      .add_option("--difference", arguments->fit.difference,
-                  "Last step of the differences, as a share of the range (default 1e-3)")
-      .range(1e-9, 0.03);
-  command
-      .add_option("--derivatives", arguments->derivatives,
-                  "exact (default: where steps have closed forms) or differences")
-      .one_of({"exact", "differences"});
-  command.add_option("--bootstrap", arguments->fit.bootstrap, "Refits to recordings drawn anew")
-      .range(0, 100'000);
-  command.add_option("--report", arguments->page, "Folder for a page with tables and pictures")
-      .type_name("DIR");
-  arguments->tasks.add_to(command);
-  arguments->report.add_to(command);
-  command.footer(
+  auto [command, arguments] = line.add<IdentifyArguments>(
+      "identify", "Find figures of a scene with which it predicts recordings best",
       "Example:\n  counterpoint identify data/scenes/cube_toss.yaml toss_*.csv --columns "
-      "data/maps/cube_toss.yaml --parameters friction=0.05..0.5,restitution=0..0.5");
-  command.action([arguments] {
-    return arguments->tasks.in_world(
-        arguments->report, [&](tasks::World& world) { return identify(*arguments, world); });
-  });
+      "data/maps/cube_toss.yaml --parameters friction=0.05..0.5,restitution=0..0.5",
+      on_every_rank(identify));
+  arguments.scene.add_to(command);
+  command.add("RECORDING", arguments.recordings, "Recordings (any table)", required);
+  command.add("--columns", arguments.map, "Column map (docs/guide/recordings.md)", required);
+  command.add("--parameters", arguments.parameters,
+              "What to find: KIND[:ELEMENT][=LOW..HIGH], comma separated", required);
+  command.add("--set", arguments.set, "Figures to set first: KIND[:ELEMENT]=VALUE,...");
+  command.add("--substeps", arguments.substeps, "Time steps between two rows");
+  command.add("--train", arguments.train,
+              "Share of the recordings to fit, spread evenly; the others are scored (default 0.5; "
+              "1 for a single recording)",
+              range(0.0, 1.0));
+  command.add("--test", arguments.test, "Recordings to score; all others are fitted");
+  command.add("--objective score|rows|one-step|force|explain", arguments.objective,
+              "Minimized: score (default; mean deviations of each recording), rows (squared "
+              "deviations at every row), one-step (rows, from every row to the next), force "
+              "(unexplained by compare --mode inverse), explain (unexplained by any motion)");
+  command.add("--swap", arguments.swap, "Exchange the recordings fitted and scored");
+  command.add("--horizon", arguments.horizon,
+              "Rows between restarts from the recording; 0: start at its first row only",
+              not_negative);
+  command.add("--loss cauchy|squares", arguments.loss, "cauchy (default) or squares");
+  command.add("--samples", arguments.fit.samples, "Points tried before any is refined",
+              range(0, 1'000'000));
+  command.add("--refined", arguments.fit.refined, "Points refined", range(1, 1000));
+  command.add("--difference", arguments.fit.difference,
+              "Last step of the differences, as a share of the range (default 1e-3)",
+              range(1e-9, 0.03));
+  command.add("--derivatives exact|differences", arguments.derivatives,
+              "exact (default: where steps have closed forms) or differences");
+  command.add("--bootstrap", arguments.fit.bootstrap, "Refits to recordings drawn anew",
+              range(0, 100'000));
+  command.add("--report DIR", arguments.page, "Folder for a page with tables and pictures");
+  arguments.tasks.add_to(command);
+  arguments.report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

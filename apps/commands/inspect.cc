@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <memory>
 
 #include "command.h"
 #include "counterpoint/collision/collider.h"
@@ -68,77 +67,67 @@ Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : 
 
 Json vector_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
+/// Adds a list to the report and prints a line for each entry, below a title if there are any.
+void report_list(const char* key, const std::string& title, const char* line, const Json& list,
+                 Report& report) {
+  if (!list.empty()) report.print("{}", title);
+  for (const Json& entry : list) report.print("{}", format_entries(line, entry));
+  report[key] = list;
+}
+
 /// Spring and servo of a joint; null if it has none.
 Json joint_forces_json(const Model& model, int joint) {
   Json json = {{"stiffness", nullptr},       {"reference", nullptr},
                {"servo_stiffness", nullptr}, {"servo_damping", nullptr},
                {"servo_position", nullptr},  {"servo_velocity", nullptr}};
-  for (const JointSpring& spring : model.springs()) {
-    if (spring.joint != joint) continue;
-    json["stiffness"] = spring.stiffness;
-    json["reference"] = spring.reference;
-  }
+  for (const JointSpring& spring : model.springs())
+    if (spring.joint == joint)
+      json.update({{"stiffness", spring.stiffness}, {"reference", spring.reference}});
   if (const int found = model.find_servo(joint); found >= 0) {
     const JointServo& servo = model.servos()[found];
-    json["servo_stiffness"] = servo.stiffness;
-    json["servo_damping"] = servo.damping;
-    json["servo_position"] = servo.position;
-    json["servo_velocity"] = servo.velocity;
+    json.update({{"servo_stiffness", servo.stiffness},
+                 {"servo_damping", servo.damping},
+                 {"servo_position", servo.position},
+                 {"servo_velocity", servo.velocity}});
   }
   return json;
 }
 
-void inspect_compensations(const Model& model, Report& report) {
-  if (!model.gravity_compensations().empty()) fmt::print(report.text(), "\ncarried weight:\n");
-  Json all = Json::array();
-  for (const GravityCompensation& carried : model.gravity_compensations()) {
-    fmt::print(report.text(), "  {:<28} of {:.6g} kg\n", link_name(model, carried.body),
-               carried.mass);
-    all.push_back({{"link", link_name(model, carried.body)},
-                   {"center_m", vector_json(carried.center)},
-                   {"mass_kg", carried.mass}});
-  }
-  report["gravity_compensations"] = all;
-}
-
-/// Reports springs, servos and drag, each only if the scene has any.
+/// Reports springs, servos, drag and carried weight, each only if the scene has any.
 void inspect_forces(const Model& model, Report& report) {
-  if (!model.springs().empty()) fmt::print(report.text(), "\nsprings:\n");
-  for (const JointSpring& spring : model.springs()) {
-    fmt::print(report.text(), "  {:<28} stiffness {:.4g}, reference {:.4g}\n",
-               model.joint(spring.joint).name, spring.stiffness, spring.reference);
-  }
-  if (!model.servos().empty()) fmt::print(report.text(), "\nservos:\n");
-  for (const JointServo& servo : model.servos()) {
-    fmt::print(
-        report.text(),
+  if (!model.springs().empty()) report.print("\nsprings:\n");
+  for (const JointSpring& spring : model.springs())
+    report.print("  {:<28} stiffness {:.4g}, reference {:.4g}\n", model.joint(spring.joint).name,
+                 spring.stiffness, spring.reference);
+  if (!model.servos().empty()) report.print("\nservos:\n");
+  for (const JointServo& servo : model.servos())
+    report.print(
         "  {:<28} stiffness {:.4g}, damping {:.4g}; target position {:.4g}, velocity {:.4g}\n",
         model.joint(servo.joint).name, servo.stiffness, servo.damping, servo.position,
         servo.velocity);
-  }
-  if (!model.drags().empty()) fmt::print(report.text(), "\ndrag:\n");
-  Json drags = Json::array();
-  for (const BodyDrag& body : model.drags()) {
-    const Drag& drag = body.drag;
-    fmt::print(report.text(),
-               "  {:<28} linear {:.4g}, quadratic {:.4g}, angular {:.4g}, quadratic {:.4g}\n",
-               link_name(model, body.body), drag.linear, drag.quadratic, drag.angular,
-               drag.angular_quadratic);
-    drags.push_back({{"link", link_name(model, body.body)},
-                     {"center_m", vector_json(body.center)},
+  Json drags = Json::array(), compensations = Json::array();
+  for (const auto& [body, center, drag] : model.drags())
+    drags.push_back({{"link", link_name(model, body)},
+                     {"center_m", vector_json(center)},
                      {"linear", drag.linear},
                      {"quadratic", drag.quadratic},
                      {"angular", drag.angular},
                      {"angular_quadratic", drag.angular_quadratic}});
-  }
-  report["drags"] = drags;
-  inspect_compensations(model, report);
+  for (const GravityCompensation& carried : model.gravity_compensations())
+    compensations.push_back({{"link", link_name(model, carried.body)},
+                             {"center_m", vector_json(carried.center)},
+                             {"mass_kg", carried.mass}});
+  report_list("drags", "\ndrag:\n",
+              "  {link:<28} linear {linear:.4g}, quadratic {quadratic:.4g}, angular {angular:.4g}, "
+              "quadratic {angular_quadratic:.4g}\n",
+              drags, report);
+  report_list("gravity_compensations", "\ncarried weight:\n", "  {link:<28} of {mass_kg:.6g} kg\n",
+              compensations, report);
 }
 
 void inspect_bodies(const Model& model, Report& report) {
-  fmt::print(report.text(), "\n{:<28} {:<24} {:<10} {:<24} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
-             "joint", "link", "type", "parent", "mass", "lower", "upper", "effort", "damping",
-             "friction");
+  report.print("\n{:<28} {:<24} {:<10} {:<24} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "joint",
+               "link", "type", "parent", "mass", "lower", "upper", "effort", "damping", "friction");
   Json joints = Json::array();
   double total = 0.0;
   for (int i = 1; i < model.num_bodies(); ++i) {
@@ -147,8 +136,7 @@ void inspect_bodies(const Model& model, Report& report) {
     total += body.inertia.mass;
     const double damping = model.damping()[body.v_index];
     const double dry_friction = model.dry_friction()[body.v_index];
-    fmt::print(
-        report.text(),
+    report.print(
         "{:<28} {:<24} {:<10} {:<24} {:>10.4g} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.4g}\n",
         joint.name, joint.link, joint_type_name(body.joint_type), link_name(model, body.parent),
         body.inertia.mass, joint.lower, joint.upper, joint.effort_limit, damping, dry_friction);
@@ -168,20 +156,21 @@ void inspect_bodies(const Model& model, Report& report) {
                       {"actuated", joint.actuated}});
     joints.back().update(joint_forces_json(model, i - 1));
   }
-  fmt::print(report.text(), "total mass {:.6g} kg\n", total);
+  report.print("total mass {:.6g} kg\n", total);
   report["mass_kg"] = total;
   report["joints"] = joints;
 }
 
 void inspect_geometries(const Model& model, Report& report) {
-  fmt::print(report.text(), "\n{:<32} {:<24} {:<12} {:<44} {:>8} {:>11}\n", "geometry", "link",
-             "shape", "size [m]", "friction", "restitution");
+  report.print("\n{:<32} {:<24} {:<12} {:<44} {:>8} {:>11}\n", "geometry", "link", "shape",
+               "size [m]", "friction", "restitution");
   Json geometries = Json::array();
   for (const Geometry& geometry : model.geometries()) {
     const Material& material = geometry.material;
-    fmt::print(report.text(), "{:<32} {:<24} {:<12} {:<44} {:>8.4g} {:>11.4g}\n", geometry.name,
-               link_name(model, geometry.body), shape_type_name(geometry.shape.type, "convex mesh"),
-               shape_size(geometry.shape), material.friction, material.restitution);
+    report.print("{:<32} {:<24} {:<12} {:<44} {:>8.4g} {:>11.4g}\n", geometry.name,
+                 link_name(model, geometry.body),
+                 shape_type_name(geometry.shape.type, "convex mesh"), shape_size(geometry.shape),
+                 material.friction, material.restitution);
     Json entry = {{"name", geometry.name},
                   {"link", link_name(model, geometry.body)},
                   {"shape", shape_type_name(geometry.shape.type, "convex mesh")},
@@ -206,54 +195,46 @@ void inspect_geometries(const Model& model, Report& report) {
 void inspect_closures(const Model& model, const VectorX& q, Report& report) {
   Json closures = Json::array();
   const std::vector<Pose> X_WB = body_poses(model, q);
-  if (!model.closures().empty()) fmt::print(report.text(), "\nclosures:\n");
   for (const Closure& closure : model.closures()) {
     const ClosureGap gap = closure_gap(closure, X_WB);
-    const std::string a = link_name(model, closure.body_a), b = link_name(model, closure.body_b);
-    fmt::print(report.text(), "  {} ({}): {} - {}, open by {:.3g} m, {:.3g} rad\n", closure.name,
-               closure_type_name(closure.type), a, b, gap.distance, gap.angle);
-    Json entry = {{"name", closure.name},
-                  {"type", closure_type_name(closure.type)},
-                  {"link_a", a},
-                  {"link_b", b},
-                  {"anchor_a_m", vector_json(closure.X_AC.translation)},
-                  {"anchor_b_m", vector_json(closure.X_BC.translation)},
-                  {"open_m", gap.distance},
-                  {"open_rad", gap.angle}};
+    Json& entry = closures.emplace_back();
+    entry = {{"name", closure.name},
+             {"type", closure_type_name(closure.type)},
+             {"link_a", link_name(model, closure.body_a)},
+             {"link_b", link_name(model, closure.body_b)},
+             {"anchor_a_m", vector_json(closure.X_AC.translation)},
+             {"anchor_b_m", vector_json(closure.X_BC.translation)},
+             {"open_m", gap.distance},
+             {"open_rad", gap.angle}};
     if (closure.type == ClosureType::kDistance) entry["length_m"] = closure.length;
-    closures.push_back(std::move(entry));
   }
-  report["closures"] = closures;
+  report_list(
+      "closures", "\nclosures:\n",
+      "  {name} ({type}): {link_a} - {link_b}, open by {open_m:.3g} m, {open_rad:.3g} rad\n",
+      closures, report);
 }
 
-/// Reports a pair of geometries that is never tested.
-void list_pair(const Model& model, const std::pair<int, int>& pair, const std::string& reason,
-               const Report& report, Json& list) {
-  const std::string& a = model.geometries()[pair.first].name;
-  const std::string& b = model.geometries()[pair.second].name;
-  fmt::print(report.text(), "  {} - {}  ({})\n", a, b, reason);
-  list.push_back({{"a", a}, {"b", b}, {"reason", reason}});
-}
-
+/// Reports the pairs of geometries that are never tested.
 void inspect_pairs(const Model& model, const collision::Collider& collider, Report& report) {
-  const bool listed =
-      !model.excluded_geometry_pairs().empty() || !collider.overlapping_pairs().empty();
-  fmt::print(report.text(),
-             "\n{} geometry pairs may touch; left out: {} of links joined by a joint{}\n",
-             collider.num_enabled_pairs(), collider.num_joined_pairs(), listed ? ", and:" : "");
-  report["enabled_pairs"] = collider.num_enabled_pairs();
-  report["joined_pairs"] = collider.num_joined_pairs();
   Json excluded = Json::array(), overlapping = Json::array();
+  const auto add = [&](const std::pair<int, int>& pair, const std::string& reason, Json& list) {
+    list.push_back({{"a", model.geometries()[pair.first].name},
+                    {"b", model.geometries()[pair.second].name},
+                    {"reason", reason}});
+  };
   for (size_t i = 0; i < model.excluded_geometry_pairs().size(); ++i) {
     const std::string& reason = model.exclusion_reasons()[i];
-    list_pair(model, model.excluded_geometry_pairs()[i], reason.empty() ? "excluded" : reason,
-              report, excluded);
+    add(model.excluded_geometry_pairs()[i], reason.empty() ? "excluded" : reason, excluded);
   }
-  for (const auto& pair : collider.overlapping_pairs()) {
-    list_pair(model, pair, "overlapping in the default pose", report, overlapping);
-  }
-  report["excluded_pairs"] = excluded;
-  report["overlapping_pairs"] = overlapping;
+  for (const auto& pair : collider.overlapping_pairs())
+    add(pair, "overlapping in the default pose", overlapping);
+  report.print("\n{} geometry pairs may touch; left out: {} of links joined by a joint{}\n",
+               collider.num_enabled_pairs(), collider.num_joined_pairs(),
+               excluded.empty() && overlapping.empty() ? "" : ", and:");
+  report["enabled_pairs"] = collider.num_enabled_pairs();
+  report["joined_pairs"] = collider.num_joined_pairs();
+  report_list("excluded_pairs", "", "  {a} - {b}  ({reason})\n", excluded, report);
+  report_list("overlapping_pairs", "", "  {a} - {b}  ({reason})\n", overlapping, report);
 }
 
 /// Reports the pairs of geometries that may touch, grouped by their combined material.
@@ -273,15 +254,15 @@ void inspect_surfaces(const Model& model, const collision::Collider& collider, R
     }
   }
   if (!surfaces.empty())
-    fmt::print(report.text(), "\n{:<52} {:>6} {:>8} {:>11} {:>11} {:>11}\n", "surfaces of pairs",
-               "pairs", "friction", "restitution", "torsion [m]", "rolling [m]");
+    report.print("\n{:<52} {:>6} {:>8} {:>11} {:>11} {:>11}\n", "surfaces of pairs", "pairs",
+                 "friction", "restitution", "torsion [m]", "rolling [m]");
   Json list = Json::array();
   for (const auto& [key, surface] : surfaces) {
     const auto& [m, pairs, a, b] = surface;
     const std::string &name_a = model.geometries()[a].name, &name_b = model.geometries()[b].name;
-    fmt::print(report.text(), "{:<52} {:>6} {:>8.4g} {:>11.4g} {:>11.4g} {:>11.4g}\n",
-               name_a + " - " + name_b + (pairs > 1 ? ", ..." : ""), pairs, m.friction,
-               m.restitution, m.torsional_friction, m.rolling_friction);
+    report.print("{:<52} {:>6} {:>8.4g} {:>11.4g} {:>11.4g} {:>11.4g}\n",
+                 name_a + " - " + name_b + (pairs > 1 ? ", ..." : ""), pairs, m.friction,
+                 m.restitution, m.torsional_friction, m.rolling_friction);
     list.push_back({{"pairs", pairs},
                     {"between", {name_a, name_b}},
                     {"friction", m.friction},
@@ -297,21 +278,17 @@ void inspect_coordinates(const Model& model, Report& report) {
   const std::vector<std::string> targets = InputColumns{true, {}}.names(model);
   report["coordinates"] = {
       {"q", names.q}, {"v", names.v}, {"force", names.force}, {"target", targets}};
-  fmt::print(report.text(), "\napplied forces and servo targets (columns of --inputs):\n ");
-  for (const std::string& name : names.force) fmt::print(report.text(), " {}", name);
-  for (const std::string& name : targets) fmt::print(report.text(), " {}", name);
-  fmt::print(report.text(), "{}\n", names.force.empty() ? " none" : "");
+  report.print("\napplied forces and servo targets (columns of --inputs):\n ");
+  for (const std::string& name : names.force) report.print(" {}", name);
+  for (const std::string& name : targets) report.print(" {}", name);
+  report.print("{}\n", names.force.empty() ? " none" : "");
 }
 
 void inspect_notes(const Model& model, Report& report) {
   Json notes = Json::array();
-  const std::vector<Note> all = collision::all_notes(model);
-  if (!all.empty()) fmt::print(report.text(), "\nnotes:\n");
-  for (const Note& note : all) {
-    fmt::print(report.text(), "  {}: {}\n", note.where, note.message);
+  for (const Note& note : collision::all_notes(model))
     notes.push_back({{"where", note.where}, {"message", note.message}});
-  }
-  report["notes"] = notes;
+  report_list("notes", "\nnotes:\n", "  {where}: {message}\n", notes, report);
 }
 
 int inspect(InspectArguments& arguments) {
@@ -326,11 +303,11 @@ int inspect(InspectArguments& arguments) {
   report["gravity_m_s2"] = vector_json(model.gravity());
   report["time_step_s"] = scene.options.time_step;
   report["duration_s"] = scene.options.duration;
-  fmt::print(report.text(),
-             "{}: {} moving bodies in {} trees, {} coordinates, {} velocities; time step {:.6g} s, "
-             "duration {:.6g} s\n",
-             scene.name, model.num_joints(), model.num_trees(), model.nq(), model.nv(),
-             scene.options.time_step, scene.options.duration);
+  report.print(
+      "{}: {} moving bodies in {} trees, {} coordinates, {} velocities; time step {:.6g} s, "
+      "duration {:.6g} s\n",
+      scene.name, model.num_joints(), model.num_trees(), model.nq(), model.nv(),
+      scene.options.time_step, scene.options.duration);
   inspect_bodies(model, report);
   inspect_forces(model, report);
   inspect_geometries(model, report);
@@ -351,17 +328,15 @@ int inspect(InspectArguments& arguments) {
 }  // namespace
 
 void add_inspect(CommandLine& line) {
-  auto arguments = std::make_shared<InspectArguments>();
-  Command& command = line.add("inspect",
-                              "List joints, limits, geometries, materials, closures, "
-                              "pairs, effects and what they cost, and "
-                              "notes of a scene");
-  arguments->scene.add_to(command);
-  command.add_flag("--costs", arguments->costs,
-                   "Also the time of a step as effects are added one by one");
-  arguments->report.add_to(command);
-  command.footer("Example:\n  counterpoint inspect robot.urdf --base floating --ground");
-  command.action([arguments] { return inspect(*arguments); });
+  auto [command, arguments] = line.add<InspectArguments>(
+      "inspect",
+      "List joints, limits, geometries, materials, closures, pairs, effects and what they cost, "
+      "and notes of a scene",
+      "Example:\n  counterpoint inspect robot.urdf --base floating --ground", inspect);
+  arguments.scene.add_to(command);
+  command.add("--costs", arguments.costs,
+              "Also the time of a step as effects are added one by one");
+  arguments.report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

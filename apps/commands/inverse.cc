@@ -7,15 +7,12 @@
 #include <span>
 
 #include "command.h"
-#include "command_line/interrupt.h"
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/trajectory.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"
 #include "report/contact_table.h"
-#include "report/failure.h"
-#include "report/progress.h"
 #include "report/report.h"
 #include "view/view_option.h"
 
@@ -114,47 +111,28 @@ std::string kept(const InverseArguments& arguments) {
          std::string(arguments.view.wanted() ? "; no replay was written" : "");
 }
 
-struct Recovered {
-  int steps = 0;
-  bool stopped = false;  ///< ended by Ctrl-C
-  Extremes extremes;
-  std::optional<FailedStep> failed;
-};
-
 /// Recovers forces step by step and writes them, until a step fails or Ctrl-C.
-Recovered recover(const InverseArguments& arguments, const Scene& scene,
-                  const Trajectory& trajectory, const std::vector<double>& steps) {
+MotionPass recover(const InverseArguments& arguments, const Scene& scene,
+                   const Trajectory& trajectory, const std::vector<double>& lengths,
+                   Extremes& extremes) {
   const Model& model = scene.model;
   Output output(arguments, model);
   Workspace workspace(model);
   Inverse result;
-  Input known;
-  SimulationOptions options = scene.options;
-  Recovered out;
-  const Interrupt interrupt;
-  Progress progress("recovering forces", trajectory.num_steps());
-  for (; out.steps < trajectory.num_steps() && !Interrupt::wanted(); ++out.steps) {
-    const int k = out.steps;
-    options.time_step = steps[k];
-    trajectory.set_known(model, k, known);
+  const auto step = [&](int k, const SimulationOptions& options, const Input& known) {
     step_inverse(model, options, trajectory.q.col(k), trajectory.v.col(k), trajectory.q.col(k + 1),
                  trajectory.v.col(k + 1), known, workspace, result);
-    if (result.fault.any()) {
-      out.failed = {k, trajectory.time[k], {}};
-      out.failed->report.status = status_of(result.fault);
-      out.failed->report.fault = result.fault;
-      break;
-    }
-    add_extremes(model, trajectory, k, result, out.extremes);
-    out.extremes.mismatch =
-        std::max(out.extremes.mismatch,
-                 velocity_mismatch(model, trajectory, k, steps[k], workspace.free_trees()));
-    output.write(trajectory.time[k], steps[k], result);
-    progress.update(k + 1);
-  }
+    if (result.fault.any()) return result.fault;
+    add_extremes(model, trajectory, k, result, extremes);
+    extremes.mismatch = std::max(
+        extremes.mismatch,
+        velocity_mismatch(model, trajectory, k, options.time_step, workspace.free_trees()));
+    output.write(trajectory.time[k], options.time_step, result);
+    return Fault();
+  };
+  const MotionPass pass = for_each_step("recovering forces", scene, trajectory, lengths, step);
   output.finish();
-  out.stopped = !out.failed && out.steps < trajectory.num_steps();
-  return out;
+  return pass;
 }
 
 /// Returns a reason why the forces found may not be those that acted; empty if there is none. Rows
@@ -184,21 +162,20 @@ std::string doubt(const Scene& scene, const Trajectory& trajectory, const Extrem
          "(docs/guide/recordings.md)";
 }
 
-void report_forces(const Scene& scene, const Trajectory& trajectory, const Recovered& recovered,
-                   Report& report) {
-  const Extremes& extremes = recovered.extremes;
-  report["steps"] = recovered.steps;
+void report_forces(const Scene& scene, const Trajectory& trajectory, int steps,
+                   const Extremes& extremes, Report& report) {
+  report["steps"] = steps;
   report["altered_rows"] = trajectory.altered_rows;
   const std::string doubted = doubt(scene, trajectory, extremes);
   report["doubt"] = doubted;
   if (!doubted.empty()) fmt::print(stderr, "note: {}: {}\n", trajectory.file, doubted);
-  report["contacts_mean"] = static_cast<double>(extremes.contacts) / std::max(recovered.steps, 1);
+  report["contacts_mean"] = static_cast<double>(extremes.contacts) / std::max(steps, 1);
   report["force_scale_max"] = extremes.scale;
   report["unactuated_force_max"] = extremes.unactuated;
   report["velocity_mismatch_max"] = extremes.mismatch;
-  fmt::print(report.text(),
-             "{} steps; largest force at work {:.6g}, largest unactuated force {:.3g} [N, N m]\n",
-             recovered.steps, extremes.scale, extremes.unactuated);
+  report.print_entries(
+      "{steps} steps; largest force at work {force_scale_max:.6g}, largest unactuated force "
+      "{unactuated_force_max:.3g} [N, N m]\n");
   if (trajectory.applied_force.size() == 0) return;
   const auto relative = [](double error, double scale) {
     return scale > 0.0 ? error / scale : error;
@@ -207,11 +184,9 @@ void report_forces(const Scene& scene, const Trajectory& trajectory, const Recov
   report["applied_force_error_max"] = extremes.error;
   report["applied_force_relative_error_max"] = relative(extremes.error, extremes.scale);
   report["applied_force_relative_to_applied_max"] = relative(extremes.error, extremes.recorded);
-  fmt::print(
-      report.text(),
-      "applied forces recovered to {:.3g} of the largest force at work, {:.3g} of the largest "
-      "applied\n",
-      relative(extremes.error, extremes.scale), relative(extremes.error, extremes.recorded));
+  report.print_entries(
+      "applied forces recovered to {applied_force_relative_error_max:.3g} of the largest force at "
+      "work, {applied_force_relative_to_applied_max:.3g} of the largest applied\n");
 }
 
 int inverse(InverseArguments& arguments) {
@@ -220,9 +195,9 @@ int inverse(InverseArguments& arguments) {
   const Trajectory trajectory = read_motion(arguments.trajectory, scene.model);
   const std::vector<double> steps =
       step_lengths(trajectory, arguments.time_step, scene.options.time_step);
-  const Recovered recovered = recover(arguments, scene, trajectory, steps);
-  const auto& [done, stopped, extremes, failed] = recovered;
-  if (arguments.view.wanted() && !failed && !stopped)
+  Extremes extremes;
+  const MotionPass pass = recover(arguments, scene, trajectory, steps, extremes);
+  if (arguments.view.wanted() && !pass.failed && !pass.stopped)
     view::write_replay(
         arguments.view.file(), scene,
         {arguments.scene.file, {arguments.trajectory}, arguments.scene.package_folders()},
@@ -230,40 +205,35 @@ int inverse(InverseArguments& arguments) {
 
   Report& report = arguments.report;
   report.begin("inverse", arguments.scene.file);
-  report["status"] = failed ? "failed" : stopped ? "stopped" : "ok";
-  if (failed) {
-    report_failure(scene.model, *failed, report);
+  report["status"] = pass.status();
+  if (pass.failed) {
+    report_failure(scene.model, *pass.failed, report);
     return kFailed;
   }
-  report_forces(scene, trajectory, recovered, report);
+  report_forces(scene, trajectory, pass.done, extremes, report);
   report.write();
-  if (!stopped) return kSuccess;
-  fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM after {} of {} steps{}\n", done,
-             trajectory.num_steps(), kept(arguments));
-  return kFailed;
+  if (!pass.stopped) return kSuccess;
+  return end_stopped(" after {} of {} steps{}", pass.done, trajectory.num_steps(), kept(arguments));
 }
 
 }  // namespace
 
 void add_inverse(CommandLine& line) {
-  auto arguments = std::make_shared<InverseArguments>();
-  Command& command =
-      line.add("inverse", "Recover the applied and contact forces behind a trajectory");
-  arguments->scene.add_to(command);
-  command.add_option("TRAJECTORY", arguments->trajectory, "Motion as `simulate --output` writes it")
-      .required();
-  command.add_option("--timestep", arguments->time_step,
-                     "Time step [s] of a trajectory that does not say it; default: the scene's");
-  command.add_option("--output", arguments->output,
-                     "Table to write: the applied force of every step");
-  command.add_option("--contacts", arguments->contacts,
-                     "Table to write: every contact of every step and its force");
-  arguments->view.add_to(command);
-  arguments->report.add_to(command);
-  command.footer(
+  auto [command, arguments] = line.add<InverseArguments>(
+      "inverse", "Recover the applied and contact forces behind a trajectory",
       "Example:\n  counterpoint inverse data/scenes/arm7.yaml arm.csv --output forces.csv "
-      "--contacts contacts.csv");
-  command.action([arguments] { return inverse(*arguments); });
+      "--contacts contacts.csv",
+      inverse);
+  arguments.scene.add_to(command);
+  command.add("TRAJECTORY", arguments.trajectory, "Motion as `simulate --output` writes it",
+              required);
+  command.add("--timestep", arguments.time_step,
+              "Time step [s] of a trajectory that does not say it; default: the scene's");
+  command.add("--output", arguments.output, "Table to write: the applied force of every step");
+  command.add("--contacts", arguments.contacts,
+              "Table to write: every contact of every step and its force");
+  arguments.view.add_to(command);
+  arguments.report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

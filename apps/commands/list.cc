@@ -2,8 +2,6 @@
 // command's options.
 #include <fmt/format.h>
 
-#include <memory>
-
 #include "command.h"
 #include "counterpoint/model/spatial.h"
 #include "input/data_folder.h"
@@ -20,14 +18,19 @@ constexpr Kind kKinds[] = {{"scenes", "scenes", ".yaml"},
                            {"maps", "maps", ".yaml"},
                            {"studies", "studies", ".yaml"}};
 
-int list(const std::string& word, bool all) {
+struct ListArguments {
+  std::string kind;
+  bool all = false;
+};
+
+int list(const ListArguments& arguments) {
+  const bool scenes = arguments.kind == "scenes", problems = arguments.kind == "problems";
   for (const Kind& kind : kKinds) {
-    if (word != kind.word) continue;
-    const bool problems = word == "problems";
+    if (arguments.kind != kind.word) continue;
     for (const Bundled& bundled : bundled_in(kind.folder, kind.ending)) {
       const bool nested = bundled.name.find('/') != std::string::npos;
-      if (nested && (problems || !all)) continue;
-      if (word == "scenes" && bundled.name.rfind("optimize/", 0) == 0) continue;
+      if (nested && (problems || !arguments.all)) continue;
+      if (scenes && bundled.name.rfind("optimize/", 0) == 0) continue;
       if (bundled.about.empty())
         fmt::print("{}\n", bundled.name);
       else
@@ -40,40 +43,29 @@ int list(const std::string& word, bool all) {
 }  // namespace
 
 void add_list(CommandLine& line) {
-  struct Arguments {
-    std::string kind;
-    bool all = false;
-  };
-  auto arguments = std::make_shared<Arguments>();
-  Command& command = line.add("list", "List what comes with the command, by the names it takes");
-  command
-      .add_option("KIND", arguments->kind,
-                  "scenes, robots, problems (of optimize), studies (of sweep) or maps")
-      .required()
-      .one_of({"scenes", "robots", "problems", "studies", "maps"});
-  command.add_flag("--all", arguments->all, "Those in folders too: hard/arch_falls");
-  command.footer(
-      "Example:\n  counterpoint list scenes\n  counterpoint simulate humanoid_drop --view "
-      "fall.html");
-  command.action([arguments] { return list(arguments->kind, arguments->all); });
+  auto [command, arguments] =
+      line.add<ListArguments>("list", "List what comes with the command, by the names it takes",
+                              "Example:\n  counterpoint list scenes\n  counterpoint simulate "
+                              "humanoid_drop --view fall.html",
+                              list);
+  command.add("KIND scenes|robots|problems|studies|maps", arguments.kind,
+              "scenes, robots, problems (of optimize), studies (of sweep) or maps", required);
+  command.add("--all", arguments.all, "Those in folders too: hard/arch_falls");
 }
 
 void add_generate(CommandLine& line) {
-  auto what = std::make_shared<std::string>();
-  Command& command = line.add("generate", "Print a text made from the options of all commands");
-  command
-      .add_option(
-          "WHAT", *what,
-          "bash: a completion script; man: the manual page; markdown: docs/reference/options.md")
-      .required()
-      .one_of({"bash", "man", "markdown"});
-  command.footer("Example:\n  source <(counterpoint generate bash)");
-  command.action([what, &line] {
-    fmt::print("{}", *what == "bash"  ? line.bash_completion()
-                     : *what == "man" ? line.man_page()
-                                      : line.markdown());
-    return kSuccess;
-  });
+  auto [command, what] = line.add<std::string>(
+      "generate", "Print a text made from the options of all commands",
+      "Example:\n  source <(counterpoint generate bash)", [&line](const std::string& kind) {
+        fmt::print("{}", kind == "bash"  ? line.bash_completion()
+                         : kind == "man" ? line.man_page()
+                                         : line.markdown());
+        return kSuccess;
+      });
+  command.add(
+      "WHAT bash|man|markdown", what,
+      "bash: a completion script; man: the manual page; markdown: docs/reference/options.md",
+      required);
 }
 
 }  // namespace counterpoint::apps

@@ -5,9 +5,7 @@
 #include <exception>
 
 #include "command.h"
-#include "command_line/help_topics.h"
 #include "counterpoint/model/spatial.h"
-#include "version.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -22,10 +20,9 @@ int run(int argc, char** argv) {
   CommandLine line(
       "Rigid-body physics with convex, smooth, invertible contact.",
       "Exit codes: 0 done, 1 the computation failed, 2 bad input.\n"
-      "Example:\n  counterpoint simulate humanoid_drop --output fall.csv --view fall.html");
+      "Example:\n  counterpoint simulate humanoid_drop --output fall.csv --view fall.html",
+      help_topics(), version_text);
   for (const auto add : kSubcommands) add(line);
-  add_topics(line);
-  line.version(version_text);
   return line.run(argc, argv);
 }
 

@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 
 #include "command.h"
@@ -40,29 +39,22 @@ class ProgressLine {
  public:
   explicit ProgressLine(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
   ~ProgressLine() {
-    if (terminal_ && drawn_) fmt::print(stderr, "\r\x1b[K");
+    if (terminal_ && !last_.empty()) fmt::print(stderr, "\r\x1b[K");
   }
   void show(const opt::Progress& p) {
     if (quiet_) return;
     const bool new_stage = p.stage != stage_ || p.smoothing != smoothing_;
-    if (terminal_) {
-      fmt::print(stderr, "\r{}\x1b[K", text(p));
-      drawn_ = true;
-    } else if (new_stage && !last_.empty()) {
-      fmt::print(stderr, "{}\n", last_);
-    }
-    last_ = text(p);
+    if (!terminal_ && new_stage && !last_.empty()) fmt::print(stderr, "{}\n", last_);
+    last_ = fmt::format(
+        "iteration {:4d}  cost {:12.6g}  unactuated {:.2e}  smoothing {:.1e} m  {:.1f} s",
+        p.iteration, p.cost, p.unactuated.max, p.smoothing, p.seconds);
+    if (terminal_) fmt::print(stderr, "\r{}\x1b[K", last_);
     stage_ = p.stage;
     smoothing_ = p.smoothing;
   }
 
  private:
-  static std::string text(const opt::Progress& p) {
-    return fmt::format(
-        "iteration {:4d}  cost {:12.6g}  unactuated {:.2e}  smoothing {:.1e} m  {:.1f} s",
-        p.iteration, p.cost, p.unactuated.max, p.smoothing, p.seconds);
-  }
-  bool quiet_, terminal_, drawn_ = false;
+  bool quiet_, terminal_;
   int stage_ = -1;
   double smoothing_ = 0.0;
   std::string last_;
@@ -102,9 +94,8 @@ void keep(const OptimizeArguments& arguments, const opt::ProblemFile& file,
           const opt::Result& result) {
   if (arguments.output.empty()) return;
   write_motion(arguments.output, file, result);
-  Json json;
-  json["smoothing_m"] = result.smoothing;
-  json["outcome"] = opt::outcome_name(result.outcome);
+  const Json json = {{"smoothing_m", result.smoothing},
+                     {"outcome", opt::outcome_name(result.outcome)}};
   write_file(resume_file(arguments), json.dump(1) + "\n");
 }
 
@@ -137,15 +128,16 @@ OptimizedStart run_start(const OptimizeArguments& arguments, const opt::ProblemF
   return start;
 }
 
-/// Returns a clip of frames h [s] apart; `forces`: with the contact forces that the inverse finds.
-view::Clip clip_of(const Scene& scene, double h, const std::vector<VectorX>& q,
-                   const std::vector<VectorX>& v, const std::vector<VectorX>& applied_force,
-                   bool forces) {
+/// Returns a clip of a motion whose frames are h [s] apart; `forces`: with the contact forces that
+/// the inverse finds.
+template <typename Motion>
+view::Clip clip_of(const Scene& scene, double h, const Motion& motion, bool forces) {
+  const auto& [q, v] = std::tie(motion.q, motion.v);
   view::ClipRecorder recorder(scene, 0.0, forces);
   const auto state = [&](std::size_t t) { return State{static_cast<double>(t) * h, q[t], v[t]}; };
   Input input;
   for (std::size_t t = 0; t + 1 < q.size(); ++t) {
-    input.applied_force = applied_force[t];
+    input.applied_force = motion.applied_force[t];
     recorder.add_step(state(t), input, h, state(t + 1));
   }
   return recorder.finish(state(q.size() - 1));
@@ -159,7 +151,7 @@ std::vector<view::Clip> stage_clips(const Scene& scene, double h, const Optimize
   for (std::size_t i = 0; i < std::min(kMost, count); ++i) {
     const std::size_t stage = count <= kMost ? i : i * (count - 1) / (kMost - 1);
     const opt::Result& r = best.stages[stage];
-    clips.push_back(clip_of(scene, h, r.q, r.v, r.applied_force, false));
+    clips.push_back(clip_of(scene, h, r, false));
     clips.back().name = fmt::format("stage {}, smoothing {:.2g} m", stage + 1, r.smoothing);
   }
   return clips;
@@ -188,10 +180,8 @@ void write_outputs(const OptimizeArguments& arguments, const opt::ProblemFile& f
   if (!arguments.view.wanted() && !linked) return;
   Scene scene = *file.scene;
   scene.options = best.result.options;
-  const opt::Result& r = best.result;
-  const view::Clip clip = motion
-                              ? clip_of(scene, h, motion->q, motion->v, motion->applied_force, true)
-                              : clip_of(scene, h, r.q, r.v, r.applied_force, true);
+  const view::Clip clip =
+      motion ? clip_of(scene, h, *motion, true) : clip_of(scene, h, best.result, true);
   const std::vector<view::Clip> stages = stage_clips(scene, h, best);
   const view::Origin origin{file.scene_file.string(), {arguments.problem, arguments.output}};
   if (arguments.view.wanted())
@@ -202,17 +192,18 @@ void write_outputs(const OptimizeArguments& arguments, const opt::ProblemFile& f
                      stages);
 }
 
-void print_start(const Report& report, const OptimizedStart& start) {
-  const opt::Result& r = start.result;
-  const opt::Verification& v = start.verification;
-  fmt::print(report.text(),
-             "{} (seed {}): cost {:.6g} after {} Newton steps in {:.2f} s, smoothing {:.1e} m\n"
-             "  forces without a motor {:.2e} of the weight; forward steps land within {:.1e}; "
-             "overlap {:.1e} m, stance slips {:.1e} m a step, landings {:.1e} m, effort {:.0f} % "
-             "of the limits\n",
-             opt::outcome_name(r.outcome), start.seed, r.cost, r.iterations, r.seconds, r.smoothing,
-             v.unactuated_max, v.forward_check_max, v.overlap_max, v.stance_slip_max,
-             v.landing_slip_max, 100.0 * v.effort_max);
+/// Prints the entry of a start in the report.
+void print_start(const Json& start, const Report& report) {
+  report.print(
+      "{}, effort {:.0f} % of the limits\n",
+      format_entries(
+          "{outcome} (seed {seed}): cost {cost:.6g} after {iterations} Newton steps in "
+          "{wall_seconds:.2f} s, smoothing {smoothing_end_m:.1e} m\n"
+          "  forces without a motor {unactuated_force_relative_max:.2e} of the weight; forward "
+          "steps land within {forward_check_max:.1e}; overlap {overlap_max_m:.1e} m, stance slips "
+          "{stance_slip_max_m:.1e} m a step, landings {landing_slip_max_m:.1e} m",
+          start),
+      100.0 * start["effort_share_max"].get<double>());
 }
 
 /// Returns the list of starts, a task each. Both arguments must outlive it.
@@ -284,88 +275,66 @@ int optimize(OptimizeArguments& arguments, tasks::World& world) {
   if (starts.empty()) {
     report["status"] = "stopped";
     report.write();
-    fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM before any start was begun\n");
-    return kFailed;
+    return end_stopped(" before any start was begun");
   }
   std::size_t best = 0;
+  Json list = Json::array();
   for (std::size_t i = 0; i < starts.size(); ++i) {
-    print_start(report, starts[i]);
+    fill_report(starts[i], list.emplace_back());
+    print_start(list.back(), report);
     if (is_better(starts[i], starts[best])) best = i;
   }
-  fill_report(starts[best], report.json());
-  if (starts.size() > 1) {
-    Json list = Json::array();
-    for (const OptimizedStart& start : starts) fill_report(start, list.emplace_back());
-    report["starts"] = list;
-  }
+  report.json().update(list[best]);
+  if (starts.size() > 1) report["starts"] = list;
   write_outputs(arguments, file, starts[best], report.json());
   if (!arguments.folder.empty())
     write_optimization_page(arguments.folder, file, starts, best,
                             view::can_make_pages() ? "replay.html" : "");
   report.write();
   if (!Interrupt::wanted()) return starts[best].feasible() ? kSuccess : kFailed;
-  fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM{}\n",
-             arguments.output.empty()
-                 ? ""
-                 : "; " + arguments.output + " is the motion so far, --resume goes on from it");
-  return kFailed;
+  if (arguments.output.empty()) return end_stopped("");
+  return end_stopped("; {} is the motion so far, --resume goes on from it", arguments.output);
 }
 
 std::string bundled_problem(const std::string& name) {
   return bundled_file(name, {"scenes/optimize"});
 }
 
-void add_options(Command& command, OptimizeArguments& a) {
-  command.add_option("PROBLEM", a.problem, "Problem file (.yaml), or bundled name (list problems)")
-      .becomes(bundled_problem)
-      .required();
-  command.add_option("--output", a.output,
-                     "Table to write (.csv, .h5, .npz, .mcap): the motion and its forces");
-  command.add_option("--report", a.folder, "Folder to write: a page with figures and charts")
-      .type_name("DIR");
-  command.add_option("--from", a.from, "Table of a motion to start from");
-  command.add_option("--frames", a.frames, "Steps of the motion; default: the problem's")
-      .range(4, 100'000);
-  command
-      .add_option("--smoothing", a.smoothing,
-                  "Smoothing [m] of the last stage; default: the problem's, or the scene's")
-      .positive();
-  command.add_option("--iterations", a.iterations, "Most Newton steps").positive();
-  command.add_option("--starts", a.starts, "So many starts, from seeds one apart; the best is kept")
-      .positive();
-  command.add_option("--seed", a.seed, "Of the noise on the guess; 0, the default: none");
-  command.add_flag("--resume", a.resume, "Go on from --output, where a run was stopped");
-  command
-      .add_option("--derivatives", a.derivatives,
-                  "analytic (default), or central differences, to compare")
-      .one_of({"analytic", "differences"});
-  command.add_option("--cycles", a.cycles, "Write a periodic motion so many times over").positive();
-  command.add_option("--feedback", a.feedback,
-                     "Table to write: feedback gains along the motion, for simulate --follow");
-  command
-      .add_option("--feedback-smoothing", a.feedback_smoothing,
-                  "Smoothing [m] of the contacts that gains are found with; default 1e-4")
-      .positive();
-  a.tasks.add_to(command, "Folder where finished starts are kept: a run that was stopped goes on");
-  command.add_flag("--quiet", a.quiet, "No progress line");
-  a.view.add_to(command);
-  a.report.add_to(command);
-}
-
 }  // namespace
 
 void add_optimize(CommandLine& line) {
-  auto arguments = std::make_shared<OptimizeArguments>();
-  Command& command = line.add(
-      "optimize", "Find a motion through contact: forces follow from positions by the inverse");
-  add_options(command, *arguments);
-  command.footer(
+  auto [command, arguments] = line.add<OptimizeArguments>(
+      "optimize", "Find a motion through contact: forces follow from positions by the inverse",
       "Example:\n  counterpoint optimize data/scenes/optimize/humanoid_walk.yaml --output "
-      "walk.csv --report walk");
-  command.action([arguments] {
-    return arguments->tasks.in_world(
-        arguments->report, [&](tasks::World& world) { return optimize(*arguments, world); });
-  });
+      "walk.csv --report walk",
+      on_every_rank(optimize));
+  command.add("PROBLEM", arguments.problem, "Problem file (.yaml), or bundled name (list problems)",
+              becomes(bundled_problem), required);
+  command.add("--output", arguments.output,
+              "Table to write (.csv, .h5, .npz, .mcap): the motion and its forces");
+  command.add("--report DIR", arguments.folder, "Folder to write: a page with figures and charts");
+  command.add("--from", arguments.from, "Table of a motion to start from");
+  command.add("--frames", arguments.frames, "Steps of the motion; default: the problem's",
+              range(4, 100'000));
+  command.add("--smoothing", arguments.smoothing,
+              "Smoothing [m] of the last stage; default: the problem's, or the scene's", positive);
+  command.add("--iterations", arguments.iterations, "Most Newton steps", positive);
+  command.add("--starts", arguments.starts,
+              "So many starts, from seeds one apart; the best is kept", positive);
+  command.add("--seed", arguments.seed, "Of the noise on the guess; 0, the default: none");
+  command.add("--resume", arguments.resume, "Go on from --output, where a run was stopped");
+  command.add("--derivatives analytic|differences", arguments.derivatives,
+              "analytic (default), or central differences, to compare");
+  command.add("--cycles", arguments.cycles, "Write a periodic motion so many times over", positive);
+  command.add("--feedback", arguments.feedback,
+              "Table to write: feedback gains along the motion, for simulate --follow");
+  command.add("--feedback-smoothing", arguments.feedback_smoothing,
+              "Smoothing [m] of the contacts that gains are found with; default 1e-4", positive);
+  arguments.tasks.add_to(command,
+                         "Folder where finished starts are kept: a run that was stopped goes on");
+  command.add("--quiet", arguments.quiet, "No progress line");
+  arguments.view.add_to(command);
+  arguments.report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

@@ -73,14 +73,6 @@ struct Rollout {
   Rollout() = default;
 };
 
-void check(const RolloutArguments& arguments) {
-  if (arguments.inputs.size() > 1 && static_cast<int>(arguments.inputs.size()) != arguments.count)
-    throw InputError(
-        fmt::format("--inputs: {} files for {} rollouts; expected none, one for all, or "
-                    "one each",
-                    arguments.inputs.size(), arguments.count));
-}
-
 InputArguments inputs_of(const RolloutArguments& arguments, int rollout) {
   InputArguments inputs = arguments.random;
   if (!arguments.inputs.empty())
@@ -161,22 +153,21 @@ const char* status_of(const Rollout& rollout) {
 /// Counts over all rollouts.
 struct Tally {
   long steps = 0, softened = 0, failures = 0, stopped = 0, begun = 0;
-  double wall_seconds = 0.0, force_error = 0.0, force_scale = 0.0;
+  double force_error = 0.0, force_scale = 0.0;
 
-  void add(const Rollout& rollout) {
-    steps += rollout.steps;
-    softened += rollout.softened;
-    failures += rollout.failed() ? 1 : 0;
-    stopped += rollout.begun && rollout.stopped ? 1 : 0;
-    begun += rollout.begun ? 1 : 0;
-    force_error = std::max(force_error, rollout.force_error);
-    force_scale = std::max(force_scale, rollout.force_scale);
+  explicit Tally(const std::vector<Rollout>& rollouts) {
+    for (const Rollout& rollout : rollouts) {
+      steps += rollout.steps;
+      softened += rollout.softened;
+      failures += rollout.failed() ? 1 : 0;
+      stopped += rollout.begun && rollout.stopped ? 1 : 0;
+      begun += rollout.begun ? 1 : 0;
+      force_error = std::max(force_error, rollout.force_error);
+      force_scale = std::max(force_scale, rollout.force_scale);
+    }
   }
   bool ended_early(const RolloutArguments& arguments) const {
     return stopped > 0 || begun < arguments.count;
-  }
-  double rate() const {
-    return wall_seconds > 0.0 ? static_cast<double>(steps) / wall_seconds : 0.0;
   }
 };
 
@@ -206,19 +197,18 @@ tasks::TaskList task_list(const RolloutArguments& arguments, const Scene& scene)
   return list;
 }
 
-std::vector<Rollout> collect(const RolloutArguments& arguments, const tasks::Results& results,
-                             Tally& tally) {
+std::vector<Rollout> collect(const RolloutArguments& arguments, const tasks::Results& results) {
   std::vector<Rollout> rollouts(static_cast<size_t>(arguments.count));
   results.for_each([&](std::int64_t i, std::string&& bytes) {
     rollouts[static_cast<size_t>(i)] = Rollout(bytes);
   });
-  tally.wall_seconds = results.seconds;
-  for (const Rollout& rollout : rollouts) tally.add(rollout);
   return rollouts;
 }
 
 void fill_report(const RolloutArguments& arguments, const tasks::Results& results,
                  const std::vector<Rollout>& rollouts, const Tally& tally, Report& report) {
+  const double rate =
+      results.seconds > 0.0 ? static_cast<double>(tally.steps) / results.seconds : 0.0;
   report["status"] = tally.failures > 0             ? "failed"
                      : tally.ended_early(arguments) ? "stopped"
                                                     : "ok";
@@ -228,8 +218,8 @@ void fill_report(const RolloutArguments& arguments, const tasks::Results& result
   add_run(results, report);
   report["steps"] = tally.steps;
   report["softened_steps"] = tally.softened;
-  report["steps_per_second"] = tally.rate();
-  report["steps_per_second_and_thread"] = tally.rate() / (results.ranks * results.threads);
+  report["steps_per_second"] = rate;
+  report["steps_per_second_and_thread"] = rate / (results.ranks * results.threads);
   if (arguments.invert) {
     report["force_error_max"] = tally.force_error;
     report["force_scale_max"] = tally.force_scale;
@@ -247,25 +237,25 @@ void fill_report(const RolloutArguments& arguments, const tasks::Results& result
   report["results"] = list;
 }
 
-void print(const RolloutArguments& arguments, const tasks::Results& results, const Tally& tally) {
+void print(const tasks::Results& results, const Tally& tally, const Report& report) {
   const int threads = results.ranks * results.threads;
-  fmt::print(arguments.report.text(),
-             "{} rollouts, {} steps in {:.3g} s on {} thread{}: {:.4g} steps a second, {:.4g} a "
-             "thread\n",
-             arguments.count, tally.steps, tally.wall_seconds, threads, threads == 1 ? "" : "s",
-             tally.rate(), tally.rate() / threads);
+  report.print_entries("{rollouts} rollouts, {steps} steps in {wall_seconds:.3g} s on ");
+  report.print("{} thread{}", threads, threads == 1 ? "" : "s");
+  report.print_entries(
+      ": {steps_per_second:.4g} steps a second, {steps_per_second_and_thread:.4g} a thread\n");
   if (tally.softened > 0)
-    fmt::print(arguments.report.text(), "{} steps were solved with softer contacts\n",
-               tally.softened);
-  if (arguments.invert)
-    fmt::print(arguments.report.text(),
-               "inverse: applied forces to {:.2g} of the largest force ({:.3g} N or N m)\n",
-               tally.force_scale > 0.0 ? tally.force_error / tally.force_scale : 0.0,
-               tally.force_scale);
+    report.print_entries("{softened_steps} steps were solved with softer contacts\n");
+  if (report.has("force_error_max"))
+    report.print("inverse: applied forces to {:.2g} of the largest force ({:.3g} N or N m)\n",
+                 tally.force_scale > 0.0 ? tally.force_error / tally.force_scale : 0.0,
+                 tally.force_scale);
 }
 
 int rollout(RolloutArguments& arguments, tasks::World& world) {
-  check(arguments);
+  if (arguments.inputs.size() > 1 && static_cast<int>(arguments.inputs.size()) != arguments.count)
+    throw InputError(
+        fmt::format("--inputs: {} files for {} rollouts; expected none, one for all, or one each",
+                    arguments.inputs.size(), arguments.count));
   Scene scene = arguments.scene.load();
   override_times(arguments.duration, arguments.time_step, scene.options);
   if (arguments.invert && scene.options.integrator == Integrator::kRungeKutta4)
@@ -277,12 +267,12 @@ int rollout(RolloutArguments& arguments, tasks::World& world) {
       arguments.tasks.run_last(world, task_list(arguments, scene), Interrupt::wanted, true);
   Interrupt::end();
   if (!world.is_root()) return kSuccess;
-  Tally tally;
-  const std::vector<Rollout> rollouts = collect(arguments, results, tally);
+  const std::vector<Rollout> rollouts = collect(arguments, results);
+  const Tally tally(rollouts);
   fill_report(arguments, results, rollouts, tally, arguments.report);
   arguments.report.write();
   if (!arguments.output.empty()) write_ends(arguments.output, scene.model, rollouts);
-  print(arguments, results, tally);
+  print(results, tally, arguments.report);
   for (size_t i = 0; i < rollouts.size(); ++i)
     if (rollouts[i].failed()) fmt::print(stderr, "error: rollout {}: {}\n", i, rollouts[i].failure);
   if (!tally.ended_early(arguments)) return tally.failures > 0 ? kFailed : kSuccess;
@@ -299,32 +289,24 @@ int rollout(RolloutArguments& arguments, tasks::World& world) {
 }  // namespace
 
 void add_rollout(CommandLine& line) {
-  auto arguments = std::make_shared<RolloutArguments>();
-  Command& command =
-      line.add("rollout", "Simulate a scene many times at once, over all cores and machines");
-  arguments->scene.add_to(command);
-  command.add_option("--count", arguments->count, "Number of rollouts; default 16")
-      .range(1, 10000000);
-  arguments->tasks.add_to(command);
-  add_times(command, arguments->duration, arguments->time_step);
-  command
-      .add_option("--inputs", arguments->inputs,
-                  "Table of what acts, as in simulate: one file for all rollouts, or one each")
-      .type_name("FILE ...");
-  add_random_inputs(command, arguments->random);
-  command.add_flag("--invert", arguments->invert,
-                   "Recover the applied forces of every step, and say how well");
-  command.add_option("--output", arguments->output,
-                     "Table to write: a row for each rollout, its last state");
-  arguments->report.add_to(command);
-  command.footer(
+  auto [command, arguments] = line.add<RolloutArguments>(
+      "rollout", "Simulate a scene many times at once, over all cores and machines",
       "Rollout i (from 0) gives the bits of `counterpoint simulate` with seed + i.\n"
       "Example:\n  counterpoint rollout data/scenes/humanoid_drop.yaml --count 100 "
-      "--random-inputs 0.5 --output ends.csv --json rollout.json");
-  command.action([arguments] {
-    return arguments->tasks.in_world(
-        arguments->report, [&](tasks::World& world) { return rollout(*arguments, world); });
-  });
+      "--random-inputs 0.5 --output ends.csv --json rollout.json",
+      on_every_rank(rollout));
+  arguments.scene.add_to(command);
+  command.add("--count", arguments.count, "Number of rollouts; default 16", range(1, 10000000));
+  arguments.tasks.add_to(command);
+  add_times(command, arguments.duration, arguments.time_step);
+  command.add("--inputs FILE ...", arguments.inputs,
+              "Table of what acts, as in simulate: one file for all rollouts, or one each");
+  add_random_inputs(command, arguments.random);
+  command.add("--invert", arguments.invert,
+              "Recover the applied forces of every step, and say how well");
+  command.add("--output", arguments.output,
+              "Table to write: a row for each rollout, its last state");
+  arguments.report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

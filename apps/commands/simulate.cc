@@ -38,11 +38,6 @@ struct SimulateArguments {
   Report report;
 };
 
-void apply_overrides(const SimulateArguments& arguments, SimulationOptions& options) {
-  override_step_control(arguments.adaptive, arguments.event_tolerance, options);
-  override_times(arguments.duration, arguments.time_step, options);
-}
-
 /// Destinations of the steps, each only if requested.
 struct Outputs {
   std::unique_ptr<TrajectoryWriter> writer;
@@ -122,26 +117,23 @@ void write_report(SimulateArguments& arguments, const Simulator& simulator, cons
 void print_metrics(const Report& report, const Simulator& simulator, double simulated,
                    const RunTally& tally) {
   const double steps = static_cast<double>(std::max(tally.steps, 1L));
-  fmt::print(
-      report.text(),
+  report.print(
       "{} steps, {:.6g} s simulated in {:.3g} s; {:.3g} contacts and {:.3g} Newton iterations a "
       "step, deepest penetration {:.3g} m; state hash {}\n",
       tally.steps, simulated, tally.wall_seconds, tally.contacts / steps,
       tally.newton_iterations / steps, tally.max_penetration, state_hash(simulator.state()));
   if (tally.softened_steps > 0)
-    fmt::print(
-        report.text(),
+    report.print(
         "{} steps were solved with softer contacts, at most {:.3g} times, the first at {:.6g} "
         "s\n",
         tally.softened_steps, tally.softening_max, tally.softened_first);
   if (tally.stays_open > 0) {
     const FaultText text = describe(simulator.model(), tally.stays_open_first);
-    fmt::print(report.text(), "seen at {:.6g} s: {}\n", tally.stays_open_time, text.reason);
+    report.print("seen at {:.6g} s: {}\n", tally.stays_open_time, text.reason);
   }
   const std::string warning = tally.watch->warning();
-  if (!warning.empty()) fmt::print(report.text(), "warning: {}\n", warning);
-  if (simulator.options().step_control)
-    fmt::print(report.text(), "{}\n", step_control_text(tally.control));
+  if (!warning.empty()) report.print("warning: {}\n", warning);
+  if (simulator.options().step_control) report.print("{}\n", step_control_text(tally.control));
 }
 
 /// Sets the simulator to the start, time step and duration of the followed motion.
@@ -175,7 +167,8 @@ Outputs open_outputs(const SimulateArguments& arguments, const Simulator& simula
 int simulate(SimulateArguments& arguments) {
   arguments.view.check();
   Scene scene = arguments.scene.load();
-  apply_overrides(arguments, scene.options);
+  override_step_control(arguments.adaptive, arguments.event_tolerance, scene.options);
+  override_times(arguments.duration, arguments.time_step, scene.options);
   for (const Note& note : collision::all_notes(scene.model)) {
     fmt::print(stderr, "note: {}: {}\n", note.where, note.message);
   }
@@ -228,62 +221,47 @@ int simulate(SimulateArguments& arguments) {
 }  // namespace
 
 void add_simulate(CommandLine& line) {
-  auto arguments = std::make_shared<SimulateArguments>();
-  Command& command = line.add("simulate", "Simulate a scene; write its trajectory");
-  arguments->scene.add_to(command);
-  add_times(command, arguments->duration, arguments->time_step);
-  command
-      .add_option(
-          "--adaptive", arguments->adaptive,
-          "Steps as long as the error allows: TOL is what a simulated second may add to any "
-          "coordinate [m/s, rad/s]; or off. Default: the scene's step_control")
-      .type_name("TOL|off");
-  command
-      .add_option("--event-tolerance", arguments->event_tolerance,
-                  "With step control: impacts fall into steps of at most this [s]; default: the "
-                  "scene's, or 1e-6")
-      .seldom();
-  command.add_option(
-      "--inputs", arguments->inputs.file,
-      "Table of what acts: time, '<joint>.u', '<joint>.target', '<link>.fx' ...; a row holds "
-      "until the next (docs/reference/trajectory-format.md)");
-  add_follow(command, arguments->inputs.follow);
-  add_random_inputs(command, arguments->inputs);
-  command.add_flag(
-      "--strict", arguments->strict,
-      "End at a step that cannot be solved, which else is solved with softer contacts, "
-      "counted and recorded; and at a closure that stays open");
-  command.add_option("--output", arguments->output,
-                     "Trajectory to write (docs/reference/trajectory-format.md)");
-  command.add_option("--contacts", arguments->contacts,
-                     "Table to write: the contacts of every step and their forces, as `inverse "
-                     "--contacts` does; of a controlled step those of its second half");
-  command
-      .add_option("--save-state", arguments->save_state,
-                  "Write the last state, to go on from to the same bits")
-      .type_name("FILE");
-  Option& resume =
-      command
-          .add_option("--resume", arguments->resume,
-                      "Start from a state saved by --save-state, of the same scene; the "
-                      "duration counts from there")
-          .type_name("FILE");
-  command
-      .add_flag("--changed-scene", arguments->changed_scene,
-                "With --resume: the scene may have changed, and FILE may be a trajectory (its last "
-                "row)")
-      .needs(resume)
-      .seldom();
-  command
-      .add_option("--wall-limit", arguments->wall_limit,
-                  "Stop (exit code 1) once the steps have taken this long [s]; default: never")
-      .positive();
-  arguments->view.add_to(command);
-  arguments->report.add_to(command);
-  command.footer(
+  auto [command, arguments] = line.add<SimulateArguments>(
+      "simulate", "Simulate a scene; write its trajectory",
       "Example:\n  counterpoint simulate data/scenes/arm7.yaml --duration 1 "
-      "--random-inputs 0.5 --output arm.csv --json arm.json");
-  command.action([arguments] { return simulate(*arguments); });
+      "--random-inputs 0.5 --output arm.csv --json arm.json",
+      simulate);
+  arguments.scene.add_to(command);
+  add_times(command, arguments.duration, arguments.time_step);
+  command.add("--adaptive TOL|off", arguments.adaptive,
+              "Steps as long as the error allows: TOL is what a simulated second may add to any "
+              "coordinate [m/s, rad/s]; or off. Default: the scene's step_control");
+  command.add("--event-tolerance", arguments.event_tolerance,
+              "With step control: impacts fall into steps of at most this [s]; default: the "
+              "scene's, or 1e-6",
+              seldom);
+  command.add("--inputs", arguments.inputs.file,
+              "Table of what acts: time, '<joint>.u', '<joint>.target', '<link>.fx' ...; a row "
+              "holds until the next (docs/reference/trajectory-format.md)");
+  add_follow(command, arguments.inputs.follow);
+  add_random_inputs(command, arguments.inputs);
+  command.add("--strict", arguments.strict,
+              "End at a step that cannot be solved, which else is solved with softer contacts, "
+              "counted and recorded; and at a closure that stays open");
+  command.add("--output", arguments.output,
+              "Trajectory to write (docs/reference/trajectory-format.md)");
+  command.add("--contacts", arguments.contacts,
+              "Table to write: the contacts of every step and their forces, as `inverse "
+              "--contacts` does; of a controlled step those of its second half");
+  command.add("--save-state FILE", arguments.save_state,
+              "Write the last state, to go on from to the same bits");
+  Option& resume = command.add("--resume FILE", arguments.resume,
+                               "Start from a state saved by --save-state, of the same scene; the "
+                               "duration counts from there");
+  command.add(
+      "--changed-scene", arguments.changed_scene,
+      "With --resume: the scene may have changed, and FILE may be a trajectory (its last row)",
+      needs(resume), seldom);
+  command.add("--wall-limit", arguments.wall_limit,
+              "Stop (exit code 1) once the steps have taken this long [s]; default: never",
+              positive);
+  arguments.view.add_to(command);
+  arguments.report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 
 #include "command.h"
 #include "command_line/interrupt.h"
@@ -53,12 +52,11 @@ int finish(const sweep::Study& study, const tasks::Results& results, SweepArgume
              page.text(summary, fs::path(arguments.output).filename().string()));
   fill_report(study, summary, results, arguments);
   arguments.report.write();
-  fmt::print(arguments.report.text(),
-             "{} tasks, {} failed; {} computed in {:.3g} s on {} rank{} of {} thread{}\n",
-             summary.rows, summary.failed, results.computed, results.seconds, results.ranks,
-             results.ranks == 1 ? "" : "s", results.threads, results.threads == 1 ? "" : "s");
-  fmt::print(arguments.report.text(), "written: {}, {}\n", arguments.output,
-             page_file(arguments).string());
+  arguments.report.print(
+      "{} tasks, {} failed; {} computed in {:.3g} s on {} rank{} of {} thread{}\n", summary.rows,
+      summary.failed, results.computed, results.seconds, results.ranks,
+      results.ranks == 1 ? "" : "s", results.threads, results.threads == 1 ? "" : "s");
+  arguments.report.print("written: {}, {}\n", arguments.output, page_file(arguments).string());
   for (const auto& [task, reason] : summary.reasons)
     fmt::print(stderr, "failed: task {}: {}\n", task, reason);
   if (summary.failed > static_cast<std::int64_t>(summary.reasons.size()))
@@ -113,46 +111,33 @@ int merge(const std::vector<std::string>& folders, CommandLine& line) {
 }  // namespace
 
 void add_sweep(CommandLine& line) {
-  auto arguments = std::make_shared<SweepArguments>();
-  Command& command =
-      line.add("sweep", "Run a study: a scene over grids and random draws, into one table");
-  command
-      .add_option("STUDY", arguments->study,
-                  "Study (.yaml, docs/reference/study-format.md), or bundled name")
-      .becomes(bundled_study)
-      .required();
-  command
-      .add_option("--output", arguments->output,
-                  "Table to write (.csv, .h5, .npz, .mcap): a row a task")
-      .required();
-  command
-      .add_option("--page", arguments->page,
-                  "Page with plots; default: the table's name with .html")
-      .type_name("FILE");
-  arguments->tasks.add_to(command, "Folder where finished tasks are kept; default: TABLE.parts");
-  arguments->report.add_to(command);
-  command.footer(
+  auto [command, arguments] = line.add<SweepArguments>(
+      "sweep", "Run a study: a scene over grids and random draws, into one table",
       "Stopped or cut off, the same command goes on. On a cluster: mpirun -n 64 counterpoint sweep "
       "...,\n"
       "or a job array with --tasks K/N, then counterpoint merge TABLE.parts.\n"
-      "Example:\n  counterpoint sweep cube_friction --output friction.csv");
-  command.action([arguments] {
-    return arguments->tasks.in_world(
-        arguments->report, [&](tasks::World& world) { return run_sweep(*arguments, world); });
-  });
+      "Example:\n  counterpoint sweep cube_friction --output friction.csv",
+      on_every_rank(run_sweep));
+  command.add("STUDY", arguments.study,
+              "Study (.yaml, docs/reference/study-format.md), or bundled name",
+              becomes(bundled_study), required);
+  command.add("--output", arguments.output, "Table to write (.csv, .h5, .npz, .mcap): a row a task",
+              required);
+  command.add("--page FILE", arguments.page,
+              "Page with plots; default: the table's name with .html");
+  arguments.tasks.add_to(command, "Folder where finished tasks are kept; default: TABLE.parts");
+  arguments.report.add_to(command);
 }
 
 void add_merge(CommandLine& line) {
-  auto folders = std::make_shared<std::vector<std::string>>();
-  Command& command =
-      line.add("merge", "Join the shares of a job array (--tasks K/N) into the command's results");
-  command
-      .add_option("PARTS", *folders,
-                  "Folder that the shares have filled; several are put together in the first")
-      .type_name("DIR ...")
-      .required();
-  command.footer("Example:\n  counterpoint merge friction.csv.parts");
-  command.action([folders, &line] { return merge(*folders, line); });
+  using Folders = std::vector<std::string>;
+  auto [command, folders] = line.add<Folders>(
+      "merge", "Join the shares of a job array (--tasks K/N) into the command's results",
+      "Example:\n  counterpoint merge friction.csv.parts",
+      [&line](const Folders& parts) { return merge(parts, line); });
+  command.add("PARTS", folders,
+              "Folder that the shares have filled; several are put together in the first",
+              required);
 }
 
 }  // namespace counterpoint::apps

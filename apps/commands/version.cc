@@ -1,9 +1,8 @@
-#include "version.h"
-
 #include <fmt/format.h>
 
 #include <Eigen/Core>
 
+#include "command.h"
 #include "peers/mujoco.h"
 #include "tasks/world.h"
 #include "view/program.h"

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <memory>
 #include <optional>
 
 #include "command.h"
@@ -13,8 +12,7 @@
 #include "report/progress.h"
 #include "report/report.h"
 #include "view/capture.h"
-#include "view/input_files.h"
-#include "view/replay.h"
+#include "view/view_option.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -83,37 +81,28 @@ view::Replay make_replay(const ViewArguments& arguments, const Scene& scene) {
   std::vector<double> steps;
   if (arguments.forces)
     steps = step_lengths(trajectory, arguments.time_step, scene.options.time_step);
-  view::Replay replay;
-  replay.scene = &scene;
-  replay.title = arguments.title.empty() ? scene.name : arguments.title;
-  replay.clip = recorded(arguments, scene, trajectory, steps, arguments.forces);
-  replay.clip.name = "motion";
-  if (!arguments.contacts.empty())
-    view::read_contacts(arguments.contacts, scene.model, replay.clip);
+  view::Clip clip = recorded(arguments, scene, trajectory, steps, arguments.forces);
+  clip.name = "motion";
+  if (!arguments.contacts.empty()) view::read_contacts(arguments.contacts, scene.model, clip);
+  std::vector<view::Clip> ghosts;
   for (size_t i = 0; i < arguments.ghosts.size(); ++i) {
     const Trajectory other = read_motion(arguments.ghosts[i], scene.model);
-    replay.ghosts.push_back(recorded(arguments, scene, other, {}, false));
+    ghosts.push_back(recorded(arguments, scene, other, {}, false));
     const bool named = i < arguments.ghost_names.size();
-    replay.ghosts.back().name = named                          ? arguments.ghost_names[i]
-                                : arguments.ghosts.size() == 1 ? "ghost"
-                                                               : arguments.ghosts[i];
+    ghosts.back().name = named                          ? arguments.ghost_names[i]
+                         : arguments.ghosts.size() == 1 ? "ghost"
+                                                        : arguments.ghosts[i];
   }
-  replay.visuals =
-      view::read_visuals(arguments.scene.file, scene.model, arguments.scene.package_folders());
-  replay.made = view::made_by(arguments.scene.file, scene, replay.clip);
-  replay.made.emplace_back("motion", arguments.motion);
+  view::Origin origin{arguments.scene.file,
+                      {arguments.motion, arguments.contacts},
+                      arguments.scene.package_folders(),
+                      {{"motion", arguments.motion}}};
+  origin.inputs.insert(origin.inputs.end(), arguments.ghosts.begin(), arguments.ghosts.end());
   if (trajectory.altered_rows > 0)
-    replay.made.emplace_back("rows that are not as simulate wrote them",
-                             std::to_string(trajectory.altered_rows));
-  for (const std::string& note : replay.visuals.notes) replay.made.emplace_back("note", note);
-  view::InputFiles files;
-  files.add_scene(arguments.scene.file, scene.model);
-  for (const std::string& file : {arguments.motion, arguments.contacts})
-    if (!file.empty()) files.add(file);
-  for (const std::string& file : arguments.ghosts) files.add(file);
-  for (const std::string& name : files.left_out)
-    replay.made.emplace_back("too large to keep", name);
-  replay.inputs = std::move(files.files);
+    origin.remarks.emplace_back("rows that are not as simulate wrote them",
+                                std::to_string(trajectory.altered_rows));
+  view::Replay replay = view::make_replay(scene, origin, std::move(clip), std::move(ghosts));
+  if (!arguments.title.empty()) replay.title = arguments.title;
   return replay;
 }
 
@@ -133,13 +122,10 @@ std::vector<std::string> write_pictures(const ViewArguments& arguments) {
     names.push_back(fmt::format("{}_{}.png", stem.string(), arguments.pictures.times[i]));
     view::write_whole(names.back(), drawn.png[i]);
   }
-  if (!drawn.gif.empty()) {
-    names.push_back(stem.string() + ".gif");
-    view::write_whole(names.back(), drawn.gif);
-  }
-  if (!drawn.webm.empty()) {
-    names.push_back(stem.string() + ".webm");
-    view::write_whole(names.back(), drawn.webm);
+  for (const auto& [ending, bytes] : {std::pair(".gif", &drawn.gif), {".webm", &drawn.webm}}) {
+    if (bytes->empty()) continue;
+    names.push_back(stem.string() + ending);
+    view::write_whole(names.back(), *bytes);
   }
   return names;
 }
@@ -175,77 +161,54 @@ int view_motion(ViewArguments& arguments) {
   report["position_resolution_m"] = view::resolution_of(replay).position;
   report["pictures"] = pictures;
   report.write();
-  fmt::print(report.text(), "{}: {:.3g} MB, {} frames of {} rows, {:.6g} ... {:.6g} s\n",
-             arguments.output, static_cast<double>(page.size()) / 1e6, clip.num_frames(), clip.rows,
-             clip.states.front().time, clip.states.back().time);
+  report.print("{}: {:.3g} MB, ", arguments.output, static_cast<double>(page.size()) / 1e6);
+  report.print_entries(
+      "{frames} frames of {rows} rows, {start_time_s:.6g} ... {end_time_s:.6g} s\n");
   for (const std::string& note : replay.visuals.notes) fmt::print(stderr, "note: {}\n", note);
-  for (const std::string& name : pictures) fmt::print(report.text(), "{}\n", name);
+  for (const std::string& name : pictures) report.print("{}\n", name);
   if (!stopped) return kSuccess;
-  fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM: {} has the motion up to {:.6g} s{}\n",
-             arguments.output, clip.states.back().time,
-             arguments.pictures.any() && pictures.empty() ? ", no pictures were drawn" : "");
-  return kFailed;
-}
-
-void add_picture_options(Command& command, ViewArguments& arguments) {
-  command
-      .add_option("--png", arguments.pictures.times,
-                  "Times [s] of pictures to write beside the page: PAGE_TIME.png (Chromium)")
-      .comma_separated()
-      .type_name("T1,T2,...");
-  command
-      .add_option("--gif", arguments.gif,
-                  "Moving picture to write beside the page: start [s], end [s], frames a second")
-      .comma_separated()
-      .type_name("START,END,RATE");
-  command.add_option("--webm", arguments.webm, "The same as a video (VP9), much smaller")
-      .comma_separated()
-      .type_name("START,END,RATE");
-  command.add_option("--size", arguments.size, "Of pictures [pixels]; default 960x540")
-      .type_name("WxH");
-  command
-      .add_option("--link", arguments.pictures.link,
-                  "How pictures look, as in the page's address: 'follow=pelvis&theme=dark'")
-      .type_name("SETTINGS");
+  return end_stopped(
+      ": {} has the motion up to {:.6g} s{}", arguments.output, clip.states.back().time,
+      arguments.pictures.any() && pictures.empty() ? ", no pictures were drawn" : "");
 }
 
 }  // namespace
 
 void add_view(CommandLine& line) {
-  auto arguments = std::make_shared<ViewArguments>();
-  Command& command =
-      line.add("view", "Write a motion as one HTML page that plays it, without network");
-  arguments->scene.add_to(command);
-  command.add_option("MOTION", arguments->motion, "Motion as `simulate --output` writes it")
-      .required();
-  command.add_option("--output", arguments->output, "Page to write").type_name("FILE").required();
-  command
-      .add_option("--contacts", arguments->contacts,
-                  "Contact forces, as `inverse --contacts` writes them")
-      .type_name("FILE");
-  command.add_flag("--forces", arguments->forces,
-                   "Contact forces as `inverse` recovers them from the motion");
-  command.add_option("--timestep", arguments->time_step,
-                     "With --forces: time step [s] of a motion that does not say it");
-  command
-      .add_option("--ghost", arguments->ghosts,
-                  "Second motion of the scene, drawn translucent; of several one at a time")
-      .type_name("FILE")
-      .one_value_each();
-  command
-      .add_option("--ghost-name", arguments->ghost_names,
-                  "What the legend calls it; as often as --ghost")
-      .one_value_each();
-  command.add_option("--rate", arguments->rate, "Frames a second of the page [1/s]; 0: every row")
-      .not_negative()
-      .show_default();
-  command.add_option("--title", arguments->title, "Default: the scene's name");
-  add_picture_options(command, *arguments);
-  arguments->report.add_to(command);
-  command.footer(
+  auto [command, arguments] = line.add<ViewArguments>(
+      "view", "Write a motion as one HTML page that plays it, without network",
       "Example:\n  counterpoint simulate data/scenes/humanoid_drop.yaml --output fall.csv\n"
-      "  counterpoint view data/scenes/humanoid_drop.yaml fall.csv --forces --output fall.html");
-  command.action([arguments] { return view_motion(*arguments); });
+      "  counterpoint view data/scenes/humanoid_drop.yaml fall.csv --forces --output fall.html",
+      view_motion);
+  arguments.scene.add_to(command);
+  command.add("MOTION", arguments.motion, "Motion as `simulate --output` writes it", required);
+  command.add("--output FILE", arguments.output, "Page to write", required);
+  command.add("--contacts FILE", arguments.contacts,
+              "Contact forces, as `inverse --contacts` writes them");
+  command.add("--forces", arguments.forces,
+              "Contact forces as `inverse` recovers them from the motion");
+  command.add("--timestep", arguments.time_step,
+              "With --forces: time step [s] of a motion that does not say it");
+  command.add("--ghost FILE", arguments.ghosts,
+              "Second motion of the scene, drawn translucent; of several one at a time",
+              one_value_each);
+  command.add("--ghost-name", arguments.ghost_names,
+              "What the legend calls it; as often as --ghost", one_value_each);
+  command.add("--rate", arguments.rate, "Frames a second of the page [1/s]; 0: every row",
+              not_negative, show_default);
+  command.add("--title", arguments.title, "Default: the scene's name");
+  command.add("--png T1,T2,...", arguments.pictures.times,
+              "Times [s] of pictures to write beside the page: PAGE_TIME.png (Chromium)",
+              comma_separated);
+  command.add("--gif START,END,RATE", arguments.gif,
+              "Moving picture to write beside the page: start [s], end [s], frames a second",
+              comma_separated);
+  command.add("--webm START,END,RATE", arguments.webm, "The same as a video (VP9), much smaller",
+              comma_separated);
+  command.add("--size WxH", arguments.size, "Of pictures [pixels]; default 960x540");
+  command.add("--link SETTINGS", arguments.pictures.link,
+              "How pictures look, as in the page's address: 'follow=pelvis&theme=dark'");
+  arguments.report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

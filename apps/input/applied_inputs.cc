@@ -11,20 +11,19 @@
 namespace counterpoint::apps {
 
 void add_random_inputs(Command& command, InputArguments& arguments) {
-  command.add_option(
-      "--random-inputs", arguments.random_scale,
-      "Random forces on actuated joints, new every 20 ms: uniform in +- this times the "
-      "smaller of the effort limit and the weight carried (times 0.1 m where it turns)");
-  command.add_option("--random-wrenches", arguments.random_wrench_scale,
-                     "Random forces on free bodies: uniform in +- this times their weight (torque: "
-                     "times 0.1 m)");
-  command.add_option("--seed", arguments.seed, "Seed of the random forces; default 0");
+  command.add("--random-inputs", arguments.random_scale,
+              "Random forces on actuated joints, new every 20 ms: uniform in +- this times the "
+              "smaller of the effort limit and the weight carried (times 0.1 m where it turns)");
+  command.add(
+      "--random-wrenches", arguments.random_wrench_scale,
+      "Random forces on free bodies: uniform in +- this times their weight (torque: times 0.1 m)");
+  command.add("--seed", arguments.seed, "Seed of the random forces; default 0");
 }
 
 void add_times(Command& command, std::optional<double>& duration,
                std::optional<double>& time_step) {
-  command.add_option("--duration", duration, "Simulated time [s]; default: the scene's");
-  command.add_option("--timestep", time_step, "Time step [s]; default: the scene's");
+  command.add("--duration", duration, "Simulated time [s]; default: the scene's");
+  command.add("--timestep", time_step, "Time step [s]; default: the scene's");
 }
 
 AppliedInputs::AppliedInputs(const InputArguments& arguments, const Simulator& simulator)

@@ -14,24 +14,15 @@
 namespace counterpoint::apps {
 
 void add_follow(Command& command, FollowArguments& arguments) {
-  Option& follow =
-      command
-          .add_option("--follow", arguments.motion,
-                      "Table of a motion with its forces, as `optimize --output` writes "
-                      "it: starts there and plays them")
-          .type_name("FILE");
-  command
-      .add_option("--feedback", arguments.feedback,
-                  "With --follow: gains, as `optimize --feedback` writes them")
-      .type_name("FILE")
-      .needs(follow);
-  command
-      .add_option("--perturb", arguments.perturb,
-                  "With --follow: the start is off by this [rad, m] at every motor, and by ten "
-                  "times that a second; --seed")
-      .needs(follow)
-      .not_negative()
-      .seldom();
+  Option& follow = command.add("--follow FILE", arguments.motion,
+                               "Table of a motion with its forces, as `optimize --output` writes "
+                               "it: starts there and plays them");
+  command.add("--feedback FILE", arguments.feedback,
+              "With --follow: gains, as `optimize --feedback` writes them", needs(follow));
+  command.add("--perturb", arguments.perturb,
+              "With --follow: the start is off by this [rad, m] at every motor, and by ten times "
+              "that a second; --seed",
+              needs(follow), not_negative, seldom);
 }
 
 Follower::Follower(const FollowArguments& arguments, const Model& model)

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "counterpoint/model/scene.h"
@@ -12,15 +13,16 @@ namespace counterpoint::apps {
 
 class Command;
 
+/// Splits the value of an option such as NAME=FILE at its first '='. @throws InputError naming the
+/// option and this form.
+std::pair<std::string, std::string> named_value(const std::string& option, const std::string& text,
+                                                const std::string& form);
+
 struct SceneArguments {
   std::string file;
-  std::string base;
-  bool ground = false;
-  bool repair_inertias = false, repair_joints = false;
-  std::string fill_inertia;           ///< mass, with or without "kg"
-  std::vector<std::string> packages;  ///< NAME=DIR
-  std::string srdf;
-  int hull_vertices = 0;
+  SceneOverrides overrides;
+  std::string base, srdf, fill_inertia;  ///< a mass, with or without "kg"
+  std::vector<std::string> packages;     ///< NAME=DIR
   std::string integrator, contact;
 
   void add_to(Command& command);

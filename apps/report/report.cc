@@ -1,5 +1,6 @@
 #include "report.h"
 
+#include <fmt/args.h>
 #include <fmt/format.h>
 
 #include <fstream>
@@ -25,9 +26,22 @@ void make_report_folder(const std::filesystem::path& folder) {
     throw InputError(fmt::format("--report {}: the folder cannot be made", folder.string()));
 }
 
+std::string format_entries(const std::string& format, const Json& entries) {
+  fmt::dynamic_format_arg_store<fmt::format_context> values;
+  for (const auto& [key, value] : entries.items()) {
+    const char* name = key.c_str();
+    if (value.is_string()) values.push_back(fmt::arg(name, value.get<std::string>()));
+    if (value.is_number_float()) values.push_back(fmt::arg(name, value.get<double>()));
+    if (value.is_number_unsigned())
+      values.push_back(fmt::arg(name, value.get<std::uint64_t>()));
+    else if (value.is_number_integer())
+      values.push_back(fmt::arg(name, value.get<std::int64_t>()));
+  }
+  return fmt::vformat(format, values);
+}
+
 void Report::add_to(Command& command) {
-  command.add_option("--json", file_, "Write the figures as JSON ('-': standard output)")
-      .type_name("FILE");
+  command.add("--json FILE", file_, "Write the figures as JSON ('-': standard output)");
 }
 
 void Report::begin(const std::string& command, const std::string& scene) {

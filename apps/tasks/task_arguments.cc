@@ -62,25 +62,17 @@ std::vector<std::string> own_command_line() {
 }  // namespace
 
 void TaskArguments::add_to(Command& command, const std::string& parts_help) {
-  command
-      .add_option(
-          "--threads", threads_,
-          "Number of threads; default 0: one for every core that this process (each rank of "
-          "mpirun) may use. Results do not depend on it")
-      .range(0, 4096);
-  command
-      .add_option("--tasks", share_,
-                  "Run share K of N only, of a job array; `merge` then joins the shares")
-      .type_name("K/N");
-  command
-      .add_option("--parts", parts_,
-                  parts_help.empty()
-                      ? "Folder where finished tasks are kept: a run that was stopped "
-                        "goes on, and shares meet"
-                      : parts_help)
-      .type_name("DIR");
-  command.add_flag("--join", join_, "Compute nothing: join what --parts has (`merge` does it)")
-      .seldom();
+  command.add("--threads", threads_,
+              "Number of threads; default 0: one for every core that this process (each rank of "
+              "mpirun) may use. Results do not depend on it",
+              range(0, 4096));
+  command.add("--tasks K/N", share_,
+              "Run share K of N only, of a job array; `merge` then joins the shares");
+  command.add("--parts DIR", parts_,
+              parts_help.empty() ? "Folder where finished tasks are kept: a run that was stopped "
+                                   "goes on, and shares meet"
+                                 : parts_help);
+  command.add("--join", join_, "Compute nothing: join what --parts has (`merge` does it)", seldom);
 }
 
 void TaskArguments::default_parts(const std::string& folder) {

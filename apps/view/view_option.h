@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "view/clip.h"
@@ -19,9 +20,12 @@ namespace counterpoint::view {
 struct Origin {
   std::string scene_file;
   std::vector<std::string> inputs;
-  std::map<std::string, std::filesystem::path> packages = {};  ///< see SceneOverrides
+  std::map<std::string, std::filesystem::path> packages = {};     ///< see SceneOverrides
+  std::vector<std::pair<std::string, std::string>> remarks = {};  ///< keys and values to show
 };
 
+/// Makes a replay that contains its input files and origin.
+Replay make_replay(const Scene& scene, const Origin& origin, Clip clip, std::vector<Clip> ghosts);
 /// Writes a replay that contains its input files and origin. @throws InputError as replay_page, and
 /// if the file cannot be written.
 void write_replay(const std::filesystem::path& file, const Scene& scene, const Origin& origin,

@@ -24,6 +24,17 @@ inline std::string test_name() {
   return name;
 }
 
+/// Column map whose first lines are `head`, of the free body `link`. Its columns have the names of
+/// its coordinates, without the link's name if `bare`.
+inline std::string free_body_map(const std::string& head, const std::string& link,
+                                 bool bare = false) {
+  std::string map = head + "free: " + link + "\ncolumns:\n";
+  for (const std::string name :
+       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
+    map += "  " + link + "." + name + ": " + (bare ? "" : link + ".") + name + "\n";
+  return map;
+}
+
 struct CommandResult {
   int exit_code = -1;
   std::string output;  ///< standard output
@@ -41,9 +52,20 @@ class CommandFolder {
 
   /// Runs the command; `arguments` as on a command line, with "{}" replaced by the folder.
   CommandResult run(const std::string& arguments) const;
+  /// Runs the command, expects success, and returns its standard output.
+  std::string succeed(const std::string& arguments) const;
+  /// Runs the command with --json {}/r.json, expects success, and returns the report.
+  nlohmann::json report(const std::string& arguments) const;
+  /// Runs the command; expects exit code 2 and `message` on standard error.
+  void refuse(const std::string& arguments, const std::string& message) const;
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   std::string read(const std::string& name) const;
   void write(const std::string& name, const std::string& content) const;
+  /// Number of lines of a file.
+  long lines(const std::string& name) const {
+    const std::string text = read(name);
+    return std::count(text.begin(), text.end(), '\n');
+  }
   nlohmann::json json(const std::string& name) const { return nlohmann::json::parse(read(name)); }
 
  private:
@@ -69,6 +91,24 @@ inline CommandResult CommandFolder::run(const std::string& arguments) const {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read("stdout"), read("stderr")};
 }
 
+inline std::string CommandFolder::succeed(const std::string& arguments) const {
+  const CommandResult result = run(arguments);
+  EXPECT_EQ(result.exit_code, 0) << arguments << "\n" << result.errors;
+  return result.output;
+}
+
+inline nlohmann::json CommandFolder::report(const std::string& arguments) const {
+  succeed(arguments + " --json {}/r.json");
+  return json("r.json");
+}
+
+inline void CommandFolder::refuse(const std::string& arguments, const std::string& message) const {
+  const CommandResult result = run(arguments);
+  EXPECT_EQ(result.exit_code, 2) << arguments;
+  EXPECT_NE(result.errors.find(message), std::string::npos)
+      << arguments << "\nexpected: " << message << "\ngot: " << result.errors;
+}
+
 inline std::string CommandFolder::read(const std::string& name) const {
   std::ifstream stream(folder_ / name, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
@@ -83,15 +123,7 @@ class SimulateTest : public testing::Test {
  protected:
   /// Runs `simulate`, expects success, and returns the report.
   nlohmann::json simulate(const std::string& arguments) const {
-    const CommandResult result = folder_.run("simulate " + arguments + " --json {}/r.json");
-    EXPECT_EQ(result.exit_code, 0) << arguments << "\n" << result.errors;
-    return folder_.json("r.json");
-  }
-  /// Expects exit code 2 and `message` on standard error. `line`: the whole command line.
-  void expect_bad_input(const std::string& line, const std::string& message) const {
-    const CommandResult result = folder_.run(line);
-    EXPECT_EQ(result.exit_code, 2) << line;
-    EXPECT_NE(result.errors.find(message), std::string::npos) << result.errors;
+    return folder_.report("simulate " + arguments);
   }
 
   CommandFolder folder_{"simulate_" + test_name()};

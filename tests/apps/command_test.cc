@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "counterpoint/engine/tables.h"
 #include "support/paths.h"
 
 namespace counterpoint::command_test {
@@ -19,16 +20,6 @@ using test::test_name;
 
 class Command : public testing::Test {
  protected:
-  void expect_bad_input(const std::string& arguments, const std::string& message) const {
-    const CommandResult result = folder_.run(arguments);
-    EXPECT_EQ(result.exit_code, 2) << arguments;
-    EXPECT_NE(result.errors.find(message), std::string::npos)
-        << arguments << "\nexpected: " << message << "\ngot: " << result.errors;
-  }
-  void expect_success(const std::string& arguments) const {
-    const CommandResult result = folder_.run(arguments);
-    EXPECT_EQ(result.exit_code, 0) << arguments << "\n" << result.errors;
-  }
   void expect_keys(const nlohmann::json& report, const std::vector<std::string>& keys) const {
     for (const std::string& key : keys) EXPECT_TRUE(report.contains(key)) << key;
   }
@@ -44,7 +35,7 @@ class Command : public testing::Test {
 };
 
 TEST_F(Command, HelpAndVersionSucceed) {
-  expect_success("--version");
+  folder_.succeed("--version");
   for (const char* name : {"simulate", "inverse", "compare", "inspect", "contact-problem"}) {
     const CommandResult result = folder_.run(std::string(name) + " --help");
     EXPECT_EQ(result.exit_code, 0);
@@ -54,34 +45,32 @@ TEST_F(Command, HelpAndVersionSucceed) {
 }
 
 TEST_F(Command, RefusesBadInput) {
-  expect_bad_input("", "subcommand");
-  expect_bad_input("fly", "subcommand");
-  expect_bad_input("simulate", "SCENE");
-  expect_bad_input("simulate no/such/scene.yaml", "no/such/scene.yaml");
-  expect_bad_input("simulate data/scenes/cube_drop.yaml --timestep 0", "time step");
-  expect_bad_input("simulate data/scenes/cube_drop.yaml --timestep x", "--timestep");
-  expect_bad_input("simulate data/scenes/cube_drop.yaml --duration=-1", "duration");
-  expect_bad_input("simulate data/scenes/cube_drop.yaml --output {}/no/t.csv", "cannot be created");
-  expect_bad_input("inspect data/robots/cube.urdf --base sideways", "--base");
-  expect_bad_input("inspect data/robots/cube.urdf --package robots", "NAME=DIR");
-  expect_bad_input("inverse data/scenes/cube_drop.yaml {}/none.csv", "none.csv");
+  folder_.refuse("", "subcommand");
+  folder_.refuse("fly", "subcommand");
+  folder_.refuse("simulate", "SCENE");
+  folder_.refuse("simulate no/such/scene.yaml", "no/such/scene.yaml");
+  folder_.refuse("simulate data/scenes/cube_drop.yaml --timestep 0", "time step");
+  folder_.refuse("simulate data/scenes/cube_drop.yaml --timestep x", "--timestep");
+  folder_.refuse("simulate data/scenes/cube_drop.yaml --duration=-1", "duration");
+  folder_.refuse("simulate data/scenes/cube_drop.yaml --output {}/no/t.csv", "cannot be created");
+  folder_.refuse("inspect data/robots/cube.urdf --base sideways", "--base");
+  folder_.refuse("inspect data/robots/cube.urdf --package robots", "NAME=DIR");
+  folder_.refuse("inverse data/scenes/cube_drop.yaml {}/none.csv", "none.csv");
 }
 
 TEST_F(Command, SaysWhichColumnOfTheInputsIsWrong) {
   write_free_cube();
   folder_.write("u.csv", "time,cube.fx\n0,1\n0.1,one\n");
-  expect_bad_input("simulate {}/free.yaml --inputs {}/u.csv", "u.csv:3: column 'cube.fx'");
+  folder_.refuse("simulate {}/free.yaml --inputs {}/u.csv", "u.csv:3: column 'cube.fx'");
   folder_.write("u.csv", "time,elbow.u\n0,1\n");
-  expect_bad_input("simulate {}/free.yaml --inputs {}/u.csv", "'elbow.u' is no applied force");
+  folder_.refuse("simulate {}/free.yaml --inputs {}/u.csv", "'elbow.u' is no applied force");
   folder_.write("u.csv", "time\n0\n");
-  expect_bad_input("simulate {}/free.yaml --inputs {}/u.csv", "no applied force among the columns");
+  folder_.refuse("simulate {}/free.yaml --inputs {}/u.csv", "no applied force among the columns");
 }
 
 TEST_F(Command, SimulateReports) {
-  expect_success(
-      "simulate data/scenes/cube_drop.yaml --duration 1 --timestep 0.002 --json {}/r.json "
-      "--output {}/t.csv");
-  const nlohmann::json report = folder_.json("r.json");
+  const nlohmann::json report = folder_.report(
+      "simulate data/scenes/cube_drop.yaml --duration 1 --timestep 0.002 --output {}/t.csv");
   expect_keys(report, {"status", "steps", "simulated_seconds", "wall_seconds", "realtime_factor",
                        "contacts_mean", "newton_iterations_mean", "solver_failures",
                        "max_penetration_m", "energy_start_J", "energy_end_J"});
@@ -90,18 +79,17 @@ TEST_F(Command, SimulateReports) {
   EXPECT_NEAR(report["simulated_seconds"], 1.0, 1e-9);  // round-off of a sum of 500 steps
   EXPECT_EQ(report["solver_failures"], 0);
   EXPECT_GT(report["contacts_mean"], 0.0);
-  const std::string trajectory = folder_.read("t.csv");
-  EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), 502);  // header, 501 states
+  EXPECT_EQ(folder_.lines("t.csv"), 502);  // header, 501 states
 }
 
 TEST_F(Command, SimulateReportsTheKineticEnergy) {
   // A box of 1 kg with half lengths 0.1, 0.2 and 0.3 m rotates at (0.01, 5, 0.01) rad/s without
   // translation.
   const double known = 0.5 / 3 * (0.13 * 1e-4 + 0.1 * 25 + 0.05 * 1e-4);
-  expect_success(
-      "simulate data/scenes/hard/dzhanibekov.yaml --duration 0.01 --output {}/t.csv --json "
-      "{}/r.json");
-  EXPECT_NEAR(folder_.json("r.json")["energy_start_J"], known, 1e-12);  // round-off
+  EXPECT_NEAR(
+      folder_.report("simulate data/scenes/hard/dzhanibekov.yaml --duration 0.01 --output {}/t.csv")
+          ["energy_start_J"],
+      known, 1e-12);  // round-off
 }
 
 TEST_F(Command, AReportOnStandardOutputStandsAlone) {
@@ -115,34 +103,23 @@ TEST_F(Command, SameInputGivesTheSameBytes) {
   const std::string run =
       "simulate data/scenes/quadruped_drop.yaml --duration 0.6 --random-inputs 0.5 "
       "--random-wrenches 0.1 --seed 7 --output {}/";
-  expect_success(run + "a.csv");
-  expect_success(run + "b.csv");
+  folder_.succeed(run + "a.csv");
+  folder_.succeed(run + "b.csv");
   ASSERT_GT(folder_.read("a.csv").size(), 1000u);
   EXPECT_EQ(folder_.read("a.csv"), folder_.read("b.csv"));
-  expect_success(
+  folder_.succeed(
       "simulate data/scenes/quadruped_drop.yaml --duration 0.6 --random-inputs 0.5 "
       "--random-wrenches 0.1 --seed 8 --output {}/c.csv");
   EXPECT_NE(folder_.read("a.csv"), folder_.read("c.csv"));
-}
-
-/// Cell of `column` in the last row of a CSV.
-double last_cell(const std::string& csv, const std::string& column) {
-  const std::string header = csv.substr(0, csv.find('\n'));
-  const size_t begin_of_last = csv.rfind('\n', csv.size() - 2) + 1;
-  size_t h = 0, r = begin_of_last;
-  while (header.compare(h, column.size(), column) != 0 || header[h + column.size()] != ',') {
-    h = header.find(',', h) + 1;
-    r = csv.find(',', r) + 1;
-  }
-  return std::stod(csv.substr(r));
 }
 
 TEST_F(Command, AppliedForcesHoldFromTheirRowToTheNext) {
   write_free_cube();
   // 2 N on 1 kg from 0.1 to 0.2 s: ten steps of 0.01 s.
   folder_.write("u.csv", "time,cube.fx\n0.1,2\n0.2,0\n");
-  expect_success("simulate {}/free.yaml --inputs {}/u.csv --output {}/t.csv");
-  EXPECT_NEAR(last_cell(folder_.read("t.csv"), "cube.vx"), 0.2,
+  folder_.succeed("simulate {}/free.yaml --inputs {}/u.csv --output {}/t.csv");
+  const Table motion(folder_.path("t.csv"));
+  EXPECT_NEAR(motion.value(motion.num_rows() - 1, motion.column("cube.vx")), 0.2,
               1e-14);  // round-off of ten additions
 }
 
@@ -158,13 +135,11 @@ TEST_F(Command, AFailedStepKeepsWhatWasComputed) {
   const nlohmann::json report = folder_.json("r.json");
   EXPECT_EQ(report["status"], "failed");
   EXPECT_EQ(report["solver_failures"], 1);
-  const std::string trajectory = folder_.read("t.csv");
-  EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), 3);  // header, two states
+  EXPECT_EQ(folder_.lines("t.csv"), 3);  // header, two states
 }
 
 TEST_F(Command, InspectCountsTheHumanoid) {
-  expect_success("inspect data/scenes/humanoid_drop.yaml --json {}/r.json");
-  const nlohmann::json report = folder_.json("r.json");
+  const nlohmann::json report = folder_.report("inspect data/scenes/humanoid_drop.yaml");
   EXPECT_EQ(report["nv"], 31);
   EXPECT_EQ(report["joints"].size(), 26u);
   EXPECT_NEAR(report["mass_kg"], 63.6, 1e-9);  // the sum of the masses in the file
@@ -183,8 +158,7 @@ TEST_F(Command, InspectListsTheSurfacesThatPairsEndUpWith) {
       "  - {name: a, sphere: 0.1, mass: 1, position: [0, 0, 1], rolling_friction: 0.002}\n"
       "  - {name: b, sphere: 0.1, mass: 1, position: [1, 0, 1]}\n"
       "pairs: [{between: [ground, b/body], friction: 0.3}]\n");
-  expect_success("inspect {}/s.yaml --json {}/r.json");
-  const nlohmann::json report = folder_.json("r.json");
+  const nlohmann::json report = folder_.report("inspect {}/s.yaml");
   const auto surfaces = report["surfaces"];
   ASSERT_EQ(surfaces.size(), 3u);  // ordered by friction
   const auto between = [](const char* a, const char* b) { return nlohmann::json{a, b}; };
@@ -237,23 +211,21 @@ TEST_F(Command, InspectSaysWhyPairsAreLeftOutAndWhatIsConcave) {
   EXPECT_EQ(mesh["concave"], true);
   EXPECT_NEAR(mesh["hull_standoff_m"], 0.25, 0.03);
   EXPECT_GT(mesh["hull_deviation_m"], 0.0);
-  expect_bad_input("inspect {}/r.urdf --hull-vertices 3", "--hull-vertices");
-  expect_bad_input("inspect {}/r.urdf --srdf {}/none.srdf", "none.srdf");
-  expect_bad_input("inspect data/scenes/cube_drop.yaml --hull-vertices 8", "scene file");
+  folder_.refuse("inspect {}/r.urdf --hull-vertices 3", "--hull-vertices");
+  folder_.refuse("inspect {}/r.urdf --srdf {}/none.srdf", "none.srdf");
+  folder_.refuse("inspect data/scenes/cube_drop.yaml --hull-vertices 8", "scene file");
 }
 
 TEST_F(Command, ClosuresAreListedHeldAndInverted) {
-  expect_success("inspect data/scenes/closures.yaml --json {}/r.json");
-  const nlohmann::json listed = folder_.json("r.json")["closures"];
+  const nlohmann::json listed = folder_.report("inspect data/scenes/closures.yaml")["closures"];
   ASSERT_EQ(listed.size(), 4u);
   EXPECT_EQ(listed[3]["type"], "weld");
   EXPECT_EQ(listed[3]["link_b"], "right/body");
   EXPECT_NEAR(listed[0]["length_m"], std::sqrt(1.09), 1e-12);
   for (const auto& closure : listed) EXPECT_NEAR(closure["open_m"], 0.0, 1e-12);
   EXPECT_EQ(folder_.json("r.json")["excluded_pairs"].size(), 2u);  // beam - load and left - right
-  expect_success("simulate data/scenes/closures.yaml --output {}/t.csv");
-  expect_success("inverse data/scenes/closures.yaml {}/t.csv --json {}/i.json");
-  const nlohmann::json inverse = folder_.json("i.json");
+  folder_.succeed("simulate data/scenes/closures.yaml --output {}/t.csv");
+  const nlohmann::json inverse = folder_.report("inverse data/scenes/closures.yaml {}/t.csv");
   // No force is applied, so any recovered force is error.
   EXPECT_LT(inverse["unactuated_force_max"], 1e-8 * inverse["force_scale_max"].get<double>());
 }

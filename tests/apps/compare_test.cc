@@ -15,7 +15,6 @@ namespace counterpoint::compare_test {
 namespace {
 
 using test::CommandFolder;
-using test::CommandResult;
 
 constexpr double kGravity = 9.81;  // gravity of the scene [m/s^2]
 constexpr double kRate = 148.0;    // rows per second [1/s]
@@ -33,22 +32,14 @@ std::string ballistic_recording(int rows) {
 }
 
 /// A column map of the cube that starts with these lines.
-std::string cube_map(std::string lines) {
-  lines += "columns:\n";
-  for (const char* name :
-       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
-    lines += fmt::format("  cube.{0}: {0}\n", name);
-  return lines;
-}
+std::string cube_map(const std::string& lines) { return test::free_body_map(lines, "cube", true); }
 
 TEST(Compare, StartsAFlightWithTheVelocityAtTheRow) {
   const CommandFolder folder("compare_flight");
   folder.write("flight.csv", ballistic_recording(60));
-  const CommandResult result = folder.run(
+  const nlohmann::json report = folder.report(
       "compare data/scenes/cube_toss.yaml {}/flight.csv --columns data/maps/cube_toss.yaml "
-      "--substeps 8 --output {}/rows.csv --json {}/r.json");
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json report = folder.json("r.json");
+      "--substeps 8 --output {}/rows.csv");
   ASSERT_EQ(report["recordings"].size(), 1u);
   for (const auto* entry : {&report["recordings"][0], &report["median"]}) {
     EXPECT_TRUE(entry->contains("position_error_mean_m"));
@@ -58,8 +49,7 @@ TEST(Compare, StartsAFlightWithTheVelocityAtTheRow) {
     EXPECT_NEAR((*entry)["position_error_end_m"], 0.5 * kGravity * t / (8 * kRate), 1e-12);
     EXPECT_NEAR((*entry)["rotation_error_end_deg"], 0.0, 1e-12);
   }
-  const std::string rows = folder.read("rows.csv");
-  EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 61);
+  EXPECT_EQ(folder.lines("rows.csv"), 61);
 }
 
 TEST(Compare, SaysWhatIsWrongInAColumnMap) {
@@ -67,10 +57,7 @@ TEST(Compare, SaysWhatIsWrongInAColumnMap) {
   folder.write("flight.csv", ballistic_recording(3));
   const auto expect = [&](const std::string& map, const std::string& part) {
     folder.write("map.yaml", map);
-    const CommandResult result =
-        folder.run("compare data/scenes/cube_toss.yaml {}/flight.csv --columns {}/map.yaml");
-    EXPECT_EQ(result.exit_code, 2) << map;
-    EXPECT_NE(result.errors.find(part), std::string::npos) << result.errors;
+    folder.refuse("compare data/scenes/cube_toss.yaml {}/flight.csv --columns {}/map.yaml", part);
   };
   expect("rate: 148\n", "expected 'columns'");
   expect("rate: 148\ntime: t\ncolumns: {cube.x: x}\n", "either 'rate'");
@@ -85,24 +72,16 @@ TEST(Compare, SaysWhatIsWrongInAColumnMap) {
 
 /// Writes a trajectory of the toss scene made by the engine, and the column map that reads it.
 void record_own_toss(const CommandFolder& folder) {
-  ASSERT_EQ(folder.run("simulate data/scenes/cube_toss.yaml --output {}/own.csv").exit_code, 0);
-  std::string map = "time: time\nfree: cube\nsubsteps: 1\ncolumns:\n";
-  for (const char* name :
-       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
-    map += fmt::format("  cube.{0}: cube.{0}\n", name);
-  folder.write("map.yaml", map);
+  folder.succeed("simulate data/scenes/cube_toss.yaml --output {}/own.csv");
+  folder.write("map.yaml", test::free_body_map("time: time\nsubsteps: 1\n", "cube"));
 }
 
 TEST(Compare, OneStepOfAnOwnTrajectoryIsExact) {
   const CommandFolder folder("compare_own");
   record_own_toss(folder);
   const auto run = [&](const std::string& arguments) {
-    const CommandResult result = folder.run(
-        "compare data/scenes/cube_toss.yaml {}/own.csv --columns {}/map.yaml --json "
-        "{}/r.json " +
-        arguments);
-    EXPECT_EQ(result.exit_code, 0) << result.errors;
-    return folder.json("r.json")["median"];
+    return folder.report("compare data/scenes/cube_toss.yaml {}/own.csv --columns {}/map.yaml " +
+                         arguments)["median"];
   };
   // Differences of times equal the time step, and recorded quaternions have unit length, to 1e-16
   // only. Angles come from a cosine: sqrt(1e-16) = 1e-8 rad.
@@ -123,12 +102,10 @@ TEST(Compare, NothingIsUnexplainedInAnOwnTrajectory) {
   const CommandFolder folder("compare_inverse");
   record_own_toss(folder);
   const auto run = [&](const std::string& arguments) {
-    const CommandResult result = folder.run(
-        "compare data/scenes/cube_toss.yaml {}/own.csv --columns {}/map.yaml --mode "
-        "inverse --report {}/page --output {}/f.csv --json {}/r.json " +
-        arguments);
-    EXPECT_EQ(result.exit_code, 0) << result.errors;
-    return folder.json("r.json")["median"];
+    return folder.report(
+        "compare data/scenes/cube_toss.yaml {}/own.csv --columns {}/map.yaml --mode inverse "
+        "--report {}/page --output {}/f.csv " +
+        arguments)["median"];
   };
   const nlohmann::json own = run("");
   // Contacts yield by 1e-8 of their force; impacts reach a hundred times the weight. The friction
@@ -145,13 +122,10 @@ TEST(Compare, NothingIsUnexplainedInAnOwnTrajectory) {
 TEST(Compare, TheMeanOfAFlightIsAFlight) {
   const CommandFolder folder("compare_average");
   folder.write("flight.csv", ballistic_recording(60));
-  folder.write("map.yaml",
-               cube_map("rate: 148\nfree: cube\nsubsteps: 8\nvelocities: backward_difference\n"
-                        "average: 5\npieces: 4\n"));
-  const CommandResult result = folder.run(
-      "compare data/scenes/cube_toss.yaml {}/flight.csv --columns {}/map.yaml --json {}/r.json");
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json report = folder.json("r.json");
+  folder.write("map.yaml", cube_map("rate: 148\nsubsteps: 8\nvelocities: backward_difference\n"
+                                    "average: 5\npieces: 4\n"));
+  const nlohmann::json report =
+      folder.report("compare data/scenes/cube_toss.yaml {}/flight.csv --columns {}/map.yaml");
   // Means over five rows shorten the recording by two rows at either end: 56 rows in four pieces.
   ASSERT_EQ(report["recordings"].size(), 4u);
   for (const nlohmann::json& one : report["recordings"]) {
@@ -174,12 +148,11 @@ TEST(Compare, TurnsAngularVelocitiesOfTheWorld) {
   }
   folder.write("spin.csv", csv);
   const auto error = [&](const std::string& axes) {
-    folder.write("map.yaml",
-                 cube_map("rate: 148\nfree: cube\nsubsteps: 1\nangular_velocity: " + axes + "\n"));
-    const CommandResult result = folder.run(
-        "compare data/scenes/cube_toss.yaml {}/spin.csv --columns {}/map.yaml --json {}/r.json");
-    EXPECT_EQ(result.exit_code, 0) << result.errors;
-    return folder.json("r.json")["median"]["rotation_error_end_deg"].get<double>();
+    folder.write("map.yaml", cube_map("rate: 148\nsubsteps: 1\nangular_velocity: " + axes + "\n"));
+    return folder
+        .report("compare data/scenes/cube_toss.yaml {}/spin.csv --columns {}/map.yaml")
+            ["median"]["rotation_error_end_deg"]
+        .get<double>();
   };
   // The inertia of a cube is isotropic, so its angular velocity is constant. The angle comes from a
   // cosine: error sqrt(1e-16).
@@ -213,8 +186,7 @@ TEST(Compare, ImpactsOfABallAreThoseOfTheClosedForm) {
   const std::string command =
       "compare {}/ball.yaml {}/impacts.csv --columns {}/map.yaml --output {}/rows.csv --report "
       "{}/page --json {}/r.json ";
-  const CommandResult result = folder.run(command);
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  folder.succeed(command);
   const nlohmann::json report = folder.json("r.json");
   ASSERT_EQ(report["recordings"].size(), 6u);
   for (const nlohmann::json& one : report["recordings"]) {
@@ -224,15 +196,14 @@ TEST(Compare, ImpactsOfABallAreThoseOfTheClosedForm) {
   }
   ASSERT_EQ(report["coordinates"].size(), 3u);
   for (const nlohmann::json& one : report["coordinates"]) EXPECT_GT(one["r2"], 0.999);
-  const std::string rows = folder.read("rows.csv");
-  EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 7);
+  EXPECT_EQ(folder.lines("rows.csv"), 7);
   // A restitution lower by 0.3 changes the bounce by 0.3 times 1 ... 1.5 m/s, plus the friction
   // that follows.
-  ASSERT_EQ(folder.run(command + "--set restitution=0.2").exit_code, 0);
+  folder.succeed(command + "--set restitution=0.2");
   EXPECT_NEAR(folder.json("r.json")["median"]["velocity_error_m_s"], 0.3 * 1.25, 0.02);
   // No contact beyond the margin.
   folder.write("impacts.csv", "z,vx,vz,ux,uz,uw,bad\n0.2,1,-2,1,-2,0,0\n0.2,1,-2,1,-2,0,0\n");
-  ASSERT_EQ(folder.run(command).exit_code, 0);
+  folder.succeed(command);
   EXPECT_EQ(folder.json("r.json")["median"]["velocity_error_m_s"], 0.0);
 }
 
@@ -275,10 +246,8 @@ TEST(Compare, ImpactsMoveRotorsToo) {
                        -kRestitution * vz);
   }
   folder.write("impacts.csv", csv);
-  const CommandResult result =
-      folder.run("compare {}/cart.yaml {}/impacts.csv --columns {}/map.yaml --json {}/r.json");
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json report = folder.json("r.json");
+  const nlohmann::json report =
+      folder.report("compare {}/cart.yaml {}/impacts.csv --columns {}/map.yaml");
   ASSERT_EQ(report["recordings"].size(), 4u);
   // Contacts yield by their compliance, 1e-6 of an impulse.
   for (const nlohmann::json& one : report["recordings"]) EXPECT_LT(one["velocity_error_m_s"], 2e-5);
@@ -290,10 +259,7 @@ TEST(Compare, SaysWhatIsWrongInAMapOfImpacts) {
   const auto expect = [&](const std::string& map, const std::string& more,
                           const std::string& part) {
     folder.write("map.yaml", map);
-    const CommandResult result =
-        folder.run("compare {}/ball.yaml {}/impacts.csv --columns {}/map.yaml " + more);
-    EXPECT_EQ(result.exit_code, 2) << map;
-    EXPECT_NE(result.errors.find(part), std::string::npos) << result.errors;
+    folder.refuse("compare {}/ball.yaml {}/impacts.csv --columns {}/map.yaml " + more, part);
   };
   const std::string before = "columns: {ball/body.z: z}\n";
   expect(before + "after: {ball/body.z: z}\n", "", "map.yaml:2: 'ball/body.z'");
@@ -309,10 +275,8 @@ TEST(Compare, SaysWhatIsWrongInAMapOfImpacts) {
 TEST(Compare, FindsRobotsInListedPackages) {
   const CommandFolder folder("compare_package");
   folder.write("scene.yaml", "models: [{urdf: package://ours/pendulum.urdf}]\n");
-  EXPECT_EQ(folder.run("inspect {}/scene.yaml --package ours=data/robots").exit_code, 0);
-  const CommandResult result = folder.run("inspect {}/scene.yaml");
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_NE(result.errors.find("--package ours=FOLDER"), std::string::npos) << result.errors;
+  folder.succeed("inspect {}/scene.yaml --package ours=data/robots");
+  folder.refuse("inspect {}/scene.yaml", "--package ours=FOLDER");
 }
 
 /// Required bounds on the median over the recorded tosses.
@@ -325,11 +289,9 @@ TEST(Compare, PredictsRealCubeTosses) {
     GTEST_SKIP() << "no " << data << "; set COUNTERPOINT_SHARED_DATA";
   }
   const CommandFolder folder("compare_tosses");
-  const CommandResult result =
-      folder.run("compare data/scenes/cube_toss.yaml " + data.string() +
-                 "/toss_*.csv --columns data/maps/cube_toss.yaml --json {}/r.json");
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json report = folder.json("r.json");
+  const nlohmann::json report =
+      folder.report("compare data/scenes/cube_toss.yaml " + data.string() +
+                    "/toss_*.csv --columns data/maps/cube_toss.yaml");
   EXPECT_EQ(report["recordings"].size(), 52u);
   EXPECT_LT(report["median"]["position_error_mean_m"], kTossPosition);
   EXPECT_LT(report["median"]["rotation_error_mean_deg"], kTossRotation);

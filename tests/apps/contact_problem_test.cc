@@ -24,12 +24,6 @@ class ContactProblem : public testing::Test {
     fs::create_directories(folder_.path("p"));
     folder_.write("p/" + name, content);
   }
-  void expect_bad_input(const std::string& arguments, const std::string& message) const {
-    const CommandResult result = folder_.run("contact-problem " + arguments);
-    EXPECT_EQ(result.exit_code, 2) << result.output;
-    EXPECT_NE(result.errors.find(message), std::string::npos)
-        << "expected: " << message << "\ngot: " << result.errors;
-  }
 
   CommandFolder folder_{std::string("contact_problem_") +
                         testing::UnitTest::GetInstance()->current_test_info()->name()};
@@ -69,14 +63,12 @@ TEST_F(ContactProblem, OneFrictionModelIfAsked) {
       nlohmann::json::parse(result.output);  // throws if there is more text
   ASSERT_EQ(report["problems"].size(), 1u);
   EXPECT_EQ(report["problems"][0]["friction_model"], "coulomb");
-  expect_bad_input("{}/p --friction none", "--friction");
+  folder_.refuse("contact-problem {}/p --friction none", "--friction");
 }
 
 TEST_F(ContactProblem, AFolderOfProblemsIsSolvedByName) {
   fs::copy(folder_.path("p"), folder_.path("a"));
-  const CommandResult result = folder_.run("contact-problem {} --friction convex --json {}/r.json");
-  EXPECT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json report = folder_.json("r.json");
+  const nlohmann::json report = folder_.report("contact-problem {} --friction convex");
   ASSERT_EQ(report["problems"].size(), 2u);
   EXPECT_EQ(report["problems"][0]["name"], "a");
   EXPECT_EQ(report["problems"][1]["name"], "p");
@@ -85,8 +77,7 @@ TEST_F(ContactProblem, AFolderOfProblemsIsSolvedByName) {
 TEST_F(ContactProblem, NotesWhereTheMatrixIsNotSymmetric) {
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,0.5,0,0.5\n");  // sticks with r of about (2, -0.5, 0)
   write("W.csv", "row,col,value\n0,0,1\n1,1,1\n2,2,1\n0,1,0.02\n1,0,0.01\n");
-  EXPECT_EQ(folder_.run("contact-problem {}/p --json {}/r.json").exit_code, 0);
-  const nlohmann::json problem = folder_.json("r.json")["problems"][0];
+  const nlohmann::json problem = folder_.report("contact-problem {}/p")["problems"][0];
   EXPECT_NEAR(problem["asymmetry"], 0.01, 1e-15);
   EXPECT_LT(problem["dual"], 1e-6);
   // W r + q is off by 0.005 r, 0.01 in the tangential direction, relative to |q| = 2.
@@ -102,56 +93,54 @@ TEST_F(ContactProblem, FailureHasItsExitCode) {
 }
 
 TEST_F(ContactProblem, SaysWhatIsWrongWithTheContacts) {
-  expect_bad_input("{}/none", "there is no such folder");
-  expect_bad_input("", "folder");
+  folder_.refuse("contact-problem {}/none", "there is no such folder");
+  folder_.refuse("contact-problem ", "folder");
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,1,0,-0.5\n");
-  expect_bad_input("{}/p", "q_mu.csv:2: mu = -0.5");
+  folder_.refuse("contact-problem {}/p", "q_mu.csv:2: mu = -0.5");
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,1,0\n");
-  expect_bad_input("{}/p", "q_mu.csv:2");
+  folder_.refuse("contact-problem {}/p", "q_mu.csv:2");
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,1,0,0.5,7\n");
-  expect_bad_input("{}/p", "q_mu.csv:2");
+  folder_.refuse("contact-problem {}/p", "q_mu.csv:2");
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,nan,0,0.5\n");
-  expect_bad_input("{}/p", "q_mu.csv:2");
+  folder_.refuse("contact-problem {}/p", "q_mu.csv:2");
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,,0,0.5\n");
-  expect_bad_input("{}/p", "q_mu.csv:2");
+  folder_.refuse("contact-problem {}/p", "q_mu.csv:2");
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,1,0,much\n");
-  expect_bad_input("{}/p", "q_mu.csv:2");
+  folder_.refuse("contact-problem {}/p", "q_mu.csv:2");
   write("q_mu.csv", "q_n,q_t1,q_t2\n-2,1,0\n");
-  expect_bad_input("{}/p", "'mu'");
+  folder_.refuse("contact-problem {}/p", "'mu'");
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n");
-  expect_bad_input("{}/p", "holds no contact");
+  folder_.refuse("contact-problem {}/p", "holds no contact");
   fs::remove(folder_.path("p/q_mu.csv"));
-  expect_bad_input("{}/p", "expected a folder with W.csv");
+  folder_.refuse("contact-problem {}/p", "expected a folder with W.csv");
 }
 
 TEST_F(ContactProblem, SaysWhatIsWrongWithTheMatrix) {
   write("W.csv", "row,col,value\n0,0,1\n3,3,1\n");
-  expect_bad_input("{}/p", "W.csv:3: index 3; expected a whole number from 0 to 2");
+  folder_.refuse("contact-problem {}/p", "W.csv:3: index 3; expected a whole number from 0 to 2");
   write("W.csv", "row,col,value\n0,-1,1\n");
-  expect_bad_input("{}/p", "W.csv:2: index -1");
+  folder_.refuse("contact-problem {}/p", "W.csv:2: index -1");
   write("W.csv", "row,col,value\n0,0.5,1\n");
-  expect_bad_input("{}/p", "W.csv:2: index 0.5");
+  folder_.refuse("contact-problem {}/p", "W.csv:2: index 0.5");
   write("W.csv", "row,col,value\n0,0\n");
-  expect_bad_input("{}/p", "W.csv:2");
+  folder_.refuse("contact-problem {}/p", "W.csv:2");
   write("W.csv", "row,col,value\n0,0,inf\n");
-  expect_bad_input("{}/p", "W.csv:2");
+  folder_.refuse("contact-problem {}/p", "W.csv:2");
   write("W.csv", "row,col,value\n0,0,1\n0,0,1\n");
-  expect_bad_input("{}/p", "W.csv:3: entry (0, 0) is given twice");
+  folder_.refuse("contact-problem {}/p", "W.csv:3: entry (0, 0) is given twice");
   write("W.csv", "row,col,value\n0,0,-1\n");
-  expect_bad_input("{}/p", "diagonal entry 0 is -1");
+  folder_.refuse("contact-problem {}/p", "diagonal entry 0 is -1");
   write("W.csv", "a,b,c\n0,0,1\n");
-  expect_bad_input("{}/p", "'row'");
+  folder_.refuse("contact-problem {}/p", "'row'");
   fs::remove(folder_.path("p/W.csv"));
-  expect_bad_input("{}/p", "W.csv: there is no such file");
+  folder_.refuse("contact-problem {}/p", "W.csv: there is no such file");
 }
 
 TEST_F(ContactProblem, SolvesTheRecordedProblems) {
   const fs::path recorded = fs::path(test::shared_data()) / "contact_problems";
   if (!fs::exists(recorded)) GTEST_SKIP() << recorded << " is missing: not tried";
-  const CommandResult result =
-      folder_.run("contact-problem '" + recorded.string() + "' --friction convex --json {}/r.json");
-  EXPECT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json report = folder_.json("r.json");
+  const nlohmann::json report =
+      folder_.report("contact-problem '" + recorded.string() + "' --friction convex");
   EXPECT_GE(report["problems"].size(), 11u);
   for (const auto& problem : report["problems"]) {
     constexpr double kSolved = 1e-6;  // required tolerance

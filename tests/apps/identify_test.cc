@@ -16,7 +16,6 @@ namespace counterpoint::identify_test {
 namespace {
 
 using test::CommandFolder;
-using test::CommandResult;
 
 /// Records cube tosses with other parameters than the scene's, one file per toss, rows 1/148 s
 /// apart.
@@ -30,15 +29,9 @@ void toss(const CommandFolder& folder, int count, const std::string& metrics) {
                              "     velocity: {{linear: [{}, 0.4, -0.5], angular: [2, {}, 1]}}}}\n",
                              1.0 / 148, metrics, metrics, 0.12 + 0.01 * i, 0.1 * i, 0.8 + 0.1 * i,
                              1.0 - 0.7 * i));
-    const CommandResult result =
-        folder.run(fmt::format("simulate {{}}/toss{0}.yaml --output {{}}/toss{0}.csv", i));
-    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    folder.succeed(fmt::format("simulate {{}}/toss{0}.yaml --output {{}}/toss{0}.csv", i));
   }
-  std::string map = "time: time\nfree: cube/body\nsubsteps: 1\ncolumns:\n";
-  for (const char* name :
-       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
-    map += fmt::format("  cube/body.{0}: cube/body.{0}\n", name);
-  folder.write("map.yaml", map);
+  folder.write("map.yaml", test::free_body_map("time: time\nsubsteps: 1\n", "cube/body"));
   folder.write("scene.yaml",
                fmt::format("gravity: [0, 0, -9.81]\ntime_step: {:.17g}\n"
                            "ground: {{friction: 0.4, restitution: 0.1}}\nmodels:\n"
@@ -50,12 +43,9 @@ void toss(const CommandFolder& folder, int count, const std::string& metrics) {
 TEST(Identify, FindsTheFiguresOfItsOwnTosses) {
   const CommandFolder folder("identify_own");
   toss(folder, 6, "friction: 0.25, restitution: 0.3");
-  const CommandResult result = folder.run(
+  const nlohmann::json report = folder.report(
       "identify {}/scene.yaml {}/toss*.csv --columns {}/map.yaml --parameters "
-      "friction=0.05..0.8,restitution=0..0.8,mass --objective one-step --samples 20 --json "
-      "{}/r.json");
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json report = folder.json("r.json");
+      "friction=0.05..0.8,restitution=0..0.8,mass --objective one-step --samples 20");
   const auto& found = report["parameters"];
   ASSERT_EQ(found.size(), 3u);
   // The recordings are exact; the remaining error is where Levenberg-Marquardt stops, since the
@@ -83,12 +73,11 @@ TEST(Identify, ExplainRefusesWhatItCannotFind) {
         std::pair{"friction=0.5..0.9", "the scene has 0.4"},
         std::pair{"friction --tasks 1/2 --parts {}/parts", "--tasks"},
         std::pair{"friction --samples 8", "--samples"}}) {
-    const CommandResult result = folder.run(
+    folder.refuse(
         std::string("identify {}/scene.yaml {}/toss0.csv {}/toss1.csv --columns {}/map.yaml "
                     "--objective explain --parameters ") +
-        more);
-    EXPECT_EQ(result.exit_code, 2) << more;
-    EXPECT_NE(result.errors.find(expected), std::string::npos) << result.errors;
+            more,
+        expected);
   }
 }
 
@@ -100,14 +89,13 @@ TEST(Identify, FindsJointFiguresFromForces) {
                            "     joints: {{shoulder: 1.2, elbow: 0.7}}, dynamics: "
                            "{{shoulder: {{armature: 0.4}}, elbow: {{damping: 0.3}}}}}}\n",
                            test::source_dir()));
-  ASSERT_EQ(folder.run("simulate {}/truth.yaml --output {}/own.csv").exit_code, 0);
+  folder.succeed("simulate {}/truth.yaml --output {}/own.csv");
   folder.write("map.yaml",
                "time: time\ncolumns: {shoulder.q: shoulder.q, elbow.q: elbow.q, shoulder.v: "
                "shoulder.v, elbow.v: elbow.v, shoulder.u: 0, elbow.u: 0}\n");
-  const CommandResult result = folder.run(
+  folder.succeed(
       "identify data/scenes/double_pendulum.yaml {}/own.csv --columns {}/map.yaml --parameters "
       "armature:shoulder=0..2,damping:elbow=0..2 --objective force --samples 8 --json {}/r.json");
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
   const auto found = folder.json("r.json")["parameters"];
   // Forces are linear in both parameters; the round-off of time differences remains, 1e-16 / 0.002.
   EXPECT_NEAR(found[0]["value"], 0.4, 1e-7);
@@ -140,11 +128,9 @@ TEST(Identify, FindsFrictionAndRestitutionOfImpacts) {
   folder.write("map.yaml",
                "columns: {ball/body.vx: vx, ball/body.vz: vz}\n"
                "after: {ball/body.vx: ux, ball/body.vz: uz, ball/body.wy: uw}\n");
-  const CommandResult result = folder.run(
+  const nlohmann::json report = folder.report(
       "identify {}/ball.yaml {}/impacts.csv --columns {}/map.yaml --parameters "
-      "friction=0.05..0.5,restitution=0..0.8 --objective rows --samples 10 --json {}/r.json");
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json report = folder.json("r.json");
+      "friction=0.05..0.5,restitution=0..0.8 --objective rows --samples 10");
   // Contacts yield by their compliance, 1e-6 of an impulse.
   EXPECT_NEAR(report["parameters"][0]["value"], kFriction, 1e-5);
   EXPECT_NEAR(report["parameters"][1]["value"], kRestitution, 1e-5);
@@ -177,11 +163,7 @@ void disturb(const CommandFolder& folder, const std::string& file, const std::st
 
 TEST(Identify, IntervalsCoverTheTruthUnderNoise) {
   const CommandFolder folder("identify_noise");
-  std::string map = "time: time\nfree: box/body\nsubsteps: 1\ncolumns:\n";
-  for (const char* name :
-       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
-    map += fmt::format("  box/body.{0}: box/body.{0}\n", name);
-  folder.write("map.yaml", map);
+  folder.write("map.yaml", test::free_body_map("time: time\nsubsteps: 1\n", "box/body"));
   // The box slides to a stop after v^2 / (2 mu g), at least 0.08 m.
   constexpr int kRecordings = 8;
   for (int i = 0; i < kRecordings; ++i) {
@@ -190,16 +172,13 @@ TEST(Identify, IntervalsCoverTheTruthUnderNoise) {
                              "  - {{name: box, box: [0.1, 0.1, 0.05], mass: 1, friction: 0.25,\n"
                              "     position: [0, 0, 0.05], velocity: {{linear: [{}, 0, 0]}}}}\n",
                              0.6 + 0.1 * i));
-    ASSERT_EQ(
-        folder.run(fmt::format("simulate {{}}/slide.yaml --output {{}}/s{}.csv", i)).exit_code, 0);
+    folder.succeed(fmt::format("simulate {{}}/slide.yaml --output {{}}/s{}.csv", i));
     disturb(folder, fmt::format("s{}.csv", i), "box/body.x", 0.005, 100 + i);
   }
-  const CommandResult result = folder.run(
+  const nlohmann::json found = folder.report(
       "identify {}/slide.yaml {}/s*.csv --columns {}/map.yaml --parameters friction=0.1..0.5 --set "
-      "friction=0.4 --objective rows --train 1 --bootstrap 20 --samples 10 --report {}/page --json "
-      "{}/r.json");
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json found = folder.json("r.json")["parameters"][0];
+      "friction=0.4 --objective rows --train 1 --bootstrap 20 --samples 10 --report {}/page")
+                                   ["parameters"][0];
   // Noise of 2.9 mm (5 mm / sqrt 3) in 100 rows of 8 recordings, whose ends depend on mu by mu g
   // t^2 / 2 = 0.3 m, leaves mu uncertain by about 0.001. Intervals must be wider than round-off and
   // at most ten times that.
@@ -217,10 +196,7 @@ TEST(Identify, SaysWhatIsWrongInItsArguments) {
   const CommandFolder folder("identify_bad");
   toss(folder, 1, "friction: 0.25");
   const auto expect = [&](const std::string& arguments, const std::string& part) {
-    const CommandResult result =
-        folder.run("identify {}/scene.yaml {}/toss0.csv --columns {}/map.yaml " + arguments);
-    EXPECT_EQ(result.exit_code, 2) << arguments;
-    EXPECT_NE(result.errors.find(part), std::string::npos) << result.errors;
+    folder.refuse("identify {}/scene.yaml {}/toss0.csv --columns {}/map.yaml " + arguments, part);
   };
   expect("", "--parameters");
   expect("--parameters stickiness", "'stickiness': expected one of friction");

@@ -41,29 +41,19 @@ CommandResult interrupted(const CommandFolder& folder, const std::string& argume
   return result;
 }
 
-long lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
-
 /// Writes tosses of the bundled cube as recordings, and their column map.
 void record_tosses(const CommandFolder& folder) {
-  ASSERT_EQ(folder
-                .run("simulate data/scenes/cube_drop.yaml --duration 0.4 --timestep 0.02 "
-                     "--output {}/toss.csv")
-                .exit_code,
-            0);
-  std::string map = "time: time\nfree: cube\ncolumns:\n";
-  for (const char* name :
-       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
-    map += fmt::format("  cube.{0}: cube.{0}\n", name);
-  folder.write("map.yaml", map);
+  folder.succeed(
+      "simulate data/scenes/cube_drop.yaml --duration 0.4 --timestep 0.02 "
+      "--output {}/toss.csv");
+  folder.write("map.yaml", test::free_body_map("time: time\n", "cube"));
 }
 
 TEST(Interrupt, DerivativesHasTheStepsSoFar) {
   const CommandFolder folder(test_name());
-  ASSERT_EQ(folder
-                .run("simulate data/scenes/humanoid_drop.yaml --duration 2 --timestep 1e-3 "
-                     "--output {}/m.csv")
-                .exit_code,
-            0);
+  folder.succeed(
+      "simulate data/scenes/humanoid_drop.yaml --duration 2 --timestep 1e-3 "
+      "--output {}/m.csv");
   const CommandResult result =
       interrupted(folder, "derivatives data/scenes/humanoid_drop.yaml {}/m.csv --check");
   const long steps = folder.json("r.json")["steps"];
@@ -122,14 +112,12 @@ TEST(Interrupt, HardCasesHasTheCasesSoFar) {
   EXPECT_LT(cases, 2000u);
   EXPECT_NE(result.errors.find(fmt::format("{} of 2000 cases", cases)), std::string::npos)
       << result.errors;
-  EXPECT_GT(lines(folder.read("page/hard-cases.md")), 0);
+  EXPECT_GT(folder.lines("page/hard-cases.md"), 0);
 }
 
 TEST(Interrupt, ExplainHasTheMotionSoFar) {
   const CommandFolder folder(test_name());
-  ASSERT_EQ(folder.run("simulate data/scenes/quadruped_drop.yaml --duration 1.8 --output {}/m.csv")
-                .exit_code,
-            0);
+  folder.succeed("simulate data/scenes/quadruped_drop.yaml --duration 1.8 --output {}/m.csv");
   std::string map = "time: time\ncolumns:\n", head = folder.read("m.csv");
   std::replace(head.begin(), head.begin() + static_cast<std::ptrdiff_t>(head.find('\n')), ',',
                '\n');
@@ -141,13 +129,13 @@ TEST(Interrupt, ExplainHasTheMotionSoFar) {
   interrupted(folder,
               "explain data/scenes/quadruped_drop.yaml {}/m.csv --columns {}/map.yaml "
               "--errors white --threads 1 --output {}/motion.csv");
-  EXPECT_GT(lines(folder.read("motion.csv")), 900);
+  EXPECT_GT(folder.lines("motion.csv"), 900);
 }
 
 TEST(Interrupt, OptimizeHasTheMotionSoFar) {
   const CommandFolder folder(test_name());
   interrupted(folder, "optimize humanoid_walk --threads 1 --output {}/walk.csv");
-  EXPECT_GT(lines(folder.read("walk.csv")), 10);
+  EXPECT_GT(folder.lines("walk.csv"), 10);
 }
 
 // A single row, recording, point or piece takes minutes; the signal must not wait for its end.

@@ -45,15 +45,11 @@ TEST_P(Inverse, RecoversRandomAppliedForces) {
     }
   }
   scene += std::string(" ") + scenario.options;
-  const CommandResult forward =
-      folder.run("simulate " + scene + " --timestep " + std::to_string(time_step) + " --duration " +
+  folder.succeed("simulate " + scene + " --timestep " + std::to_string(time_step) + " --duration " +
                  std::to_string(scenario.duration) + " --random-inputs " +
                  std::to_string(scenario.inputs) + " --seed 3 --output {}/t.csv --json {}/f.json");
-  ASSERT_EQ(forward.exit_code, 0) << forward.errors;
-  const CommandResult backward = folder.run(
-      "inverse " + scene + " {}/t.csv --output {}/u.csv --contacts {}/c.csv --json {}/i.json");
-  ASSERT_EQ(backward.exit_code, 0) << backward.errors;
-  const nlohmann::json report = folder.json("i.json");
+  const nlohmann::json report =
+      folder.report("inverse " + scene + " {}/t.csv --output {}/u.csv --contacts {}/c.csv");
   EXPECT_EQ(report["steps"], folder.json("f.json")["steps"]);
   EXPECT_LT(report["applied_force_relative_error_max"], kRelativeError);
   EXPECT_GT(report["applied_force_max"], 0.0);
@@ -86,19 +82,13 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(InverseFiles, RecoveredForcesDriveTheSameMotion) {
   const CommandFolder folder("inverse_roundtrip");
   const std::string scene = "data/scenes/arm7.yaml";
-  ASSERT_EQ(folder
-                .run("simulate " + scene +
-                     " --duration 0.2 --random-inputs 0.5 --output {}/a.csv "
-                     "--json {}/a.json")
-                .exit_code,
-            0);
-  ASSERT_EQ(folder.run("inverse " + scene + " {}/a.csv --output {}/u.csv").exit_code, 0);
-  ASSERT_EQ(folder
-                .run("simulate " + scene +
-                     " --duration 0.2 --inputs {}/u.csv --output {}/b.csv "
-                     "--json {}/b.json")
-                .exit_code,
-            0);
+  folder.succeed("simulate " + scene +
+                 " --duration 0.2 --random-inputs 0.5 --output {}/a.csv "
+                 "--json {}/a.json");
+  folder.succeed("inverse " + scene + " {}/a.csv --output {}/u.csv");
+  folder.succeed("simulate " + scene +
+                 " --duration 0.2 --inputs {}/u.csv --output {}/b.csv "
+                 "--json {}/b.json");
   // The energy at the end depends on the whole motion; forces are recovered to round-off.
   EXPECT_NEAR(folder.json("a.json")["energy_end_J"], folder.json("b.json")["energy_end_J"], 1e-8);
 }
@@ -110,8 +100,8 @@ TEST(InverseFiles, ContactsCarryTheWeightOfACubeAtRest) {
                "models:\n  - urdf: " +
                    test::source_dir() +
                    "/data/robots/cube.urdf\n    base: floating\n    position: [0, 0, 0.1]\n");
-  ASSERT_EQ(folder.run("simulate {}/rest.yaml --output {}/t.csv").exit_code, 0);
-  ASSERT_EQ(folder.run("inverse {}/rest.yaml {}/t.csv --contacts {}/c.csv").exit_code, 0);
+  folder.succeed("simulate {}/rest.yaml --output {}/t.csv");
+  folder.succeed("inverse {}/rest.yaml {}/t.csv --contacts {}/c.csv");
   // The last four rows are the corners in the last step. The last three columns are the slip; the
   // one before is the force along z on geometry b, the ground.
   const std::string csv = folder.read("c.csv");
@@ -134,11 +124,8 @@ TEST(InverseFiles, WhereNothingMovesNothingIsFound) {
 <collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link></robot>)");
   for (const std::string integrator : {"semi_implicit_euler", "implicit_midpoint"}) {
     const std::string scene = "{}/still.urdf --ground --integrator " + integrator;
-    const CommandResult forward =
-        folder.run("simulate " + scene + " --duration 0.05 --output {}/t.csv");
-    ASSERT_EQ(forward.exit_code, 0) << forward.errors;
-    const CommandResult backward = folder.run("inverse " + scene + " {}/t.csv --json {}/i.json");
-    ASSERT_EQ(backward.exit_code, 0) << backward.errors;
+    folder.succeed("simulate " + scene + " --duration 0.05 --output {}/t.csv");
+    folder.succeed("inverse " + scene + " {}/t.csv --json {}/i.json");
     EXPECT_EQ(folder.json("i.json")["steps"], 25);
     EXPECT_EQ(folder.json("i.json")["force_scale_max"], 0.0);
   }
@@ -153,18 +140,12 @@ TEST(InverseFiles, ServoTargetsAndWrenchesAreKnownFromTheTrajectory) {
                "time,elbow.u,elbow.target,wrist_pitch.target_velocity,elbow_link.fx,elbow_link.tz\n"
                "0,1,0.9,0,0,0\n0.02,2,0.92,0.1,15,-2\n0.05,-1,0.88,0,0,3\n");
   const std::string scene = "data/scenes/arm7_servo.yaml";
-  const CommandResult forward =
-      folder.run("simulate " + scene + " --duration 0.1 --inputs {}/in.csv --output {}/t.csv");
-  ASSERT_EQ(forward.exit_code, 0) << forward.errors;
-  ASSERT_EQ(
-      folder.run("inverse " + scene + " {}/t.csv --output {}/u.csv --json {}/i.json").exit_code, 0);
-  const nlohmann::json report = folder.json("i.json");
+  folder.succeed("simulate " + scene + " --duration 0.1 --inputs {}/in.csv --output {}/t.csv");
+  const nlohmann::json report = folder.report("inverse " + scene + " {}/t.csv --output {}/u.csv");
   EXPECT_EQ(report["applied_force_max"], 2.0);
   EXPECT_LT(report["applied_force_relative_error_max"], kRelativeError);
   folder.write("bad.csv", "time,elbow.targt\n0,1\n");
-  const CommandResult unknown = folder.run("simulate " + scene + " --inputs {}/bad.csv");
-  EXPECT_EQ(unknown.exit_code, 2);
-  EXPECT_NE(unknown.errors.find("elbow.targt"), std::string::npos) << unknown.errors;
+  folder.refuse("simulate " + scene + " --inputs {}/bad.csv", "elbow.targt");
 }
 
 /// 64 bodies that start half inside each other, driven at random: every step is softened.
@@ -173,12 +154,10 @@ constexpr const char* kSoftened =
 
 TEST(InverseFiles, SoftenedStepsAreInvertedByTheirRecord) {
   const CommandFolder folder("inverse_softened");
-  const CommandResult forward =
-      folder.run(std::string("simulate ") + kSoftened + " --output {}/t.csv --json {}/f.json");
-  ASSERT_EQ(forward.exit_code, 0) << forward.errors;
+  folder.succeed(std::string("simulate ") + kSoftened + " --output {}/t.csv --json {}/f.json");
   ASSERT_GT(folder.json("f.json")["softened_steps"], 0) << "needs a scene that is harder to solve";
   const std::string scene = "data/scenes/piles/pile_64_overlap.yaml";
-  ASSERT_EQ(folder.run("inverse " + scene + " {}/t.csv --json {}/i.json").exit_code, 0);
+  folder.succeed("inverse " + scene + " {}/t.csv --json {}/i.json");
   const nlohmann::json report = folder.json("i.json");
   EXPECT_GT(report["applied_force_max"], 1.0);
   EXPECT_LT(report["applied_force_relative_error_max"], kRelativeError);
@@ -190,29 +169,23 @@ TEST(InverseFiles, SoftenedStepsAreInvertedByTheirRecord) {
     without += line.substr(0, factor) + line.substr(line.rfind(',')) + "\n";
   }
   folder.write("without.csv", without);
-  const CommandResult unknown = folder.run("inverse " + scene + " {}/without.csv --json {}/i.json");
-  ASSERT_EQ(unknown.exit_code, 0) << unknown.errors;
-  EXPECT_GT(folder.json("i.json")["applied_force_relative_error_max"], 1e-3);
+  EXPECT_GT(
+      folder.report("inverse " + scene + " {}/without.csv")["applied_force_relative_error_max"],
+      1e-3);
 }
 
 TEST(InverseFiles, RolloutsKnowOfSoftenedSteps) {
   const CommandFolder folder("rollout_softened");
-  const CommandResult result =
-      folder.run(std::string("rollout ") + kSoftened + " --count 2 --invert --json {}/r.json");
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json report = folder.json("r.json");
+  const nlohmann::json report =
+      folder.report(std::string("rollout ") + kSoftened + " --count 2 --invert");
   EXPECT_GT(report["softened_steps"], 0);
   EXPECT_LT(report["force_error_max"], kRelativeError * report["force_scale_max"].get<double>());
 }
 
 TEST(InverseFiles, RefusesATrajectoryOfAnotherScene) {
   const CommandFolder folder("inverse_other");
-  ASSERT_EQ(
-      folder.run("simulate data/scenes/cube_drop.yaml --duration 0.01 --output {}/t.csv").exit_code,
-      0);
-  const CommandResult result = folder.run("inverse data/scenes/arm7.yaml {}/t.csv");
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_NE(result.errors.find("cube.x"), std::string::npos) << result.errors;
+  folder.succeed("simulate data/scenes/cube_drop.yaml --duration 0.01 --output {}/t.csv");
+  folder.refuse("inverse data/scenes/arm7.yaml {}/t.csv", "cube.x");
 }
 
 /// Rewrites a trajectory with `digits` digits, every `every`-th row, and without the named columns.
@@ -245,8 +218,7 @@ TEST(InverseFiles, RoundedAndThinnedRowsAreSentToTheCommandThatFits) {
   folder.write("s.yaml",
                "ground: {}\nmodels: [{name: box, box: [0.1, 0.1, 0.1], mass: 2, position: [0.3, "
                "0.2, 0.1]}]\n");
-  const CommandResult forward = folder.run("simulate {}/s.yaml --duration 0.5 --output {}/m.csv");
-  ASSERT_EQ(forward.exit_code, 0) << forward.errors;
+  folder.succeed("simulate {}/s.yaml --duration 0.5 --output {}/m.csv");
   EXPECT_EQ(folder.run("inverse {}/s.yaml {}/m.csv").errors, "")
       << "of its own motion nothing is doubted";
   const std::string motion = folder.read("m.csv");
@@ -269,9 +241,7 @@ TEST(InverseFiles, RoundedAndThinnedRowsAreSentToTheCommandThatFits) {
   }
   EXPECT_GT(doubted, 3);
   folder.write("thin.csv", spoilt(motion, 17, 5, nothing));
-  const CommandResult thinned = folder.run("inverse {}/s.yaml {}/thin.csv");
-  EXPECT_EQ(thinned.exit_code, 2);
-  EXPECT_NE(thinned.errors.find("compare --mode inverse"), std::string::npos) << thinned.errors;
+  folder.refuse("inverse {}/s.yaml {}/thin.csv", "compare --mode inverse");
 }
 
 }  // namespace

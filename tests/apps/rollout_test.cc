@@ -30,10 +30,8 @@ TEST(Rollout, GivesTheBitsOfSimulate) {
 TEST(Rollout, EndsDoNotDependOnThreads) {
   const CommandFolder folder(test_name());
   for (const std::string threads : {"1", "3"}) {
-    const CommandResult result =
-        folder.run(std::string("rollout ") + kScene + " --count 5 --threads " + threads +
+    folder.succeed(std::string("rollout ") + kScene + " --count 5 --threads " + threads +
                    " --output {}/ends_" + threads + ".csv");
-    ASSERT_EQ(result.exit_code, 0) << result.errors;
   }
   EXPECT_GT(folder.read("ends_1.csv").size(), 1000u);
   EXPECT_EQ(folder.read("ends_1.csv"), folder.read("ends_3.csv"));
@@ -43,9 +41,7 @@ TEST(Rollout, EndsDoNotDependOnThreads) {
 // docs/explanation/concepts.md.
 TEST(Rollout, InvertsEveryStep) {
   const CommandFolder folder(test_name());
-  const CommandResult result =
-      folder.run(std::string("rollout ") + kScene + " --count 2 --invert --json {}/r.json");
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  folder.succeed(std::string("rollout ") + kScene + " --count 2 --invert --json {}/r.json");
   const auto report = folder.json("r.json");
   EXPECT_GT(report["force_scale_max"].get<double>(), 1.0);
   // The bound of the tests of `inverse`.
@@ -56,7 +52,7 @@ TEST(Rollout, InvertsEveryStep) {
 TEST(Rollout, CtrlCKeepsWhatWasComputed) {
   const CommandFolder folder(test_name());
   // Each rollout would take an hour.
-  const auto result = folder.run(
+  const CommandResult result = folder.run(
       "rollout data/scenes/cube_drop.yaml --count 3 --threads 1 --duration 1e5 --output "
       "{}/ends.csv --json {}/r.json 2>{}/errors & run=$!; sleep 0.5; kill -INT $run; wait $run");
   EXPECT_EQ(result.exit_code, 1);
@@ -97,10 +93,8 @@ TEST(Rollout, OneThatFailsLeavesTheOthers) {
 TEST(Rollout, RefusesWhatDoesNotFit) {
   const CommandFolder folder(test_name());
   folder.write("a.csv", "time,cube.fx\n0,0\n");
-  const CommandResult result =
-      folder.run("rollout data/scenes/cube_drop.yaml --count 3 --inputs {}/a.csv {}/a.csv");
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_NE(result.errors.find("2 files for 3 rollouts"), std::string::npos) << result.errors;
+  folder.refuse("rollout data/scenes/cube_drop.yaml --count 3 --inputs {}/a.csv {}/a.csv",
+                "2 files for 3 rollouts");
   EXPECT_EQ(folder.run("rollout data/scenes/cube_drop.yaml --count 0").exit_code, 2);
 }
 

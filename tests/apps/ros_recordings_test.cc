@@ -36,9 +36,7 @@ struct Row {
 /// them to the round-off of times.
 std::vector<Row> own_motion(const CommandFolder& folder, const std::string& scene,
                             const std::vector<std::string>& q, const std::vector<std::string>& v) {
-  const CommandResult result =
-      folder.run("simulate " + scene + " --duration 0.5 --timestep 0.002 --output {}/own.csv");
-  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  folder.succeed("simulate " + scene + " --duration 0.5 --timestep 0.002 --output {}/own.csv");
   const Table table(folder.path("own.csv"));
   std::vector<Row> rows;
   for (int row = 0; row < table.num_rows(); row += 5) {
@@ -335,13 +333,8 @@ TEST_F(CubeRecording, TransformsOfOneFrameAreChosenByTheBundledMap) {
 }
 
 TEST_F(CubeRecording, MeansOfQuaternionsOfEitherSignAreThoseOfOne) {
-  std::string lines = "average: 5\ntime: t\nfree: cube\ncolumns:\n", header = "t";
-  for (const char* name :
-       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"}) {
-    lines += fmt::format("  cube.{0}: {0}\n", name);
-    header += fmt::format(",{}", name);
-  }
-  folder_.write("map.yaml", lines);
+  const std::string header = "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz";
+  folder_.write("map.yaml", test::free_body_map("average: 5\ntime: t\n", "cube", true));
   const auto recording = [&](bool flip) {
     std::string csv = header + "\n";
     for (std::size_t k = 0; k < rows_.size(); ++k) {

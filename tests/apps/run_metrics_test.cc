@@ -39,8 +39,7 @@ TEST(RunMetrics, EnergyThatTheInputGaveIsNoGain) {
   folder.write("ball.yaml",
                "gravity: [0, 0, 0]\ntime_step: 0.001\nduration: 1\n"
                "models:\n  - {name: ball, sphere: 0.1, mass: 1}\n");
-  ASSERT_EQ(folder.run("simulate {}/ball.yaml --random-wrenches 1 --json {}/r.json").exit_code, 0);
-  const nlohmann::json report = folder.json("r.json");
+  const nlohmann::json report = folder.report("simulate {}/ball.yaml --random-wrenches 1");
   const double work = report["input_work_J"], end = report["energy_end_J"];
   EXPECT_NEAR(work, end, 1e-9);
   EXPECT_LT(report["energy_gain_max_J"], 1e-9);
@@ -54,8 +53,7 @@ TEST(RunMetrics, PartingOverlapsIsNoGain) {
   folder.write("sunk.yaml",
                "ground: {}\nduration: 3\n"
                "models:\n  - {name: box, box: [0.1, 0.1, 0.1], mass: 1, position: [0, 0, 0.07]}\n");
-  ASSERT_EQ(folder.run("simulate {}/sunk.yaml --json {}/r.json").exit_code, 0);
-  const nlohmann::json report = folder.json("r.json");
+  const nlohmann::json report = folder.report("simulate {}/sunk.yaml");
   const double start = report["energy_start_J"], end = report["energy_end_J"];
   const double lifted = report["overlap_work_J"], gain = report["energy_gain_max_J"];
   constexpr double kWeight = 9.80665, kPartingSpeed = 1e-3, kPartingTime = 0.1;  // N, m/s, s
@@ -119,8 +117,7 @@ TEST(RunMetrics, DepthBelowTheGround) {
   folder.write("sunk.yaml",
                "gravity: [0, 0, 0]\nground: {}\nduration: 0\n"
                "models:\n  - {name: box, box: [0.1, 0.1, 0.1], mass: 1, position: [0, 0, 0.03]}\n");
-  ASSERT_EQ(folder.run("simulate {}/sunk.yaml --json {}/r.json").exit_code, 0);
-  EXPECT_NEAR(folder.json("r.json")["end_below_ground_m"], 0.07, 1e-12);
+  EXPECT_NEAR(folder.report("simulate {}/sunk.yaml")["end_below_ground_m"], 0.07, 1e-12);
 }
 
 TEST(RunMetrics, StopsAtTheWallLimit) {
@@ -145,26 +142,20 @@ TEST(RunMetrics, CtrlCKeepsWhatWasComputed) {
   const nlohmann::json report = folder.json("r.json");
   EXPECT_EQ(report["status"], "stopped");
   // The trajectory ends with a complete row and can be read.
-  EXPECT_EQ(
-      folder.run("inverse data/scenes/pendulum.yaml {}/motion.csv --json {}/i.json").exit_code, 0);
-  EXPECT_EQ(folder.json("i.json")["steps"], report["steps"]);
+  EXPECT_EQ(folder.report("inverse data/scenes/pendulum.yaml {}/motion.csv")["steps"],
+            report["steps"]);
 }
 
 TEST(RunMetrics, ContactsAreThoseThatTheInverseFinds) {
   const CommandFolder folder(test_name());
   const std::string scene = "data/scenes/cube_drop.yaml";
-  ASSERT_EQ(
-      folder.run("simulate " + scene + " --output {}/m.csv --contacts {}/forward.csv").exit_code,
-      0);
-  ASSERT_EQ(folder.run("inverse " + scene + " {}/m.csv --contacts {}/inverse.csv").exit_code, 0);
-  const std::string forward = folder.read("forward.csv");
-  EXPECT_GT(std::count(forward.begin(), forward.end(), '\n'), 100);
-  EXPECT_EQ(forward, folder.read("inverse.csv"));
+  folder.succeed("simulate " + scene + " --output {}/m.csv --contacts {}/forward.csv");
+  folder.succeed("inverse " + scene + " {}/m.csv --contacts {}/inverse.csv");
+  EXPECT_GT(folder.lines("forward.csv"), 100);
+  EXPECT_EQ(folder.read("forward.csv"), folder.read("inverse.csv"));
   // Integrators without an inverse are refused before the run starts.
-  const auto refused = folder.run(
-      "simulate data/scenes/pendulum.yaml --integrator runge_kutta_4 --contacts {}/c.csv");
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_NE(refused.errors.find("runge_kutta_4"), std::string::npos) << refused.errors;
+  folder.refuse("simulate data/scenes/pendulum.yaml --integrator runge_kutta_4 --contacts {}/c.csv",
+                "runge_kutta_4");
 }
 
 }  // namespace

@@ -33,16 +33,12 @@ class Sweep : public testing::Test {
   void SetUp() override { folder_.write("study.yaml", study()); }
   /// Returns the table computed by one thread.
   std::string expected(const CommandFolder& folder) {
-    const CommandResult result =
-        folder.run("sweep {}/study.yaml --output {}/expected.csv --threads 1");
-    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    folder.succeed("sweep {}/study.yaml --output {}/expected.csv --threads 1");
     return folder.read("expected.csv");
   }
   void expect_bad(const std::string& yaml, const std::string& message) {
     folder_.write("bad.yaml", yaml);
-    const CommandResult result = folder_.run("sweep {}/bad.yaml --output {}/bad.csv");
-    EXPECT_EQ(result.exit_code, 2) << yaml;
-    EXPECT_NE(result.errors.find(message), std::string::npos) << result.errors;
+    folder_.refuse("sweep {}/bad.yaml --output {}/bad.csv", message);
     EXPECT_FALSE(fs::exists(folder_.path("bad.csv.parts"))) << "nothing was to be begun";
   }
   CommandFolder folder_{"sweep_" + test_name()};
@@ -114,34 +110,25 @@ TEST_F(Sweep, FiguresGoBeforePresetsWhateverTheirOrder) {
 TEST_F(Sweep, ThreadsAndSharesGiveTheSameBits) {
   const std::string table = expected(folder_);
   for (const std::string threads : {"2", "3"}) {
-    ASSERT_EQ(
-        folder_.run("sweep {}/study.yaml --output {}/t" + threads + ".csv --threads " + threads)
-            .exit_code,
-        0);
+    folder_.succeed("sweep {}/study.yaml --output {}/t" + threads + ".csv --threads " + threads);
     EXPECT_EQ(folder_.read("t" + threads + ".csv"), table) << threads;
   }
   for (const std::string k : {"2", "3", "1"}) {
     const CommandResult early = folder_.run("merge {}/s.csv.parts");
     EXPECT_NE(early.exit_code, 0) << "shares are missing";
-    ASSERT_EQ(folder_.run("sweep {}/study.yaml --output {}/s.csv --tasks " + k + "/3").exit_code,
-              0);
+    folder_.succeed("sweep {}/study.yaml --output {}/s.csv --tasks " + k + "/3");
     EXPECT_FALSE(fs::exists(folder_.path("s.csv")));
   }
-  const CommandResult merged = folder_.run("merge {}/s.csv.parts");
-  ASSERT_EQ(merged.exit_code, 0) << merged.errors;
+  folder_.succeed("merge {}/s.csv.parts");
   EXPECT_EQ(folder_.read("s.csv"), table);
 }
 
 TEST_F(Sweep, SharesOfMachinesWithoutACommonDiskAreMerged) {
   const std::string table = expected(folder_);
   for (const std::string k : {"1", "2"})
-    ASSERT_EQ(folder_
-                  .run("sweep {}/study.yaml --output {}/s.csv --parts {}/machine" + k +
-                       " --tasks " + k + "/2")
-                  .exit_code,
-              0);
-  const CommandResult merged = folder_.run("merge {}/machine1 {}/machine2");
-  ASSERT_EQ(merged.exit_code, 0) << merged.errors;
+    folder_.succeed("sweep {}/study.yaml --output {}/s.csv --parts {}/machine" + k + " --tasks " +
+                    k + "/2");
+  folder_.succeed("merge {}/machine1 {}/machine2");
   EXPECT_EQ(folder_.read("s.csv"), table);
 }
 
@@ -161,10 +148,10 @@ TEST_F(Sweep, RanksGiveTheSameBits) {
 TEST_F(Sweep, RolloutGivesTheSameBitsOnRanksAndShares) {
   const std::string line =
       "rollout quadruped_drop --duration 0.2 --random-inputs 0.3 --count 9 --output ";
-  ASSERT_EQ(folder_.run(line + "{}/one.csv --threads 1").exit_code, 0);
+  folder_.succeed(line + "{}/one.csv --threads 1");
   for (const std::string k : {"1", "2"})
-    ASSERT_EQ(folder_.run(line + "{}/s.csv --parts {}/parts --tasks " + k + "/2").exit_code, 0);
-  ASSERT_EQ(folder_.run("merge {}/parts").exit_code, 0);
+    folder_.succeed(line + "{}/s.csv --parts {}/parts --tasks " + k + "/2");
+  folder_.succeed("merge {}/parts");
   EXPECT_EQ(folder_.read("s.csv"), folder_.read("one.csv"));
   if (const std::string why = why_no_mpi(folder_); !why.empty()) GTEST_SKIP() << "ranks: " << why;
   for (const std::string ranks : {"2", "4"}) {
@@ -189,8 +176,7 @@ TEST_F(Sweep, ARankThatDiesLosesItsUnfinishedTasksOnly) {
                          "kill -9 ${rank%% *}; wait $run");
   ASSERT_NE(killed.exit_code, 0) << killed.output;
   ASSERT_FALSE(fs::exists(folder_.path("k.csv")));
-  const CommandResult again = folder_.run("sweep {}/study.yaml --output {}/k.csv --json {}/k.json");
-  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  folder_.succeed("sweep {}/study.yaml --output {}/k.csv --json {}/k.json");
   EXPECT_EQ(folder_.read("k.csv"), table);
   const auto report = folder_.json("k.json");
   EXPECT_LT(report["computed_tasks"], report["tasks"]) << "finished tasks were lost";
@@ -206,7 +192,7 @@ TEST_F(Sweep, CtrlCKeepsWhatIsDoneAndTheSameCommandGoesOn) {
                                       "kill -TERM $run; wait $run");
   EXPECT_EQ(stopped.exit_code, 1);
   EXPECT_NE(stopped.errors.find("the same command goes on"), std::string::npos) << stopped.errors;
-  ASSERT_EQ(folder_.run("sweep {}/study.yaml --output {}/c.csv").exit_code, 0);
+  folder_.succeed("sweep {}/study.yaml --output {}/c.csv");
   EXPECT_EQ(folder_.read("c.csv"), expected(folder_));
 }
 
@@ -218,8 +204,7 @@ TEST_F(Sweep, AFullDiskIsSaidAndNothingIsLost) {
   EXPECT_EQ(full.exit_code, 1);
   EXPECT_NE(full.errors.find(": File too large"), std::string::npos) << full.errors;
   EXPECT_NE(full.errors.find("goes on"), std::string::npos) << full.errors;
-  const CommandResult again = folder_.run("sweep {}/study.yaml --output {}/f.csv --json {}/f.json");
-  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  folder_.succeed("sweep {}/study.yaml --output {}/f.csv --json {}/f.json");
   EXPECT_EQ(folder_.read("f.csv"), table);
   EXPECT_LT(folder_.json("f.json")["computed_tasks"], 24);
   // If the table itself cannot be written, the existing one stays.
@@ -261,16 +246,14 @@ TEST_F(Sweep, TrajectoriesThatCannotBeWrittenEndTheRun) {
   EXPECT_NE(result.exit_code, 0);
   EXPECT_FALSE(fs::exists(folder_.path("t.csv")));
   fs::remove(folder_.path("t.csv.trajectories"));
-  EXPECT_EQ(folder_.run("sweep {}/study.yaml --output {}/t.csv").exit_code, 0);
+  folder_.succeed("sweep {}/study.yaml --output {}/t.csv");
   EXPECT_EQ(Table(folder_.path("t.csv.trajectories/000/000001.csv")).num_rows(), 51);
 }
 
 TEST_F(Sweep, AFolderThatCannotBeWrittenIsSaidBeforeAnyWork) {
   // A folder that not even root can write to.
-  const CommandResult result = folder_.run("sweep {}/study.yaml --output /sys/kernel/table.csv");
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_NE(result.errors.find("finished tasks cannot be kept here"), std::string::npos)
-      << result.errors;
+  folder_.refuse("sweep {}/study.yaml --output /sys/kernel/table.csv",
+                 "finished tasks cannot be kept here");
 }
 
 TEST_F(Sweep, ATaskThatFailsIsARowWithItsReason) {
@@ -290,10 +273,8 @@ TEST_F(Sweep, ATaskThatFailsIsARowWithItsReason) {
 TEST_F(Sweep, AnotherStudyIsNotMixedIn) {
   expected(folder_);
   folder_.write("study.yaml", study(4));
-  const CommandResult result = folder_.run("sweep {}/study.yaml --output {}/expected.csv");
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_NE(result.errors.find("finished tasks of something else"), std::string::npos)
-      << result.errors;
+  folder_.refuse("sweep {}/study.yaml --output {}/expected.csv",
+                 "finished tasks of something else");
 }
 
 TEST_F(Sweep, BadStudiesAreRefusedByLine) {
@@ -316,10 +297,7 @@ TEST_F(Sweep, BadStudiesAreRefusedByLine) {
 
 TEST_F(Sweep, BadSharesAreRefused) {
   for (const std::string share : {"0/3", "4/3", "3", "x/2", "1/0"}) {
-    const CommandResult result =
-        folder_.run("sweep {}/study.yaml --output {}/t.csv --tasks " + share);
-    EXPECT_EQ(result.exit_code, 2) << share;
-    EXPECT_NE(result.errors.find("expected K/N"), std::string::npos) << result.errors;
+    folder_.refuse("sweep {}/study.yaml --output {}/t.csv --tasks " + share, "expected K/N");
   }
   EXPECT_NE(folder_.run("rollout cube_toss --tasks 1/2").errors.find("--parts DIR"),
             std::string::npos);

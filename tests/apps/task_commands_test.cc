@@ -94,10 +94,10 @@ TEST_F(TaskCommands, HardCases) {
 
 TEST_F(TaskCommands, HardCasesWritePicturesOnRankZero) {
   const std::string cases = "hard-cases --no-peers --only cradle_apart --only slope_rest --report ";
-  ASSERT_EQ(folder_.run(cases + "{}/one").exit_code, 0);
+  folder_.succeed(cases + "{}/one");
   for (const std::string k : {"1", "2"})
-    ASSERT_EQ(folder_.run(cases + "{}/s --parts {}/parts --tasks " + k + "/2").exit_code, 0);
-  ASSERT_EQ(folder_.run("merge {}/parts").exit_code, 0);
+    folder_.succeed(cases + "{}/s --parts {}/parts --tasks " + k + "/2");
+  folder_.succeed("merge {}/parts");
   EXPECT_NE(folder_.read("one/slope_rest.svg"), "");
   EXPECT_EQ(folder_.read("s/slope_rest.svg"), folder_.read("one/slope_rest.svg"));
 }
@@ -123,7 +123,7 @@ TEST_F(TaskCommands, OptimizeGoesOnWithTheStartsThatAreMissing) {
   const std::string line =
       "optimize data/scenes/optimize/acrobot.yaml --starts 3 --frames 12 --iterations 30 --parts "
       "{}/parts --json {}/r.json";
-  ASSERT_EQ(folder_.run(line + " --tasks 2/3").exit_code, 0);
+  folder_.succeed(line + " --tasks 2/3");
   ASSERT_EQ(folder_.run(line).exit_code, 1);
   EXPECT_EQ(folder_.json("r.json")["computed_tasks"], 2);
   EXPECT_NE(folder_.run("optimize acrobot --parts {}/parts").errors.find("--starts N"),
@@ -132,15 +132,12 @@ TEST_F(TaskCommands, OptimizeGoesOnWithTheStartsThatAreMissing) {
 
 /// Records tosses of the bundled cube with other parameters than the scene's.
 std::string record_tosses(const CommandFolder& folder) {
-  std::string map = "time: time\nfree: cube\ncolumns:\n", files;
-  for (const std::string name :
-       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
-    map += "  cube." + name + ": cube." + name + "\n";
-  folder.write("map.yaml", map);
+  std::string files;
+  folder.write("map.yaml", free_body_map("time: time\n", "cube"));
   folder.write("study.yaml",
                "scene: cube_toss\nduration: 0.4\ntime_step: 0.01\nset: {friction: 0.3}\nvary: "
                "{cube.vx: [0.5, 1, 1.5]}\nrecord: {trajectories: true}\n");
-  EXPECT_EQ(folder.run("sweep {}/study.yaml --output {}/tosses.csv").exit_code, 0);
+  folder.succeed("sweep {}/study.yaml --output {}/tosses.csv");
   for (const std::string k : {"0", "1", "2"})
     files += " {}/tosses.csv.trajectories/000/00000" + k + ".csv";
   return files;
@@ -160,11 +157,11 @@ TEST_F(TaskCommands, IdentifyGoesOnWhereItWasStopped) {
                            " --columns {}/map.yaml --parameters friction=0.1..0.9 --samples 6 "
                            "--train 1 --parts {}/parts --json ";
   // Runs the first share of the first task list, then everything.
-  ASSERT_EQ(folder_.run(line + "{}/s.json --tasks 1/2").exit_code, 0);
+  folder_.succeed(line + "{}/s.json --tasks 1/2");
   EXPECT_EQ(folder_.json("s.json")["status"], "incomplete");
   EXPECT_EQ(folder_.json("s.json")["computed_tasks"], 4) << "the start and every second sample";
-  ASSERT_EQ(folder_.run(line + "{}/all.json").exit_code, 0);
-  ASSERT_EQ(folder_.run(line + "{}/again.json").exit_code, 0);
+  folder_.succeed(line + "{}/all.json");
+  folder_.succeed(line + "{}/again.json");
   EXPECT_EQ(folder_.read("again.json"), folder_.read("all.json"));
   // Results from other recordings are not reused.
   folder_.write("tosses.csv.trajectories/000/000001.csv",
@@ -177,13 +174,9 @@ TEST_F(TaskCommands, ResultsOfOtherInputsAreRefused) {
   folder_.write("push.csv", "time,cube.fx\n0,1\n");
   const std::string line =
       "rollout cube_drop --duration 0.1 --count 2 --inputs {}/push.csv --parts {}/parts";
-  const CommandResult first = folder_.run(line);
-  ASSERT_EQ(first.exit_code, 0) << first.errors;
+  folder_.succeed(line);
   folder_.write("push.csv", "time,cube.fx\n0,2\n");
-  const CommandResult second = folder_.run(line);
-  EXPECT_EQ(second.exit_code, 2);
-  EXPECT_NE(second.errors.find("finished tasks of something else"), std::string::npos)
-      << second.errors;
+  folder_.refuse(line, "finished tasks of something else");
 }
 
 }  // namespace

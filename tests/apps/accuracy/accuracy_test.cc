@@ -33,11 +33,9 @@ const nlohmann::json& family(const nlohmann::json& report, const std::string& na
 
 TEST(Accuracy, AnotherEngineStandsBesideAndIsNotRecommended) {
   const CommandFolder folder("accuracy_mujoco");
-  const CommandResult result = folder.run(
+  const nlohmann::json report = folder.report(
       "accuracy data/scenes/accuracy/double_pendulum.yaml --vary integrator,adaptive,mujoco "
-      "--duration 1 --pieces 2 --repeats 1 --want 1e-3 --json {}/r.json");
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json report = folder.json("r.json");
+      "--duration 1 --pieces 2 --repeats 1 --want 1e-3");
   // The error follows the tolerance over six decades, within a factor of ten.
   const auto& adaptive = family(report, "adaptive runge_kutta_4").at("points");
   double least = std::numeric_limits<double>::infinity(), most = 0.0;
@@ -71,11 +69,10 @@ TEST(Accuracy, AnotherEngineStandsBesideAndIsNotRecommended) {
 TEST(Accuracy, OrdersAreThoseOfTheIntegrators) {
   for (const char* scene : {"double_pendulum", "heavy_top"}) {
     const CommandFolder folder(std::string("accuracy_") + scene);
-    const CommandResult result =
-        folder.run(fmt::format("accuracy data/scenes/accuracy/{}.yaml --vary integrator --duration "
-                               "1 --pieces 5 --repeats 1 --json {{}}/r.json",
-                               scene));
-    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    folder.succeed(
+        fmt::format("accuracy data/scenes/accuracy/{}.yaml --vary integrator --duration "
+                    "1 --pieces 5 --repeats 1 --json {{}}/r.json",
+                    scene));
     const nlohmann::json report = folder.json("r.json");
     // Slopes over a factor of eight in the step. The finest step is a thousandth of the motion's
     // time scale; terms of the next order change the slopes by less than kSlope.
@@ -289,10 +286,8 @@ TEST(Accuracy, SaysWhatIsWrongWithACommandLine) {
 
 TEST(Accuracy, BothContactLawsAreConvexAlike) {
   const CommandFolder folder("accuracy_law");
-  const CommandResult result = folder.run(
-      "accuracy data/scenes/accuracy/slide_to_roll.yaml --vary law --repeats 1 --json {}/r.json");
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json report = folder.json("r.json");
+  const nlohmann::json report =
+      folder.report("accuracy data/scenes/accuracy/slide_to_roll.yaml --vary law --repeats 1");
   const auto& spectral = family(report, "law spectral, convex").at("points");
   const auto& other = family(report, "law kinetic_energy, convex").at("points");
   ASSERT_EQ(spectral.size(), other.size());
@@ -307,11 +302,8 @@ TEST(Accuracy, BothContactLawsAreConvexAlike) {
 
 TEST(Accuracy, PresetsDifferAsTheirLawsDo) {
   const CommandFolder folder("accuracy_preset");
-  const CommandResult result = folder.run(
-      "accuracy data/scenes/accuracy/slide_to_stop.yaml --vary preset --repeats 1 --json "
-      "{}/r.json");
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json report = folder.json("r.json");
+  const nlohmann::json report =
+      folder.report("accuracy data/scenes/accuracy/slide_to_stop.yaml --vary preset --repeats 1");
   const auto physics = [&](const char* preset) {
     for (const auto& point : family(report, fmt::format("contact {}", preset)).at("points"))
       if (point.at("value") == report.at("time_step_s")) return point.at("physics");
@@ -328,11 +320,9 @@ TEST(Accuracy, PresetsDifferAsTheirLawsDo) {
 
 TEST(Accuracy, LeavesOutWhatSaysNothing) {
   const CommandFolder folder("accuracy_idle");
-  const CommandResult result = folder.run(
+  const nlohmann::json report = folder.report(
       "accuracy data/scenes/accuracy/heavy_top.yaml --vary friction,timestep --duration 0.2 "
-      "--repeats 1 --json {}/r.json");
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json report = folder.json("r.json");
+      "--repeats 1");
   EXPECT_EQ(report.at("families").size(), 1u);
   EXPECT_EQ(report.at("left_out")[0], "friction: nothing can touch with friction");
 }
