@@ -41,6 +41,12 @@ struct CommandResult {
   std::string errors;  ///< standard error
 };
 
+/// Shell text that waits until the command with process number $run has installed its handler of
+/// Ctrl-C (bit 2 of SigCgt in /proc/<pid>/status), or has ended.
+inline const std::string kUntilInterruptible =
+    "until grep -qs 'SigCgt:.*[2367abef]$' /proc/$run/status || ! kill -0 $run; "
+    "do sleep 0.02; done; ";
+
 /// A temporary folder for one test, removed by the destructor. Commands run in the root of the
 /// sources.
 class CommandFolder {

@@ -20,16 +20,12 @@ using test::test_name;
 constexpr double kMostSeconds = 1.0 + 2.0;
 
 /// Runs a command that would take minutes, and sends a signal 0.5 s after it has installed its
-/// handler (bit 2 of SigCgt in /proc/<pid>/status).
+/// handler.
 CommandResult interrupted(const CommandFolder& folder, const std::string& arguments,
                           const std::string& signal = "INT") {
   CommandResult result =
-      folder.run(arguments +
-                 " --json {}/r.json 2>{}/errors & run=$!; "
-                 "until grep -qs 'SigCgt:.*[2367abef]$' /proc/$run/status || ! kill -0 $run; "
-                 "do sleep 0.02; done; "
-                 "sleep 0.5; date +%s.%N >{}/sent; kill -" +
-                 signal +
+      folder.run(arguments + " --json {}/r.json 2>{}/errors & run=$!; " +
+                 test::kUntilInterruptible + "sleep 0.5; date +%s.%N >{}/sent; kill -" + signal +
                  " $run; wait $run; code=$?; "
                  "date +%s.%N >{}/ended; exit $code");
   result.errors = folder.read("errors");

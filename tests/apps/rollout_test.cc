@@ -54,7 +54,8 @@ TEST(Rollout, CtrlCKeepsWhatWasComputed) {
   // Each rollout would take an hour.
   const CommandResult result = folder.run(
       "rollout data/scenes/cube_drop.yaml --count 3 --threads 1 --duration 1e5 --output "
-      "{}/ends.csv --json {}/r.json 2>{}/errors & run=$!; sleep 0.5; kill -INT $run; wait $run");
+      "{}/ends.csv --json {}/r.json 2>{}/errors & run=$!; " +
+      test::kUntilInterruptible + "sleep 0.5; kill -INT $run; wait $run");
   EXPECT_EQ(result.exit_code, 1);
   const std::string errors = folder.read("errors");
   EXPECT_NE(errors.find("stopped by Ctrl-C: 0 of 3 rollouts ended, 1 were under way, 2 not begun"),

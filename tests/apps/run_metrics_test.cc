@@ -136,7 +136,8 @@ TEST(RunMetrics, CtrlCKeepsWhatWasComputed) {
   const CommandFolder folder(test_name());
   const auto result = folder.run(
       "simulate data/scenes/pendulum.yaml --duration 1e5 --output {}/motion.csv --json {}/r.json "
-      "2>{}/errors & run=$!; sleep 0.3; kill -INT $run; wait $run");
+      "2>{}/errors & run=$!; " +
+      test::kUntilInterruptible + "sleep 0.3; kill -INT $run; wait $run");
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_NE(folder.read("errors").find("Ctrl-C"), std::string::npos) << folder.read("errors");
   const nlohmann::json report = folder.json("r.json");
