@@ -1,9 +1,9 @@
 #include "families.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "counterpoint/collision/collider.h"
@@ -20,17 +20,6 @@ constexpr int kDoublings = 4, kHalvings = 3;  // powers of two around the scene'
 /// Writes a value of the varied parameter into a setting.
 using Change = std::function<void(EngineSetting&, double)>;
 
-void set_time_step(EngineSetting& setting, double h) { setting.options.time_step = h; }
-void set_compliance(EngineSetting& setting, double eps) {
-  setting.options.contact.compliance = eps;
-}
-void set_smoothing(EngineSetting& setting, double delta) {
-  setting.options.contact.smoothing = delta;
-}
-void set_tolerance(EngineSetting& setting, double tolerance) {
-  setting.solver.tolerance = tolerance;
-}
-
 class Maker {
  public:
   Maker(const Scene& scene, const Plan& plan) : scene_(scene), base_{scene.options, {}} {
@@ -46,8 +35,10 @@ class Maker {
   /// A curve over the time step.
   Family over_steps(const std::string& vary, const std::string& name,
                     const EngineSetting& setting) const {
-    return over(vary, name, "time_step_s", set_time_step, steps_, setting,
-                [](double h) { return seconds_text(h); });
+    return over(
+        vary, name, "time_step_s",
+        [](EngineSetting& changed, double h) { changed.options.time_step = h; }, steps_, setting,
+        [](double h) { return seconds_text(h); });
   }
 
   Family over(const std::string& vary, const std::string& name, const std::string& parameter,
@@ -160,53 +151,73 @@ void add_adaptive(const Maker& make, Families& out) {
   }
 }
 
-/// One parameter: varied at the scene's time step, and the time step varied at two of its values.
-struct Sweep {
-  const char* item;
-  const char* parameter;
-  Change change;
-  std::vector<double> values;        ///< from loose to tight
-  std::array<double, 2> with_steps;  ///< two of `values`
-};
-
-std::vector<Sweep> sweeps() {
-  return {{"compliance",
-           "compliance",
-           set_compliance,
-           {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8},
-           {1e-2, 1e-4}},
-          {"smoothing",
-           "smoothing_m",
-           set_smoothing,
-           {1e-4, 1e-5, 1e-6, 1e-7, 1e-9, 1e-11, 1e-13, 1e-15},
-           {1e-5, 1e-8}},
-          {"tolerance",
-           "tolerance",
-           set_tolerance,
-           {1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12},
-           {1e-3, 1e-6}}};
-}
-
-void add_sweep(const Maker& make, const Sweep& sweep, Families& out) {
-  out.families.push_back(make.over(
-      sweep.item, fmt::format("{} at {}", sweep.item, seconds_text(make.base().options.time_step)),
-      sweep.parameter, sweep.change, sweep.values, make.base(), plain));
-  for (const double value : sweep.with_steps) {
+/// Varies one parameter at the scene's time step over `values`, from loose to tight, and the time
+/// step at two of its values.
+void add_sweep(const Maker& make, const std::string& item, const std::string& parameter,
+               const Change& change, const std::vector<double>& values,
+               const std::vector<double>& with_steps, Families& out) {
+  out.families.push_back(
+      make.over(item, fmt::format("{} at {}", item, seconds_text(make.base().options.time_step)),
+                parameter, change, values, make.base(), plain));
+  for (const double value : with_steps) {
     EngineSetting setting = make.base();
-    sweep.change(setting, value);
-    out.families.push_back(
-        make.over_steps(sweep.item, fmt::format("{} {:g}", sweep.item, value), setting));
+    change(setting, value);
+    out.families.push_back(make.over_steps(item, fmt::format("{} {:g}", item, value), setting));
   }
 }
 
-/// Reason why an item has no effect on a scene; empty: it has one.
-std::string idle(const std::string& item, const Rows& rows) {
-  if (item == "friction" || item == "law")
-    return rows.friction ? "" : "nothing can touch with friction";
-  if (item == "smoothing") return rows.smoothed ? "" : "nothing in this scene is smoothed";
-  if (item == "compliance" || item == "tolerance" || item == "preset")
-    return rows.any ? "" : "the scene has no constraints to solve";
-  return "";
+void add_compliance(const Maker& make, Families& out) {
+  add_sweep(
+      make, "compliance", "compliance",
+      [](EngineSetting& setting, double eps) { setting.options.contact.compliance = eps; },
+      {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8}, {1e-2, 1e-4}, out);
+}
+
+void add_smoothing(const Maker& make, Families& out) {
+  add_sweep(
+      make, "smoothing", "smoothing_m",
+      [](EngineSetting& setting, double delta) { setting.options.contact.smoothing = delta; },
+      {1e-4, 1e-5, 1e-6, 1e-7, 1e-9, 1e-11, 1e-13, 1e-15}, {1e-5, 1e-8}, out);
+}
+
+void add_tolerance(const Maker& make, Families& out) {
+  add_sweep(
+      make, "tolerance", "tolerance",
+      [](EngineSetting& setting, double tolerance) { setting.solver.tolerance = tolerance; },
+      {1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12}, {1e-3, 1e-6}, out);
+}
+
+void add_other_engine(const Maker& make, Families& out) {
+  add_mujoco(make.scene(), make.steps(), rows_of(make.scene()).any, out);
+}
+
+/// A value of --vary.
+struct Item {
+  const char* name;
+  void (*add)(const Maker& make, Families& out);
+  bool usual = true;              ///< varied by default
+  bool Rows::*acts_on = nullptr;  ///< rows without which it has no effect; null: none needed
+  const char* without = "";       ///< why it has none then
+};
+constexpr const char* kNoRows = "the scene has no constraints to solve";
+constexpr const char* kNoFriction = "nothing can touch with friction";
+constexpr Item kItems[] = {
+    {"timestep", add_time_step},
+    {"integrator", add_integrators},
+    {"friction", add_friction, true, &Rows::friction, kNoFriction},
+    {"compliance", add_compliance, true, &Rows::any, kNoRows},
+    {"smoothing", add_smoothing, true, &Rows::smoothed, "nothing in this scene is smoothed"},
+    {"tolerance", add_tolerance, true, &Rows::any, kNoRows},
+    {"preset", add_presets, true, &Rows::any, kNoRows},
+    {"law", add_laws, false, &Rows::friction, kNoFriction},
+    {"adaptive", add_adaptive, false},
+    {"mujoco", add_other_engine, false}};
+
+std::vector<std::string> item_names(bool all) {
+  std::vector<std::string> names;
+  for (const Item& item : kItems)
+    if (all || item.usual) names.emplace_back(item.name);
+  return names;
 }
 
 }  // namespace
@@ -230,45 +241,26 @@ std::string seconds_text(double seconds) {
   return fmt::format("{:.4g} s", seconds);
 }
 
-const std::vector<std::string>& vary_items() {
-  static const std::vector<std::string> items = {
-      "timestep",  "integrator", "friction", "compliance", "smoothing",
-      "tolerance", "preset",     "law",      "adaptive",   "mujoco"};
-  return items;
-}
+std::vector<std::string> vary_items() { return item_names(true); }
 
-std::vector<std::string> usual_items() {
-  std::vector<std::string> items = vary_items();
-  std::erase_if(items, [](const std::string& item) {
-    return item == "law" || item == "adaptive" || item == "mujoco";
-  });
-  return items;
-}
+std::vector<std::string> usual_items() { return item_names(false); }
 
 Families make_families(const Scene& scene, const Plan& plan,
                        const std::vector<std::string>& items) {
   const Maker make(scene, plan);
   const Rows rows = rows_of(scene);
   Families out;
-  for (const std::string& item : items) {
-    const auto& known = vary_items();
-    if (std::find(known.begin(), known.end(), item) == known.end()) {
-      throw InputError(
-          fmt::format("--vary {}: expected one or more of {}", item, fmt::join(known, ", ")));
+  for (const std::string& name : items) {
+    const auto item = std::find_if(std::begin(kItems), std::end(kItems),
+                                   [&](const Item& known) { return name == known.name; });
+    if (item == std::end(kItems)) {
+      throw InputError(fmt::format("--vary {}: expected one or more of {}", name,
+                                   fmt::join(vary_items(), ", ")));
     }
-    if (const std::string why = idle(item, rows); !why.empty()) {
-      out.left_out.push_back(fmt::format("{}: {}", item, why));
-      continue;
-    }
-    if (item == "timestep") add_time_step(make, out);
-    if (item == "integrator") add_integrators(make, out);
-    if (item == "friction") add_friction(make, out);
-    if (item == "preset") add_presets(make, out);
-    if (item == "law") add_laws(make, out);
-    if (item == "adaptive") add_adaptive(make, out);
-    if (item == "mujoco") add_mujoco(scene, make.steps(), rows.any, out);
-    for (const Sweep& sweep : sweeps())
-      if (item == sweep.item) add_sweep(make, sweep, out);
+    if (item->acts_on == nullptr || rows.*item->acts_on)
+      item->add(make, out);
+    else
+      out.left_out.push_back(fmt::format("{}: {}", name, item->without));
   }
   return out;
 }

@@ -44,7 +44,7 @@ struct Families {
 };
 
 /// Values of --vary, in order.
-const std::vector<std::string>& vary_items();
+std::vector<std::string> vary_items();
 /// Items varied by default: all but `law`, which is slow, `adaptive` and `mujoco`.
 std::vector<std::string> usual_items();
 

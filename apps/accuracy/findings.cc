@@ -34,30 +34,23 @@ void print_table(std::FILE* out, const PageTable& table) {
   for (const auto& row : table.rows) line(row);
 }
 
-std::vector<std::string> physics_row(const std::string& name, const Physics& p) {
-  std::vector<std::string> row = {name};
-  if (p.contact) {
-    row.insert(row.end(), {metric(p.contact->primal), metric(p.contact->dual),
-                           metric(p.contact->complementarity), metric(p.penetration)});
-  } else {
-    row.insert(row.end(), 4, "-");
+/// Adds the settings whose physics was measured.
+void add_physics_rows(const MeasuredFamily& measured, PageTable& table) {
+  for (const Point& p : measured.points) {
+    if (!p.physics) continue;
+    std::vector<std::string>& row = table.rows.emplace_back();
+    row.push_back(p.setting.label);
+    for (const PhysicsColumn& column : physics_columns()) {
+      const auto value = column.value(*p.physics);
+      row.push_back(value ? metric(column.scale * *value) : "-");
+    }
   }
-  if (p.block) {
-    row.push_back(metric(1e6 * p.block->creep));
-    row.push_back(metric(p.block->hover));
-    row.push_back(metric(p.block->rest));
-  } else {
-    row.insert(row.end(), 3, "-");
-  }
-  row.push_back(metric(p.inverse_error));
-  row.push_back(metric(p.energy_error));
-  return row;
 }
 
 PageTable empty_physics_table() {
-  return {{"setting", "primal [N]", "dual [m/s]", "compl. [W]", "overlap [m]", "creep [um/s]",
-           "hover [m]", "rest [m]", "inverse", "energy [J]"},
-          {}};
+  PageTable table{{"setting"}, {}};
+  for (const PhysicsColumn& column : physics_columns()) table.header.emplace_back(column.heading);
+  return table;
 }
 
 }  // namespace
@@ -172,8 +165,7 @@ PageTable work_precision_table(const Findings& findings, const MeasuredFamily& m
 
 PageTable physics_table(const MeasuredFamily& measured) {
   PageTable table = empty_physics_table();
-  for (const Point& p : measured.points)
-    if (p.physics) table.rows.push_back(physics_row(p.setting.label, *p.physics));
+  add_physics_rows(measured, table);
   return table;
 }
 
@@ -192,8 +184,7 @@ void print(std::FILE* out, const Findings& findings) {
     }
     fmt::print(out, "\n{} ({})\n", m.family.name, m.family.vary);
     print_table(out, work_precision_table(findings, m));
-    for (const Point& p : m.points)
-      if (p.physics) physics.rows.push_back(physics_row(p.setting.label, *p.physics));
+    add_physics_rows(m, physics);
   }
   fmt::print(out, "\nslopes of the error over the time step\n");
   for (const std::string& line : order_lines(findings)) fmt::print(out, "  {}\n", line);

@@ -23,40 +23,31 @@ std::string quoted(const std::string& text) {
   return out + "\"";
 }
 
-std::string csv_row(const Findings& findings, const MeasuredFamily& m, size_t family, size_t i) {
-  const Point& p = m.points[i];
-  std::string out = fmt::format("{},{},{},{:.9g},{},{},{},{},{},{},{},{},{},{}", m.family.vary,
-                                quoted(m.family.name), m.family.parameter, p.setting.parameter,
-                                cell(p.error.all), cell(p.error.length), cell(p.error.angle),
-                                cell(p.worst), cell(p.cost), cell(p.cost_low), cell(p.cost_high),
-                                p.steps, p.failed, findings.on_front({family, i}) ? 1 : 0);
-  const Physics* physics = p.physics ? &*p.physics : nullptr;
-  const BlockMetrics* block = physics && physics->block ? &*physics->block : nullptr;
-  const auto add = [&](bool there, double value) {
-    out += ',';
-    if (there) out += cell(value);
-  };
-  const ContactResiduals* contact = physics && physics->contact ? &*physics->contact : nullptr;
-  add(contact, contact ? contact->primal : 0.0);
-  add(contact, contact ? contact->dual : 0.0);
-  add(contact, contact ? contact->complementarity : 0.0);
-  add(contact, contact ? physics->penetration : 0.0);
-  add(block, block ? block->creep : 0.0);
-  add(block, block ? block->hover : 0.0);
-  add(block, block ? block->rest : 0.0);
-  add(physics, physics ? physics->inverse_error : 0.0);
-  add(physics, physics ? physics->energy_error : 0.0);
+std::string csv_row(const Findings& findings, const Place& place) {
+  const Family& family = findings.measured[place.family].family;
+  const Point& p = findings.at(place);
+  std::string out = fmt::format("{},{},{},{:.9g}", family.vary, quoted(family.name),
+                                family.parameter, p.setting.parameter);
+  for (const double value :
+       {p.error.all, p.error.length, p.error.angle, p.worst, p.cost, p.cost_low, p.cost_high})
+    out.append(1, ',').append(cell(value));
+  out += fmt::format(",{},{},{}", p.steps, p.failed, findings.on_front(place) ? 1 : 0);
+  for (const PhysicsColumn& column : physics_columns()) {
+    const auto value = p.physics ? column.value(*p.physics) : std::nullopt;
+    out.append(1, ',').append(value ? cell(*value) : "");
+  }
   return out + "\n";
 }
 
 std::string csv(const Findings& findings) {
   std::string out =
       "vary,family,parameter,value,error,error_m,error_rad,error_worst_piece,cost_s_per_s,"
-      "cost_least_s_per_s,cost_most_s_per_s,steps,failed_pieces,front,primal_N,dual_m_s,"
-      "complementarity_W,penetration_m,creep_m_s,hover_m,rest_m,inverse_error,energy_error_J\n";
+      "cost_least_s_per_s,cost_most_s_per_s,steps,failed_pieces,front";
+  for (const PhysicsColumn& column : physics_columns()) out += fmt::format(",{}", column.key);
+  out += "\n";
   for (size_t f = 0; f < findings.measured.size(); ++f)
     for (size_t i = 0; i < findings.measured[f].points.size(); ++i)
-      out += csv_row(findings, findings.measured[f], f, i);
+      out += csv_row(findings, {f, i});
   return out;
 }
 
@@ -188,19 +179,9 @@ std::string page(const Findings& findings) {
 // ---- JSON ---------------------------------------------------------------------------------------
 
 Json json_physics(const Physics& p) {
-  Json out = {{"inverse_error", number(p.inverse_error)},
-              {"energy_error_J", number(p.energy_error)}};
-  if (p.contact) {
-    out["primal_N"] = number(p.contact->primal);
-    out["dual_m_s"] = number(p.contact->dual);
-    out["complementarity_W"] = number(p.contact->complementarity);
-    out["penetration_m"] = number(p.penetration);
-  }
-  if (p.block) {
-    out["creep_m_s"] = number(p.block->creep);
-    out["hover_m"] = number(p.block->hover);
-    out["rest_m"] = number(p.block->rest);
-  }
+  Json out;
+  for (const PhysicsColumn& column : physics_columns())
+    if (const auto value = column.value(p)) out[column.key] = number(*value);
   return out;
 }
 

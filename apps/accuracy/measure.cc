@@ -9,7 +9,7 @@
 
 #include "measure/median.h"
 #include "report/progress.h"
-#include "tasks/task_list.h"
+#include "tasks/archive.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {
@@ -41,10 +41,10 @@ bool run_for_error(EngineAdapter& adapter, const Model& model, const Plan& plan,
   return point.failed == 0;
 }
 
-/// A point to be timed: its adapter runs all pieces.
+/// A setting to be timed: its adapter runs all pieces.
 struct Timing {
-  size_t family = 0, point = 0;
   std::unique_ptr<EngineAdapter> adapter;
+  std::vector<Point*> points;  ///< points with this setting
   std::vector<double> costs;
 };
 
@@ -55,13 +55,15 @@ void run_for_time(const Plan& plan, const Reference& reference, Timing& timing) 
   timing.costs.push_back(seconds / (plan.length * static_cast<double>(reference.pieces.size())));
 }
 
-void set_cost(Timing& timing, Point& point) {
+void set_cost(Timing& timing) {
   std::vector<double>& costs = timing.costs;
   if (costs.empty()) return;  // stopped: the cost of the first run stays
   std::sort(costs.begin(), costs.end());
-  point.cost = median(costs);
-  point.cost_low = costs.front();
-  point.cost_high = costs.back();
+  for (Point* point : timing.points) {
+    point->cost = median(costs);
+    point->cost_low = costs.front();
+    point->cost_high = costs.back();
+  }
 }
 
 /// The same pieces, ending where the family's own fine run ends.
@@ -98,30 +100,11 @@ struct Measurement {
   std::optional<double> own_apart = {}, own_error = {};
   Point point;
 
-  std::string bytes() const {
-    tasks::BytesWriter out;
-    out.text(refused).put(own_apart).put(own_error).put(point.failed).text(point.failure);
-    out.put(point.error).numbers(point.piece_errors).put(point.worst);
-    out.put(point.cost).put(point.cost_low).put(point.cost_high).put(point.steps);
-    return out.put(point.physics).take();
-  }
-  static Measurement of(const std::string& bytes) {
-    Measurement m;
-    tasks::BytesReader in(bytes);
-    m.refused = in.text();
-    m.own_apart = in.get<std::optional<double>>();
-    m.own_error = in.get<std::optional<double>>();
-    m.point.failed = in.get<int>();
-    m.point.failure = in.text();
-    m.point.error = in.get<Deviation>();
-    m.point.piece_errors = in.numbers();
-    m.point.worst = in.get<double>();
-    m.point.cost = in.get<double>();
-    m.point.cost_low = in.get<double>();
-    m.point.cost_high = in.get<double>();
-    m.point.steps = in.get<long>();
-    m.point.physics = in.get<std::optional<Physics>>();
-    return m;
+  template <class Archive>
+  void serialize(Archive& a) {
+    a(refused, own_apart, own_error, point.failed, point.failure, tasks::as_in_memory(point.error),
+      point.piece_errors, point.worst, point.cost, point.cost_low, point.cost_high, point.steps,
+      tasks::as_in_memory(point.physics));
   }
 };
 
@@ -208,6 +191,14 @@ void run_rounds(const Plan& plan, const Reference& reference, const MeasureOptio
   }
 }
 
+/// Numbers of settings by Setting::key.
+using NumberByKey = std::map<std::string, size_t>;
+
+/// Number of an earlier setting with this key, or else `next`, which it then gets.
+size_t number_of(const std::string& key, size_t next, NumberByKey& known) {
+  return key.empty() ? next : known.try_emplace(key, next).first->second;
+}
+
 /// Settings to be measured, the first with each key; `numbers` maps each family and setting to
 /// them.
 struct DistinctSettings {
@@ -215,17 +206,13 @@ struct DistinctSettings {
   std::vector<std::vector<size_t>> numbers;
 
   explicit DistinctSettings(const std::vector<Family>& families) {
-    std::map<std::string, size_t> known;
+    NumberByKey known;
     for (size_t f = 0; f < families.size(); ++f) {
-      std::vector<size_t>& mine = numbers.emplace_back();
+      numbers.emplace_back();
       for (size_t p = 0; p < families[f].settings.size(); ++p) {
-        const std::string& key = families[f].settings[p].key;
-        const auto found = known.find(key);
-        // cppcheck-suppress invalidContainerReference
-        mine.push_back(found != known.end() ? found->second : places.size());
-        if (found != known.end()) continue;
-        if (!key.empty()) known[key] = places.size();
-        places.push_back({f, p});
+        const size_t number = number_of(families[f].settings[p].key, places.size(), known);
+        if (number == places.size()) places.push_back({f, p});
+        numbers.back().push_back(number);
       }
     }
   }
@@ -255,6 +242,10 @@ MeasuredFamily gather(const Family& family, const std::vector<size_t>& numbers,
 
 }  // namespace
 
+const Point& point_at(const std::vector<MeasuredFamily>& measured, const Place& place) {
+  return measured[place.family].points[place.point];
+}
+
 std::vector<MeasuredFamily> measure_errors(const Scene& scene, const Plan& plan,
                                            const Reference& reference,
                                            const std::vector<Family>& families,
@@ -269,7 +260,7 @@ std::vector<MeasuredFamily> measure_errors(const Scene& scene, const Plan& plan,
     return [&, worker](std::int64_t i) {
       try {
         const Place& place = settings.places[static_cast<size_t>(i)];
-        return tasks::Outcome{worker->measure(place).bytes(), true};
+        return tasks::Outcome{tasks::to_bytes(worker->measure(place)), true};
       } catch (const Stopped&) {
         return tasks::Outcome{{}, false};
       }
@@ -278,7 +269,7 @@ std::vector<MeasuredFamily> measure_errors(const Scene& scene, const Plan& plan,
   std::vector<std::optional<Measurement>> measurements;
   for (const auto& bytes : options.run(list)) {
     measurements.emplace_back();
-    if (bytes) measurements.back() = Measurement::of(*bytes);
+    if (bytes) measurements.back() = tasks::from_bytes<Measurement>(*bytes);
   }
   std::vector<MeasuredFamily> out;
   for (size_t f = 0; f < families.size(); ++f) {
@@ -293,28 +284,18 @@ std::vector<MeasuredFamily> measure_errors(const Scene& scene, const Plan& plan,
 
 void measure_times(const Plan& plan, const Reference& reference, const MeasureOptions& options,
                    std::vector<MeasuredFamily>& families) {
-  std::map<std::string, Place> known;
+  NumberByKey known;
   std::vector<Timing> timings;
-  const auto for_each = [&](auto act) {
-    for (size_t f = 0; f < families.size(); ++f)
-      for (size_t p = 0; p < families[f].points.size(); ++p)
-        if (families[f].points[p].measured()) act(families[f].points[p], Place{f, p});
-  };
-  for_each([&](Point& point, const Place& place) {
-    const std::string& key = point.setting.key;
-    if (!key.empty() && !known.try_emplace(key, place).second) return;
-    timings.push_back({place.family, place.point, point.setting.make(), {}});
-  });
+  for (MeasuredFamily& family : families) {
+    for (Point& point : family.points) {
+      if (!point.measured()) continue;
+      const size_t timing = number_of(point.setting.key, timings.size(), known);
+      if (timing == timings.size()) timings.push_back({point.setting.make(), {}, {}});
+      timings[timing].points.push_back(&point);
+    }
+  }
   run_rounds(plan, reference, options, timings);
-  for (Timing& timing : timings) set_cost(timing, families[timing.family].points[timing.point]);
-  for_each([&](Point& point, const Place&) {
-    if (point.setting.key.empty()) return;
-    const Place& place = known.at(point.setting.key);
-    const Point& first = families[place.family].points[place.point];
-    point.cost = first.cost;
-    point.cost_low = first.cost_low;
-    point.cost_high = first.cost_high;
-  });
+  for (Timing& timing : timings) set_cost(timing);
 }
 
 std::vector<MeasuredFamily> measure(const Scene& scene, const Plan& plan,

@@ -46,6 +46,8 @@ struct Place {
   bool operator==(const Place&) const = default;
 };
 
+const Point& point_at(const std::vector<MeasuredFamily>& measured, const Place& place);
+
 struct MeasureOptions {
   int repeats = 5;
   bool physics = true;

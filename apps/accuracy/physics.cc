@@ -162,6 +162,27 @@ class Examiner {
 
 }  // namespace
 
+std::span<const PhysicsColumn> physics_columns() {
+  using P = const Physics&;
+  using Value = std::optional<double>;
+  static constexpr PhysicsColumn kColumns[] = {
+      {"primal_N", "primal [N]", 1.0,
+       [](P p) { return p.contact ? Value(p.contact->primal) : Value(); }},
+      {"dual_m_s", "dual [m/s]", 1.0,
+       [](P p) { return p.contact ? Value(p.contact->dual) : Value(); }},
+      {"complementarity_W", "compl. [W]", 1.0,
+       [](P p) { return p.contact ? Value(p.contact->complementarity) : Value(); }},
+      {"penetration_m", "overlap [m]", 1.0,
+       [](P p) { return p.contact ? Value(p.penetration) : Value(); }},
+      {"creep_m_s", "creep [um/s]", 1e6,
+       [](P p) { return p.block ? Value(p.block->creep) : Value(); }},
+      {"hover_m", "hover [m]", 1.0, [](P p) { return p.block ? Value(p.block->hover) : Value(); }},
+      {"rest_m", "rest [m]", 1.0, [](P p) { return p.block ? Value(p.block->rest) : Value(); }},
+      {"inverse_error", "inverse", 1.0, [](P p) { return Value(p.inverse_error); }},
+      {"energy_error_J", "energy [J]", 1.0, [](P p) { return Value(p.energy_error); }}};
+  return kColumns;
+}
+
 Physics measure_physics(const Scene& scene, const EngineSetting& setting, const Plan& plan,
                         const std::vector<Piece>& pieces, bool contacts,
                         const std::function<bool()>& stop) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "pieces.h"
@@ -38,6 +39,15 @@ struct Physics {
   double inverse_error = 0.0;
   std::optional<BlockMetrics> block;  ///< empty without contacts, or if one of its steps fails
 };
+
+/// A figure of physics in files and tables.
+struct PhysicsColumn {
+  const char* key;                                 ///< name in files, with the SI unit
+  const char* heading;                             ///< column heading in tables
+  double scale;                                    ///< factor from the SI unit to that of tables
+  std::optional<double> (*value)(const Physics&);  ///< empty: not measured
+};
+std::span<const PhysicsColumn> physics_columns();
 
 /// Repeats all pieces with the forces of every step. `contacts`: the scene has contacts, so the
 /// block is measured too. @throws Stopped where `stop`, called before every step, returns true.

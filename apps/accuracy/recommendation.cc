@@ -21,6 +21,19 @@ std::vector<Place> places(const std::vector<MeasuredFamily>& measured, bool othe
   return out;
 }
 
+/// Cheapest setting whose error, plus that of its reference, is at most `want`.
+std::optional<Place> cheapest(const std::vector<MeasuredFamily>& measured, double want,
+                              double reference_error, bool other_engine) {
+  std::optional<Place> best;
+  for (const Place& place : places(measured, other_engine)) {
+    const Point& point = point_at(measured, place);
+    const double own = measured[place.family].own_error.value_or(reference_error);
+    if (!(point.error.all + own <= want)) continue;
+    if (!best || point.cost < point_at(measured, *best).cost) best = place;
+  }
+  return best;
+}
+
 std::string cost_text(double cost) {
   return fmt::format("{} of processor time a simulated second ({:.3g} times faster than real time)",
                      seconds_text(cost), 1.0 / cost);
@@ -79,17 +92,16 @@ std::vector<double> piece_orders(const MeasuredFamily& measured, const Reference
 }
 
 std::vector<Place> pareto_front(const std::vector<MeasuredFamily>& measured) {
-  const auto at = [&](const Place& p) -> const Point& {
-    return measured[p.family].points[p.point];
-  };
   std::vector<Place> all = places(measured);
-  std::stable_sort(all.begin(), all.end(),
-                   [&](const Place& a, const Place& b) { return at(a).cost < at(b).cost; });
+  std::stable_sort(all.begin(), all.end(), [&](const Place& a, const Place& b) {
+    return point_at(measured, a).cost < point_at(measured, b).cost;
+  });
   std::vector<Place> front;
   double best = std::numeric_limits<double>::infinity();
   for (const Place& place : all) {
-    if (!(at(place).error.all < best)) continue;
-    best = at(place).error.all;
+    const double error = point_at(measured, place).error.all;
+    if (!(error < best)) continue;
+    best = error;
     front.push_back(place);
   }
   return front;
@@ -107,35 +119,24 @@ std::string block_words(const Point& point) {
 
 Recommendation recommend(const std::vector<MeasuredFamily>& measured, double want,
                          double reference_error) {
-  const auto at = [&](const Place& p) -> const Point& {
-    return measured[p.family].points[p.point];
-  };
+  const std::vector<Place> all = places(measured);
+  const auto nearest =
+      std::min_element(all.begin(), all.end(), [&](const Place& a, const Place& b) {
+        return point_at(measured, a).error.all < point_at(measured, b).error.all;
+      });
   Recommendation out;
-  double cheapest = std::numeric_limits<double>::infinity();
-  double least = std::numeric_limits<double>::infinity();
-  std::optional<Place> nearest;
-  for (const Place& place : places(measured)) {
-    const Point& point = at(place);
-    if (point.error.all < least) {
-      least = point.error.all;
-      nearest = place;
-    }
-    if (!(point.error.all + reference_error <= want) || !(point.cost < cheapest)) continue;
-    cheapest = point.cost;
-    out.place = place;
-  }
+  out.place = cheapest(measured, want, reference_error, false);
   out.met = out.place.has_value();
-  if (out.met) {
-    const Point& point = at(*out.place);
-    out.words = fmt::format("for an error of {:g}: {}. Its error is {:.2g}; it takes {}.", want,
-                            point.setting.label, point.error.all, cost_text(point.cost));
-  } else if (nearest) {
-    out.place = nearest;
-    const Point& point = at(*nearest);
-    out.words = fmt::format(
-        "no setting measured has an error of {:g} or less. The most accurate is {}: error {:.2g}, "
-        "{}.",
-        want, point.setting.label, point.error.all, cost_text(point.cost));
+  if (!out.met && nearest != all.end()) out.place = *nearest;
+  if (out.place) {
+    const Point& point = point_at(measured, *out.place);
+    out.words =
+        out.met ? fmt::format("for an error of {:g}: {}. Its error is {:.2g}; it takes {}.", want,
+                              point.setting.label, point.error.all, cost_text(point.cost))
+                : fmt::format(
+                      "no setting measured has an error of {:g} or less. The most accurate is {}: "
+                      "error {:.2g}, {}.",
+                      want, point.setting.label, point.error.all, cost_text(point.cost));
   } else {
     out.words = "no setting came to its end: there is nothing to recommend.";
   }
@@ -150,23 +151,12 @@ Recommendation recommend(const std::vector<MeasuredFamily>& measured, double wan
 
 std::vector<Comparison> compare_engines(const std::vector<MeasuredFamily>& measured,
                                         double reference_error) {
-  const auto cheapest = [&](double error, bool other) {
-    std::optional<Place> best;
-    double cost = std::numeric_limits<double>::infinity();
-    for (const Place& place : places(measured, other)) {
-      const Point& point = measured[place.family].points[place.point];
-      const double own = measured[place.family].own_error.value_or(reference_error);
-      if (!(point.error.all + own <= error) || !(point.cost < cost)) continue;
-      cost = point.cost;
-      best = place;
-    }
-    return best;
-  };
   std::vector<Comparison> out;
   if (places(measured, true).empty()) return out;
   for (int power = 0; power >= -14; --power) {
-    Comparison row{std::pow(10.0, power), cheapest(std::pow(10.0, power), false),
-                   cheapest(std::pow(10.0, power), true)};
+    const double error = std::pow(10.0, power);
+    const Comparison row{error, cheapest(measured, error, reference_error, false),
+                         cheapest(measured, error, reference_error, true)};
     if (row.ours || row.theirs) out.push_back(row);
   }
   return out;

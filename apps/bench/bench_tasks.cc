@@ -10,8 +10,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "tasks/archive.h"
 #include "tasks/run_tasks.h"
-#include "tasks/task_list.h"
 
 namespace {
 
@@ -86,10 +86,10 @@ void requests(World& world) {
 /// Gathers one number of every rank on rank 0.
 std::vector<double> gathered(World& world, double mine) {
   std::vector<double> all(static_cast<std::size_t>(world.size()), mine);
-  if (!world.is_root()) world.send(0, Channel::kTogether, BytesWriter().put(mine).take());
+  if (!world.is_root()) world.send(0, Channel::kTogether, to_bytes(mine));
   for (int i = 1; world.is_root() && i < world.size(); ++i) {
     const Message message = world.wait(Channel::kTogether);
-    all[static_cast<std::size_t>(message.from)] = BytesReader(message.bytes).get<double>();
+    all[static_cast<std::size_t>(message.from)] = from_bytes<double>(message.bytes);
   }
   return all;
 }

@@ -47,6 +47,8 @@ std::vector<HardCase> all_cases() {
 std::vector<HardCase> chosen_cases(const HardCasesArguments& arguments, const fs::path& scenes) {
   std::vector<HardCase> all =
       arguments.long_run ? long_cases(scenes, arguments.seconds) : all_cases();
+  for (HardCase& c : all)
+    if (c.scene.empty()) c.scene = c.name;
   if (arguments.fast) std::erase_if(all, [](const HardCase& c) { return c.slow; });
   if (arguments.only.empty()) return all;
   std::vector<HardCase> chosen;
@@ -82,8 +84,8 @@ void write_replay_list(const fs::path& folder, const std::vector<Result>& result
     const std::string& name = result.hard_case.name;
     page.heading(name);
     page.paragraph(result.hard_case.hard);
-    if (result.ours.replay) page.links({{name + ": to play", name + ".html"}});
-    if (!result.ours.trial.chart.empty()) page.picture(svg(result.ours.trial.chart));
+    if (result.ours().replay) page.links({{name + ": to play", name + ".html"}});
+    if (!result.ours().figures.chart.empty()) page.picture(svg(result.ours().figures.chart));
   }
   view::write_whole(folder / "replays.html", page.text());
 }
@@ -98,8 +100,8 @@ void write_pages(const fs::path& folder, const std::vector<Result>& results, boo
   write_file(folder / "hard-cases.md",
              markdown(results) + (views ? "\n[Replays of the cases](replays.html)\n" : ""));
   for (const Result& result : results) {
-    if (result.ours.trial.chart.empty()) continue;
-    write_file(folder / (result.hard_case.name + ".svg"), svg(result.ours.trial.chart));
+    if (result.ours().figures.chart.empty()) continue;
+    write_file(folder / (result.hard_case.name + ".svg"), svg(result.ours().figures.chart));
   }
   if (views) write_replay_list(folder, results);
 }
@@ -110,7 +112,7 @@ int finish(const std::vector<Result>& results, const tasks::Results& run, std::s
   for (const Result& result : results) print_result(report.text(), result);
   const bool stopped = results.size() < count;
   const auto failed = std::count_if(results.begin(), results.end(),
-                                    [](const Result& result) { return !result.ours.passed(); });
+                                    [](const Result& result) { return !result.ours().passed(); });
   report.print("{} of {} cases passed\n", results.size() - failed, results.size());
   if (!arguments.folder.empty()) write_pages(arguments.folder, results, arguments.views);
   add_run(run, report);

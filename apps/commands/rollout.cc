@@ -14,9 +14,9 @@
 #include "input/scene_arguments.h"
 #include "report/failure.h"
 #include "report/report.h"
+#include "tasks/archive.h"
 #include "tasks/fingerprint.h"
 #include "tasks/task_arguments.h"
-#include "tasks/task_list.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -43,34 +43,11 @@ struct Rollout {
        stopped = false;  ///< Ctrl-C ended it before the first step or the last
   bool failed() const { return !failure.empty(); }
 
-  std::string bytes() const {
-    return tasks::BytesWriter()
-        .put(end.time)
-        .numbers(end.q)
-        .numbers(end.v)
-        .put(steps)
-        .put(softened)
-        .put(force_error)
-        .put(force_scale)
-        .text(failure)
-        .text(failure_json)
-        .put(stopped)
-        .take();
+  template <class Archive>
+  void serialize(Archive& a) {
+    a(end.time, end.q, end.v, steps, softened, force_error, force_scale, failure, failure_json,
+      begun, stopped);
   }
-  explicit Rollout(const std::string& bytes) : begun(true) {
-    tasks::BytesReader reader(bytes);
-    end.time = reader.get<double>();
-    end.q = reader.vector();
-    end.v = reader.vector();
-    steps = reader.get<long>();
-    softened = reader.get<long>();
-    force_error = reader.get<double>();
-    force_scale = reader.get<double>();
-    failure = reader.text();
-    failure_json = reader.text();
-    stopped = reader.get<bool>();
-  }
-  Rollout() = default;
 };
 
 InputArguments inputs_of(const RolloutArguments& arguments, int rollout) {
@@ -191,7 +168,7 @@ tasks::TaskList task_list(const RolloutArguments& arguments, const Scene& scene)
   list.make_task = [&arguments, &scene]() -> tasks::Task {
     return [&arguments, simulator = std::make_shared<Simulator>(scene)](std::int64_t i) {
       const Rollout rollout = roll_out(arguments, static_cast<int>(i), *simulator);
-      return tasks::Outcome{rollout.bytes(), !rollout.stopped};
+      return tasks::Outcome{tasks::to_bytes(rollout), !rollout.stopped};
     };
   };
   return list;
@@ -200,7 +177,7 @@ tasks::TaskList task_list(const RolloutArguments& arguments, const Scene& scene)
 std::vector<Rollout> collect(const RolloutArguments& arguments, const tasks::Results& results) {
   std::vector<Rollout> rollouts(static_cast<size_t>(arguments.count));
   results.for_each([&](std::int64_t i, std::string&& bytes) {
-    rollouts[static_cast<size_t>(i)] = Rollout(bytes);
+    rollouts[static_cast<size_t>(i)] = tasks::from_bytes<Rollout>(bytes);
   });
   return rollouts;
 }

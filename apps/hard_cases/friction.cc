@@ -19,15 +19,11 @@ void slope_rest(Trial& trial) {
   // of the latter.
   const double bound =
       1.01 * (options.compliance * kCaseGravity * h * sine + options.smoothing / h);
-  trial.chart.y_label = "speed [m/s]";
+  trial.plot("speed [m/s]", {{"eps g h sin(theta) + delta/h", bound}});
   trial.chart.log_y = true;
-  trial.chart.curves.resize(1);
-  trial.chart.levels = {{"eps g h sin(theta) + delta/h", bound}};
   trial.run(sim, 1.0);
   const Vector3 before = sim.state().q.segment<3>(q);
-  trial.run(sim, 9.0, [&](const Runner& s) {
-    trial.chart.curves[0].add(s.state().time, s.state().v.segment<3>(v).norm());
-  });
+  trial.run(sim, 9.0, [&](const Runner& s) { trial.draw(s, s.state().v.segment<3>(v).norm()); });
   trial.at_most(
       "creep, mean of 9 s", "m/s", (sim.state().q.segment<3>(q) - before).norm() / 9.0, bound,
       "rigid Coulomb: 0; of this law, docs/explanation/concepts.md: eps g h sin(theta) + delta/h");
@@ -41,12 +37,10 @@ void slope_slide(Trial& trial) {
   const Vector3 normal(sine, 0.0, cosine);
   const int q = q_of(sim.model(), "block/body"), v = v_of(sim.model(), "block/body");
   double hover = 0.0;
-  trial.chart.y_label = "speed [m/s]";
-  trial.chart.curves.resize(1);
-  trial.chart.levels = {{"g (sin - mu cos) t at 1 s", a}};
+  trial.plot("speed [m/s]", {{"g (sin - mu cos) t at 1 s", a}});
   trial.run(sim, 1.0, [&](const Runner& s) {
     hover = std::max(hover, s.state().q.segment<3>(q).dot(normal) - 0.1);
-    trial.chart.curves[0].add(s.state().time, s.state().v.segment<3>(v).norm());
+    trial.draw(s, s.state().v.segment<3>(v).norm());
   });
   // The force is constant, so the scheme's velocities are exact up to smoothing and compliance.
   trial.equal("speed after 1 s", "m/s", sim.state().v.segment<3>(v).norm(), a, 1e-6,
@@ -60,12 +54,10 @@ void sliding_stop(Trial& trial) {
   const double way = v0 * v0 / (2.0 * mu * kCaseGravity);
   const int q = q_of(sim.model(), "block/body");
   double hover = 0.0;
-  trial.chart.y_label = "x [m]";
-  trial.chart.curves.resize(1);
-  trial.chart.levels = {{"v0^2 / (2 mu g)", way}};
+  trial.plot("x [m]", {{"v0^2 / (2 mu g)", way}});
   trial.run(sim, 1.0, [&](const Runner& s) {
     hover = std::max(hover, s.state().q[q + 2] - 0.1);
-    trial.chart.curves[0].add(s.state().time, s.state().q[q]);
+    trial.draw(s, s.state().q[q]);
   });
   // Each step moves with the velocity at its end: h v0 / 2 less, and an error within the last step.
   trial.equal("stopping distance", "m", sim.state().q[q], way - 0.5 * h * v0,
@@ -86,12 +78,10 @@ void seams(Trial& trial) {
     q[k] = q_of(model, std::string(names[k]) + "/body");
   const VectorX start = sim.state().q;
   double rise = 0.0;
-  trial.chart.y_label = "x of the block [m]";
-  trial.chart.curves.resize(1);
-  trial.chart.levels = {{"v0^2 / (2 mu g)", way}};
+  trial.plot("x of the block [m]", {{"v0^2 / (2 mu g)", way}});
   trial.run(sim, 1.1, [&](const Runner& s) {
     for (const int i : q) rise = std::max(rise, s.state().q[i + 2] - start[i + 2]);
-    trial.chart.curves[0].add(s.state().time, s.state().q[q[0]]);
+    trial.draw(s, s.state().q[q[0]]);
   });
   for (std::size_t k = 0; k < names.size(); ++k) {
     trial.equal(std::string("stopping distance, ") + names[k], "m", sim.state().q[q[k]],
@@ -110,8 +100,7 @@ void headings(Trial& trial) {
   trial.run(sim, 0.6);
   double least = 1e9, most = 0.0, sum = 0.0, turned = 0.0;
   trial.chart.x_label = "heading [deg]";
-  trial.chart.y_label = "stopping distance [m]";
-  trial.chart.curves.resize(1);
+  trial.plot("stopping distance [m]");
   for (int k = 0; k < 12; ++k) {
     const int q = q_of(sim.model(), "block" + std::to_string(k) + "/body");
     const Vector3 way = sim.state().q.segment<3>(q) - start.segment<3>(q);
@@ -135,15 +124,14 @@ void push_ramp(Trial& trial) {
   const double mu = 0.4, h = sim.options().time_step, slip = mu * kCaseGravity / 20.0;
   const int q = q_of(sim.model(), "block/body"), v = v_of(sim.model(), "block/body");
   double slipped = -1.0;
-  trial.chart.y_label = "speed [m/s]";
-  trial.chart.curves.resize(1);
+  trial.plot("speed [m/s]");
   const long steps = std::lround(1.0 / h);
   for (long k = 0; k < steps; ++k) {
     sim.input().applied_force[v] = 20.0 * (static_cast<double>(k) + 0.5) * h;  // mean of the step
     trial.step(sim);
     const double speed = sim.state().v[v];
     if (slipped < 0.0 && speed > 1e-5) slipped = sim.state().time;
-    trial.chart.curves[0].add(sim.state().time, speed);
+    trial.draw(sim, speed);
   }
   const double rest = 1.0 - slip;
   const double speed = 10.0 * (1.0 - slip * slip) - mu * kCaseGravity * rest;
@@ -162,16 +150,14 @@ void sphere_rolls(Trial& trial) {
   const double time = 2.0 * v0 / (7.0 * mu * kCaseGravity), speed = 5.0 / 7.0 * v0;
   const int v = v_of(sim.model(), "ball/body");
   double rolls = -1.0;
-  trial.chart.y_label = "speed [m/s]";
-  trial.chart.curves = {{"centre", {}, {}}, {"spin times radius", {}, {}}};
-  trial.chart.levels = {{"5/7 v0", speed}};
+  trial.plot("speed [m/s]", {{"5/7 v0", speed}}, {"centre", "spin times radius"});
   View view(sim);
   trial.run(sim, 1.0, [&](const Runner& s) {
     view.look();
     const double centre = s.state().v[v], rim = view.spin(1).y() * radius;
     if (rolls < 0.0 && centre - rim < 1e-6) rolls = s.state().time;
-    trial.chart.curves[0].add(s.state().time, centre);
-    trial.chart.curves[1].add(s.state().time, rim);
+    trial.draw(s, centre);
+    trial.draw(s, rim, 1);
   });
   trial.equal("rolls from", "s", rolls, time, 1.5 * sim.options().time_step, "2 v0/(7 mu g)");
   trial.equal("speed when rolling", "m/s", sim.state().v[v], speed, 1e-6, "5 v0/7");
@@ -213,8 +199,7 @@ void wedge(Trial& trial) {
   trial.run(sim, 0.6);
   const double seated = sim.state().q[2];
   double least = 1e9, most = 0.0;
-  trial.chart.y_label = "normal force of a wall [N]";
-  trial.chart.curves.resize(1);
+  trial.plot("normal force of a wall [N]");
   for (int i = 0; i < 500; ++i) {
     const Forces forces = trial.step_and_recover(sim);
     double normal = 0.0;
@@ -222,7 +207,7 @@ void wedge(Trial& trial) {
       normal += 0.5 * std::abs(f.force.dot(f.contact.normal));
     least = std::min(least, normal);
     most = std::max(most, normal);
-    trial.chart.curves[0].add(sim.state().time, normal);
+    trial.draw(sim, normal);
   }
   const double low = kCaseGravity / (2.0 * (s + mu * c));
   trial.chart.levels = {{"m g / (2 (sin + mu cos))", low}};
@@ -241,10 +226,8 @@ void friction_extremes(Trial& trial) {
   const int ice = v_of(model, "ice/body"), wall = q_of(model, "wall/body");
   trial.run(sim, 1.0);
   const Vector3 before = sim.state().q.segment<3>(wall);
-  trial.chart.y_label = "speed of the frictionless block [m/s]";
-  trial.chart.curves.resize(1);
-  trial.run(sim, 4.0,
-            [&](const Runner& s) { trial.chart.curves[0].add(s.state().time, s.state().v[ice]); });
+  trial.plot("speed of the frictionless block [m/s]");
+  trial.run(sim, 4.0, [&](const Runner& s) { trial.draw(s, s.state().v[ice]); });
   trial.chart.levels = {{"1 m/s", 1.0}};
   trial.equal("friction 0: speed after 5 s", "m/s", sim.state().v[ice], 1.0, 1e-12,
               "Newton's first law");
@@ -260,25 +243,23 @@ void friction_extremes(Trial& trial) {
 
 std::vector<HardCase> friction_cases() {
   return {
-      {"slope_rest", "Regularized friction creeps; a block inside its cone must not.", "slope_rest",
-       slope_rest},
+      {"slope_rest", "Regularized friction creeps; a block inside its cone must not.", slope_rest},
       {"slope_slide", "Just outside the cone friction is full and the block must not hop.",
-       "slope_slide", slope_slide},
+       slope_slide},
       {"sliding_stop", "Convex contact laws let a sliding body hover; the stop is a kink in time.",
-       "sliding_stop", sliding_stop},
-      {"seams", "The edge of the next tile is in the way of what slides on this one.", "seams",
-       seams},
-      {"headings", "Pyramid cones make friction depend on the direction.", "headings", headings},
+       sliding_stop},
+      {"seams", "The edge of the next tile is in the way of what slides on this one.", seams},
+      {"headings", "Pyramid cones make friction depend on the direction.", headings},
       {"push_ramp", "The force grows through the limit of friction; the slip must start on time.",
-       "push_ramp", push_ramp},
+       push_ramp},
       {"sphere_rolls", "Slip ends in rolling: friction drops from full to nothing within a step.",
-       "sphere_rolls", sphere_rolls},
+       sphere_rolls},
       {"painleve_rod", "Painleve's paradox: rigid friction has no finite force here.",
-       "painleve_rod", painleve_rod},
+       painleve_rod},
       {"wedge", "Jammed between walls the forces are not unique and can grow without limit.",
-       "wedge", wedge},
+       wedge},
       {"friction_extremes", "No friction at all, and a coefficient of 10 on a slope of 84 degrees.",
-       "friction_extremes", friction_extremes},
+       friction_extremes},
   };
 }
 

@@ -14,14 +14,13 @@ void bouncing(Trial& trial) {
   const double e = 0.8, height = 1.0, radius = 0.1;
   std::vector<double> peaks;
   double last_speed = -1.0, stopped = -1.0;
-  trial.chart.y_label = "height of the ball above the ground [m]";
-  trial.chart.curves.resize(1);
+  trial.plot("height of the ball above the ground [m]");
   trial.run(sim, 5.0, [&](const Runner& s) {
     const double speed = s.state().v[2];
     if (last_speed > 0.0 && speed <= 0.0) peaks.push_back(s.state().q[2] - radius);
     last_speed = speed;
     if (std::abs(speed) > 1e-3) stopped = s.state().time;
-    trial.chart.curves[0].add(s.state().time, s.state().q[2] - radius);
+    trial.draw(s, s.state().q[2] - radius);
   });
   // An impact happens up to a step early, from a gap of up to h v. Each changes the height by up to
   // h v, v = sqrt(2 g h_n), and thereby all later ones.
@@ -42,12 +41,11 @@ void bouncing(Trial& trial) {
 void overlap(Trial& trial) {
   Runner& sim = trial.load("overlap");
   double fastest = 0.0, apart = 0.0;
-  trial.chart.y_label = "gap between the boxes [m]";
-  trial.chart.curves.resize(1);
+  trial.plot("gap between the boxes [m]");
   trial.run(sim, 1.0, [&](const Runner& s) {
     fastest = std::max(fastest, s.state().v[6] - s.state().v[0]);
     apart = s.state().q[7] - s.state().q[0] - 0.2;
-    trial.chart.curves[0].add(s.state().time, apart);
+    trial.draw(s, apart);
   });
   trial.chart.levels = {{"touching", 0.0}};
   trial.at_least("gap at the end", "m", apart, -1e-6, "they part");
@@ -61,14 +59,13 @@ void overlap(Trial& trial) {
 void fast_thin(Trial& trial) {
   Runner& sim = trial.load("fast_thin");
   double deepest = -1e9;
-  trial.chart.y_label = "x of the farthest centre [m]";
-  trial.chart.curves.resize(1);
+  trial.plot("x of the farthest centre [m]");
   trial.run(sim, 0.5, [&](const Runner& s) {
     double x = -1e9;
     for (int i = 1; i < s.model().num_bodies(); ++i)
       x = std::max(x, s.state().q[s.model().body(i).q_index]);
     deepest = std::max(deepest, x);
-    trial.chart.curves[0].add(s.state().time, x);
+    trial.draw(s, x);
   });
   trial.chart.levels = {{"front of the wall", -0.0005}};
   // The bound is half the thickness of the plate, the thinner body.
@@ -87,12 +84,11 @@ void rolling_box(Trial& trial) {
   sim.input().applied_force[box + 1] = 150.0 * std::sqrt(0.5);
   View view(sim);
   const double time = 4.0;
-  trial.chart.y_label = "speed [m/s]";
-  trial.chart.curves = {{"box", {}, {}}, {"a ball", {}, {}}};
+  trial.plot("speed [m/s]", {}, {"box", "a ball"});
   trial.run(sim, time, [&](const Runner& s) {
     view.look();
-    trial.chart.curves[0].add(s.state().time, view.velocity(1).norm());
-    trial.chart.curves[1].add(s.state().time, view.velocity(2).norm());
+    trial.draw(s, view.velocity(1).norm());
+    trial.draw(s, view.velocity(2).norm(), 1);
   });
   // Balance: F - mu (M + n m) g = (M + 2/7 n m) a; a ball rolling on a plate accelerates at 2/7 of
   // the plate's rate.
@@ -143,17 +139,16 @@ void cradle(Trial& trial, const char* scene, bool apart) {
 std::vector<HardCase> impact_cases() {
   return {
       {"bouncing", "Ever more impacts in a finite time (Zeno); each adds its error to the next.",
-       "bouncing", bouncing},
+       bouncing},
       {"overlap", "Bodies that start inside each other are thrown apart by penalty forces.",
-       "overlap", overlap},
-      {"fast_thin", "A body crosses six hundred times its wall in one step.", "fast_thin",
-       fast_thin},
+       overlap},
+      {"fast_thin", "A body crosses six hundred times its wall in one step.", fast_thin},
       {"rolling_box", "25 balls roll on a sliding box: stick and slip at once, coupled.",
-       "rolling_box", rolling_box},
+       rolling_box},
       {"cradle_touching",
        "One impact through four contacts at once: the law decides, not mechanics.",
-       "cradle_touching", [](Trial& t) { cradle(t, "cradle_touching", false); }},
-      {"cradle_apart", "The same balls with air between them: mechanics decides.", "cradle_apart",
+       [](Trial& t) { cradle(t, "cradle_touching", false); }},
+      {"cradle_apart", "The same balls with air between them: mechanics decides.",
        [](Trial& t) { cradle(t, "cradle_apart", true); }},
   };
 }

@@ -34,19 +34,9 @@ void chain(Trial& trial, int n) {
 void whip(Trial& trial) {
   Runner& sim = trial.load("whip_100");
   View view(sim);
-  const double start = view.energy();
   const double scale = 100 * 0.1 * kCaseGravity * 5.0;  // m g L / 2
-  double gain = 0.0, off = 0.0;
-  trial.chart.y_label = "energy over m g L/2";
-  trial.chart.curves.resize(1);
-  trial.chart.levels = {{"5 % gained", 0.05}};
-  trial.run(sim, sim.options().duration, [&](const Runner& s) {
-    view.look();
-    const double now = (view.energy() - start) / scale;
-    gain = std::max(gain, now);
-    off = std::max(off, std::abs(now));
-    trial.chart.curves[0].add(s.state().time, now);
-  });
+  trial.plot("energy over m g L/2", {{"5 % gained", 0.05}});
+  const auto [gain, off] = watch_energy(trial, sim, view, scale);
   trial.at_most("energy gained, over m g L/2", "1", gain, 0.05, "nothing drives it; 5 %");
   trial.at_most("energy off, over m g L/2", "1", off, 0.05, "nothing brakes it; 5 %");
 }
@@ -54,10 +44,8 @@ void whip(Trial& trial) {
 void net(Trial& trial) {
   Runner& sim = trial.load("net");
   const double h = sim.options().time_step;
-  trial.chart.y_label = "force of the corners over the weight";
-  trial.chart.curves.resize(1);
-  trial.chart.levels = {{"weight", 1.0}};
-  double held = 0.0, open = 0.0;
+  trial.plot("force of the corners over the weight", {{"weight", 1.0}});
+  double held = 0.0;
   View view(sim);
   const double weight = 400 * 0.05 * kCaseGravity;
   const long steps = std::lround(sim.options().duration / h);
@@ -68,15 +56,13 @@ void net(Trial& trial) {
       if (sim.model().closures()[k].body_a == 0)
         held += std::abs(forces.closures[k].force.force.z());
     }
-    trial.chart.curves[0].add(sim.state().time, held / weight);
+    trial.draw(sim, held / weight);
   }
-  const std::vector<Pose> X_WB = body_poses(sim.model(), sim.state().q);
-  for (const Closure& closure : sim.model().closures())
-    open = std::max(open, closure_gap(closure, X_WB).largest());
   view.look();
   trial.equal("corners carry, over the weight", "1", held / weight, 1.0, 0.01,
               "statics, when drag has calmed it; 1 %");
-  trial.at_most("closures open by, largest", "m", open, 1e-4, "they are closed; 0.1 mm");
+  trial.at_most("closures open by, largest", "m", closures_open(sim.model(), sim.state().q), 1e-4,
+                "they are closed; 0.1 mm");
   trial.at_most("kinetic energy at the end", "J", view.kinetic(), 0.1, "it comes to rest");
 }
 
@@ -89,11 +75,8 @@ void gripper(Trial& trial) {
       sim.input().applied_force[v_of(sim.model(), name)] = share * force;
   };
   squeeze(1.05);
-  trial.chart.y_label = "slip of the load [m]";
-  trial.chart.curves.resize(1);
-  trial.run(sim, 60.0, [&](const Runner& s) {
-    trial.chart.curves[0].add(s.state().time, 1.0 - s.state().q[q + 2]);
-  });
+  trial.plot("slip of the load [m]");
+  trial.run(sim, 60.0, [&](const Runner& s) { trial.draw(s, 1.0 - s.state().q[q + 2]); });
   const double slip = 1.0 - sim.state().q[q + 2];
   // Creep r f of eight contacts, alpha = 1/0.2 + 1/10; 10 % for the smoothing near the cone's edge.
   const double creep = 1.1 * sim.options().contact.compliance * (5.0 + 0.1) * mass * kCaseGravity /
@@ -116,13 +99,11 @@ void humanoid(Trial& trial) {
   View view(sim);
   const double start = view.energy();
   double gain = 0.0;
-  trial.chart.y_label = "energy [J]";
-  trial.chart.curves.resize(1);
-  trial.chart.levels = {{"start", start}};
+  trial.plot("energy [J]", {{"start", start}});
   trial.run(sim, sim.options().duration, [&](const Runner& s) {
     view.look();
     gain = std::max(gain, view.energy() - start);
-    trial.chart.curves[0].add(s.state().time, view.energy());
+    trial.draw(s, view.energy());
   });
   trial.at_most("energy gained", "J", gain, 1e-3 * std::abs(start), "nothing drives it; 0.1 %");
   trial.at_most("penetration, largest", "m", trial.max_penetration, 1e-3, "non-penetration; 1 mm");
@@ -135,13 +116,12 @@ void servo_chain(Trial& trial) {
     return sim.state().q.segment(first, 10).cwiseAbs().maxCoeff();
   };
   double soft = 0.0;
-  trial.chart.y_label = "largest joint angle [rad]";
+  trial.plot("largest joint angle [rad]", {}, {"1.1 of the least stiffness", "0.9 of it"});
   trial.chart.log_y = true;
-  trial.chart.curves = {{"1.1 of the least stiffness", {}, {}}, {"0.9 of it", {}, {}}};
   trial.run(sim, sim.options().duration, [&](const Runner& s) {
     soft = std::max(soft, bend(10));
-    trial.chart.curves[0].add(s.state().time, bend(0));
-    trial.chart.curves[1].add(s.state().time, bend(10));
+    trial.draw(s, bend(0));
+    trial.draw(s, bend(10), 1);
   });
   trial.chart.levels = {{"start", 0.001}};
   trial.at_most("stiff: joint angle after 30 s", "rad", bend(0), 1e-6,
@@ -153,44 +133,26 @@ void servo_chain(Trial& trial) {
 void singular_poses(Trial& trial) {
   Runner& sim = trial.load("singular_poses");
   View view(sim);
-  const double start = view.energy();
-  const double scale = 2 * kCaseGravity * 1.0;
-  double off = 0.0;
-  trial.chart.y_label = "energy over m g L";
-  trial.chart.curves.resize(1);
-  trial.run(sim, sim.options().duration, [&](const Runner& s) {
-    view.look();
-    const double now = (view.energy() - start) / scale;
-    off = std::max(off, std::abs(now));
-    trial.chart.curves[0].add(s.state().time, now);
-  });
-  trial.chart.levels = {{"2 %", 0.02}};
+  trial.plot("energy over m g L", {{"2 %", 0.02}});
+  const double off = watch_energy(trial, sim, view, 2 * kCaseGravity * 1.0).off;
   trial.at_most("energy off, over m g L", "1", off, 0.02, "nothing drives or brakes it; 2 %");
   trial.at_most("numbers that are not finite", "1", sim.state().q.allFinite() ? 0.0 : 1.0, 0.0,
                 "all poses are legal");
 }
 
 void flat_linkage(Trial& trial) {
-  trial.chart.y_label = "energy off [J]";
-  for (const double h : {0.002, 0.01}) {
+  trial.plot("energy off [J]", {}, {"2 ms", "10 ms"});
+  for (std::size_t i = 0; i < 2; ++i) {
     Runner& sim = trial.load("flat_linkage");
-    sim.set_time_step(h);
+    sim.set_time_step(i == 0 ? 0.002 : 0.01);
     View view(sim);
-    const double start = view.energy();
-    double off = 0.0, open = 0.0;
-    trial.chart.curves.push_back({fmt::format("{:g} ms", 1e3 * h), {}, {}});
-    trial.run(sim, sim.options().duration, [&](const Runner& s) {
-      view.look();
-      off = std::max(off, std::abs(view.energy() - start));
-      const std::vector<Pose> X_WB = body_poses(s.model(), s.state().q);
-      for (const Closure& closure : s.model().closures())
-        open = std::max(open, closure_gap(closure, X_WB).largest());
-      trial.chart.curves.back().add(s.state().time, view.energy() - start);
-    });
-    trial.at_most(fmt::format("energy off, of 20.5 J, at {:g} ms", 1e3 * h), "J", off, 1e-3,
+    double open = 0.0;
+    const auto look = [&] { open = std::max(open, closures_open(sim.model(), sim.state().q)); };
+    const double off = watch_energy(trial, sim, view, 1.0, look, i).off;
+    const std::string& step = trial.chart.curves[i].name;
+    trial.at_most("energy off, of 20.5 J, at " + step, "J", off, 1e-3,
                   "nothing drives or brakes it; five turns");
-    trial.at_most(fmt::format("closure open, at {:g} ms", 1e3 * h), "m", open, 1e-5,
-                  "it is closed; 10 um");
+    trial.at_most("closure open, at " + step, "m", open, 1e-5, "it is closed; 10 um");
   }
 }
 
@@ -199,25 +161,23 @@ void flat_linkage(Trial& trial) {
 std::vector<HardCase> linkage_cases() {
   return {
       {"flat_linkage", "A four-bar linkage loses a rank of its closure in every flat pose.",
-       "flat_linkage", flat_linkage},
+       flat_linkage},
       {"chain_100", "100 bodies on 100 closures: the first carries a hundred times the last.",
-       "chain_100", [](Trial& t) { chain(t, 100); }},
-      {"chain_1000", "1000 closures in series; drag calms what they yield to.", "chain_1000",
+       [](Trial& t) { chain(t, 100); }},
+      {"chain_1000", "1000 closures in series; drag calms what they yield to.",
        [](Trial& t) { chain(t, 1000); }, true},
       {"whip_100", "300 degrees of freedom in series whip; energy must neither grow nor vanish.",
-       "whip_100", whip, true},
-      {"net", "400 bodies in 361 loops of ball closures, folded by their own weight.", "net", net,
-       true},
+       whip, true},
+      {"net", "400 bodies in 361 loops of ball closures, folded by their own weight.", net, true},
       {"gripper", "Light fingers, heavy load, 5 % above the least force; creep adds up over 60 s.",
-       "gripper", gripper},
+       gripper},
       {"humanoid", "Limbs touch limbs and ground at once, in a tree of 31 degrees of freedom.",
-       "humanoid", humanoid},
+       humanoid},
       {"servo_chain",
-       "Ten links on their heads: 10 % of stiffness decide between upright and down.",
-       "servo_chain", servo_chain},
+       "Ten links on their heads: 10 % of stiffness decide between upright and down.", servo_chain},
       {"singular_poses",
        "Gimbal at its pole, axes through one point, a massless link, links in line.",
-       "singular_poses", singular_poses},
+       singular_poses},
   };
 }
 

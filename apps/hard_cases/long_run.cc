@@ -32,9 +32,7 @@ class Watch {
       : trial_(trial), sim_(sim), view_(sim), steps_(steps) {
     start_ = view_.energy_with_springs();
     scale_ = view_.energy_scale();
-    trial.chart.y_label = "energy [J]";
-    trial.chart.curves.resize(1);
-    trial.chart.levels = {{"start", start_}};
+    trial.plot("energy [J]", {{"start", start_}});
   }
 
   void after_step() {
@@ -48,8 +46,7 @@ class Watch {
     fastest_ = std::max(fastest_, sim_.state().v.cwiseAbs().maxCoeff());
     finite_ = finite_ && std::isfinite(now) && sim_.state().q.allFinite();
     // Enough points for the picture.
-    if (count_ % std::max(steps_ / 2000, 1L) < kEvery)
-      trial_.chart.curves[0].add(sim_.state().time, now);
+    if (count_ % std::max(steps_ / 2000, 1L) < kEvery) trial_.draw(sim_, now);
   }
 
   void report(bool driven) {
@@ -110,13 +107,13 @@ std::vector<HardCase> long_cases(const fs::path& folder, double seconds) {
   const double each = seconds / static_cast<double>(std::max<std::size_t>(names.size(), 1));
   std::vector<HardCase> cases;
   for (const std::string& name : names) {
-    cases.push_back({name, fmt::format("{:g} s of it.", each), name,
+    cases.push_back({name, fmt::format("{:g} s of it.", each),
                      [name, each](Trial& trial) { left_for_long(trial, name, each); }});
   }
   const long steps = std::lround(1e7 * seconds / kLongRun);
   cases.push_back({"humanoid_random", fmt::format("{} steps under random forces.", steps),
-                   "humanoid_drop",
-                   [steps](Trial& trial) { driven_for_long(trial, "humanoid_drop", steps); }});
+                   [steps](Trial& trial) { driven_for_long(trial, "humanoid_drop", steps); }, false,
+                   "humanoid_drop"});
   const auto share =
       static_cast<long>(static_cast<double>(kMechanismStepsADay) * seconds / kLongRun);
   for (const HardCase& mechanism : mechanism_cases("", std::max(share, kMechanismSteps), true))

@@ -13,15 +13,6 @@ namespace {
 
 // Violation of the constraints of a mechanism [m or rad, the larger].
 
-double closures_off(const Model& model, const VectorX& q) {
-  const std::vector<Pose> X_WB = body_poses(model, q);
-  double most = 0.0;
-  for (const Closure& closure : model.closures()) {
-    most = std::max(most, closure_gap(closure, X_WB).largest());
-  }
-  return most;
-}
-
 double gears_off(const Model& model, const VectorX& q) {
   double most = 0.0;
   for (const Mimic& mimic : model.mimics()) {
@@ -63,7 +54,7 @@ struct ErrorKind {
   const char* why;
 };
 constexpr std::array<ErrorKind, 4> kErrorKinds = {
-    {{"closures", "m, rad", closures_off, 1e-4, 0.0, "they hold, in every step; by agreement"},
+    {{"closures", "m, rad", closures_open, 1e-4, 0.0, "they hold, in every step; by agreement"},
      {"gears", "m, rad", gears_off, 1e-6, 0.0, "they hold, in every step; by agreement"},
      {"joint limits", "m, rad", limits_off, 0.0, 1000.0,
       "in every step; a limit yields by h times compliance times the speed it stops: 1000 rad/s"},
@@ -124,8 +115,7 @@ void run_mechanism(Trial& trial, const Mechanism& mechanism, const std::string& 
   RandomForces random(model, mechanism.shaken, 0.0, 1);
   View view(sim);
   const double scale = view.energy_scale();
-  trial.chart.y_label = "energy [J]";
-  trial.chart.curves.resize(1);
+  trial.plot("energy [J]");
   Errors most{};
   Tenth first, last;
   for (long i = 0; i < steps; ++i) {
@@ -138,7 +128,7 @@ void run_mechanism(Trial& trial, const Mechanism& mechanism, const std::string& 
     if (i >= steps - steps / 10) last.look(off, view);
     if (i % std::max(steps / 2000, 1L) == 0) {
       view.look();
-      trial.chart.curves[0].add(sim.state().time, view.energy_with_springs());
+      trial.draw(sim, view.energy_with_springs());
     }
   }
   compare_errors(trial, sim.options(), most, first, last);
@@ -178,11 +168,10 @@ std::vector<HardCase> mechanism_cases(const std::string& scenes, long steps, boo
   std::vector<HardCase> cases;
   for (const Mechanism& mechanism : kMechanisms) {
     cases.push_back({mechanism.name, fmt::format("{} {} steps.", mechanism.hard, steps),
-                     mechanism.scene,
                      [&mechanism, scenes, steps](Trial& trial) {
                        run_mechanism(trial, mechanism, scenes, steps);
                      },
-                     slow, mechanism.known_failure});
+                     slow, mechanism.scene, mechanism.known_failure});
   }
   return cases;
 }

@@ -55,9 +55,7 @@ class PileWatch {
  public:
   PileWatch(Trial& trial, Runner& sim)
       : trial_(trial), sim_(sim), view_(sim), start_(view_.energy()) {
-    trial.chart.y_label = "energy [J]";
-    trial.chart.curves.resize(1);
-    trial.chart.levels = {{"start", start_}};
+    trial.plot("energy [J]", {{"start", start_}});
   }
 
   void after_step() {
@@ -67,7 +65,7 @@ class PileWatch {
     finite_ = finite_ && std::isfinite(now) && sim_.state().q.allFinite();
     for (int i = 1; i < sim_.model().num_bodies(); ++i)
       lowest_ = std::min(lowest_, view_.center(i).z());
-    if (++count_ % 10 == 0) trial_.chart.curves[0].add(sim_.state().time, now);
+    if (++count_ % 10 == 0) trial_.draw(sim_, now);
   }
 
   void report(const Bounds& bounds) {
@@ -106,7 +104,7 @@ void pile(Trial& trial, const std::string& scene, const Bounds& bounds) {
 
 HardCase pile_case(const std::string& name, const std::string& hard, const Bounds& bounds) {
   const std::string scene = "../piles/" + name;
-  return {name, hard, scene, [=](Trial& trial) { pile(trial, scene, bounds); }};
+  return {name, hard, [=](Trial& trial) { pile(trial, scene, bounds); }, false, scene};
 }
 
 }  // namespace

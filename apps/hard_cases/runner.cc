@@ -67,28 +67,17 @@ class MujocoRunner : public Runner {
 }  // namespace
 
 const char* engine_name(Engine engine) {
-  switch (engine) {
-    case Engine::kCounterpoint:
-      return "Counterpoint";
-    case Engine::kMujocoDefault:
-      return "MuJoCo default";
-    case Engine::kMujocoBest:
-      return "MuJoCo best";
-  }
-  return "";
+  constexpr const char* kNames[] = {"Counterpoint", "MuJoCo default", "MuJoCo best"};
+  return kNames[static_cast<int>(engine)];
 }
 
 std::unique_ptr<Runner> make_runner(Scene scene, Engine engine) {
   using peers::MujocoSettings;
-  switch (engine) {
-    case Engine::kCounterpoint:
-      return std::make_unique<CounterpointRunner>(std::move(scene));
-    case Engine::kMujocoDefault:
-      return std::make_unique<MujocoRunner>(std::move(scene), MujocoSettings::kDefault);
-    case Engine::kMujocoBest:
-      return std::make_unique<MujocoRunner>(std::move(scene), MujocoSettings::kBest);
-  }
-  return nullptr;
+  if (engine == Engine::kCounterpoint)
+    return std::make_unique<CounterpointRunner>(std::move(scene));
+  return std::make_unique<MujocoRunner>(std::move(scene), engine == Engine::kMujocoBest
+                                                              ? MujocoSettings::kBest
+                                                              : MujocoSettings::kDefault);
 }
 
 }  // namespace counterpoint::apps

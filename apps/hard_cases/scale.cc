@@ -29,10 +29,9 @@ double apart(const std::vector<Vector3>& a, const std::vector<Vector3>& b) {
 void similarity_size(Trial& trial) {
   const std::vector<Vector3> one = dimensionless(trial, "drop_size_1e0", 1.0);
   trial.chart.x_label = "size [m]";
-  trial.chart.y_label = "off the motion at 1 m, over the size";
+  trial.plot("off the motion at 1 m, over the size", {},
+             {"all lengths and speeds scaled", "contact options as they are"});
   trial.chart.log_x = trial.chart.log_y = true;
-  trial.chart.curves = {{"all lengths and speeds scaled", {}, {}},
-                        {"contact options as they are", {}, {}}};
   double most = 0.0;
   std::string unscaled;
   for (int exponent = -3; exponent <= 3; ++exponent) {
@@ -76,9 +75,9 @@ void similarity_mass(Trial& trial) {
 void time_steps(Trial& trial) {
   const double v0 = 0.4, mu = 0.5;
   trial.chart.x_label = "time step [s]";
-  trial.chart.y_label = "off where Coulomb puts the block [m]";
+  trial.plot("off where Coulomb puts the block [m]", {},
+             {"measured", "scheme: h v0/2 + h^2 mu g/8"});
   trial.chart.log_x = trial.chart.log_y = true;
-  trial.chart.curves = {{"measured", {}, {}}, {"scheme: h v0/2 + h^2 mu g/8", {}, {}}};
   double worst = 0.0, drifted = 0.0;
   for (const double h : {1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.05}) {
     Runner& sim = trial.load("time_steps");
@@ -107,12 +106,12 @@ void time_steps(Trial& trial) {
 std::vector<HardCase> scale_cases() {
   return {
       {"similarity_size", "A millimetre and a kilometre: any length that is fixed shows.",
-       "drop_size_1e*, drop_unscaled_1e*", similarity_size},
+       similarity_size, false, "drop_size_1e*, drop_unscaled_1e*"},
       {"similarity_mass",
-       "A milligram and a thousand tonnes: any mass or force that is fixed shows.", "drop_mass_1e*",
-       similarity_mass},
+       "A milligram and a thousand tonnes: any mass or force that is fixed shows.", similarity_mass,
+       false, "drop_mass_1e*"},
       {"time_steps", "From a microsecond to 50 ms: stiffness that depends on the step shows.",
-       "time_steps", time_steps},
+       time_steps},
   };
 }
 

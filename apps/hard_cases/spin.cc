@@ -18,9 +18,7 @@ void top_steady(Trial& trial) {
   const double rate = (b - std::sqrt(b * b - 4.0 * a * c)) / (2.0 * a);
   View view(sim);
   double lean_off = 0.0, turned = 0.0, last = 0.0;
-  trial.chart.y_label = "lean [rad]";
-  trial.chart.curves.resize(1);
-  trial.chart.levels = {{"0.5 rad", theta}};
+  trial.plot("lean [rad]", {{"0.5 rad", theta}});
   trial.run(sim, 5.0, [&](const Runner& s) {
     view.look();
     const Vector3 axis = view.pose("top/top").rotation.col(2);
@@ -29,7 +27,7 @@ void top_steady(Trial& trial) {
     const double azimuth = std::atan2(axis.y(), axis.x());
     turned += std::remainder(azimuth - last, 2.0 * std::numbers::pi);
     last = azimuth;
-    trial.chart.curves[0].add(s.state().time, lean);
+    trial.draw(s, lean);
   });
   trial.equal("precession, mean of 5 s", "rad/s", turned / 5.0, rate, 0.01 * rate,
               "I1 W^2 cos - I3 w3 W + m g l = 0; 1 %");
@@ -40,8 +38,7 @@ void top_sleeping(Trial& trial) {
   Runner& sim = trial.load("top_sleeping");
   View view(sim);
   double fast = 0.0, slow = 0.0;
-  trial.chart.y_label = "lean [rad]";
-  trial.chart.curves = {{"1.1 of the critical spin", {}, {}}, {"0.9 of it", {}, {}}};
+  trial.plot("lean [rad]", {}, {"1.1 of the critical spin", "0.9 of it"});
   const auto lean = [&](const char* link) {
     return std::acos(std::clamp(view.pose(link).rotation(2, 2), -1.0, 1.0));
   };
@@ -49,8 +46,8 @@ void top_sleeping(Trial& trial) {
     view.look();
     fast = std::max(fast, lean("fast/top"));
     slow = std::max(slow, lean("slow/top"));
-    trial.chart.curves[0].add(s.state().time, lean("fast/top"));
-    trial.chart.curves[1].add(s.state().time, lean("slow/top"));
+    trial.draw(s, lean("fast/top"));
+    trial.draw(s, lean("slow/top"), 1);
   });
   trial.chart.levels = {{"0.1 rad", 0.1}};
   trial.at_most("lean above the critical spin, largest", "rad", fast, 0.1,
@@ -72,9 +69,8 @@ void dzhanibekov(Trial& trial) {
                         std::sqrt(A * B * C / ((C - B) * (L2 - 2.0 * energy * A)));
   double energy_off = 0.0, momentum_off = 0.0, last = 1.0;
   std::vector<double> rises;
-  trial.chart.y_label = "energy off, relative";
+  trial.plot("energy off, relative");
   trial.chart.log_y = true;
-  trial.chart.curves.resize(1);
   trial.run(sim, 60.0, [&](const Runner& s) {
     view.look();
     energy_off = std::max(energy_off, std::abs(view.kinetic() / energy - 1.0));
@@ -84,7 +80,7 @@ void dzhanibekov(Trial& trial) {
     if (last < 0.0 && now >= 0.0)
       rises.push_back(s.state().time - s.options().time_step * now / (now - last));
     last = now;
-    trial.chart.curves[0].add(s.state().time, std::abs(view.kinetic() / energy - 1.0));
+    trial.draw(s, std::abs(view.kinetic() / energy - 1.0));
   });
   trial.chart.levels = {{"1e-9", 1e-9}};
   trial.at_most("energy off within 60 s, relative", "1", energy_off, 1e-9,
@@ -100,29 +96,16 @@ void dzhanibekov(Trial& trial) {
               "4 K(k) sqrt(ABC / ((C - B)(L^2 - 2EA))), Landau & Lifshitz section 37; 1 %");
 }
 
-/// Steps a scene and returns the largest gain of energy over the start, divided by the kinetic
-/// energy at the start.
-template <class After>
-double energy_gain(Trial& trial, Runner& sim, View& view, After after) {
-  const double start = view.energy(), scale = view.kinetic();
-  double gain = 0.0;
-  trial.chart.y_label = "energy over that at the start, relative";
-  trial.chart.curves.resize(1);
-  trial.chart.levels = {{"no gain", 0.0}};
-  trial.run(sim, sim.options().duration, [&](const Runner& s) {
-    view.look();
-    const double now = (view.energy() - start) / scale;
-    gain = std::max(gain, now);
-    trial.chart.curves[0].add(s.state().time, now);
-    after();
-  });
-  return gain;
+/// Largest gain of energy, divided by the kinetic energy at the start.
+double energy_gain(Trial& trial, Runner& sim, View& view, const std::function<void()>& after = {}) {
+  trial.plot("energy over that at the start, relative", {{"no gain", 0.0}});
+  return watch_energy(trial, sim, view, view.kinetic(), after).gain;
 }
 
 void coin(Trial& trial) {
   Runner& sim = trial.load("coin");
   View view(sim);
-  const double gain = energy_gain(trial, sim, view, [] {});
+  const double gain = energy_gain(trial, sim, view);
   trial.at_most("energy gained, over the spin's", "1", gain, 1e-6, "friction only takes");
   trial.equal("height of its centre at the end", "m", view.center(1).z(), 0.005, 1e-5,
               "lies flat on a face");
@@ -155,16 +138,13 @@ void tippe_top(Trial& trial) {
 std::vector<HardCase> spin_cases() {
   return {
       {"top_steady", "Gyroscopic forces a hundred times gravity must balance it exactly.",
-       "top_steady", top_steady},
-      {"top_sleeping", "Whether an upright top stays up depends on its spin alone.", "top_sleeping",
-       top_sleeping},
-      {"dzhanibekov", "An unstable axis: energy errors change the period at once.", "dzhanibekov",
-       dzhanibekov},
+       top_steady},
+      {"top_sleeping", "Whether an upright top stays up depends on its spin alone.", top_sleeping},
+      {"dzhanibekov", "An unstable axis: energy errors change the period at once.", dzhanibekov},
       {"coin", "One moving contact point, ever faster while the coin lies down (Euler's disk).",
-       "coin", coin},
-      {"fast_spin", "1e4 rad/s: three turns a step.", "fast_spin", fast_spin},
-      {"tippe_top", "Friction at one sliding point lifts the centre of mass.", "tippe_top",
-       tippe_top},
+       coin},
+      {"fast_spin", "1e4 rad/s: three turns a step.", fast_spin},
+      {"tippe_top", "Friction at one sliding point lifts the centre of mass.", tippe_top},
   };
 }
 

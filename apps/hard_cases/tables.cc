@@ -1,11 +1,13 @@
 #include "tables.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "peers/mujoco.h"
+#include "report/html_page.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -15,19 +17,11 @@ const char* verdict(const Result& result, bool passed) {
   return result.hard_case.known_failure ? "FAIL (known)" : "FAIL";
 }
 
-/// All runs, ours first.
-std::vector<const Run*> all_runs(const Result& result) {
-  std::vector<const Run*> runs = {&result.ours};
-  for (const Run& peer : result.peers) runs.push_back(&peer);
-  return runs;
-}
-
 /// Checks of a run that reached its end; all engines measure the same quantities.
 const std::vector<Check>& rows(const Result& result) {
-  for (const Run* run : all_runs(result)) {
-    if (run->failure.empty() && run->lacking.empty()) return run->trial.checks;
-  }
-  return result.ours.trial.checks;
+  const auto run = std::find_if(result.runs.begin(), result.runs.end(),
+                                [](const Run& r) { return r.reached_end(); });
+  return (run == result.runs.end() ? result.ours() : *run).figures.checks;
 }
 
 /// Escapes text for a cell of a Markdown table.
@@ -43,53 +37,48 @@ std::string cell(const std::string& text) {
 /// Cell of another engine in row i: its figure, or in row 0 the reason why there is none.
 std::string peer_cell(const Run& peer, std::size_t i) {
   if (!peer.lacking.empty()) return i == 0 ? "- (" + cell(peer.lacking) + ")" : "-";
-  if (i < peer.trial.checks.size()) {
-    const Check& check = peer.trial.checks[i];
+  if (i < peer.figures.checks.size()) {
+    const Check& check = peer.figures.checks[i];
     return fmt::format("{:.6g} {}", check.measured, check.passed() ? "pass" : "FAIL");
   }
   return i == 0 ? "FAIL: " + cell(peer.failure) : "FAIL";
 }
 
 std::string wall(const Result& result) {
-  std::string out = fmt::format("{:.2f}", result.ours.wall_seconds);
-  for (const Run& peer : result.peers)
-    out += peer.lacking.empty() ? fmt::format(" / {:.2f}", peer.wall_seconds) : " / -";
-  return out;
+  std::vector<std::string> seconds;
+  for (const Run& run : result.runs)
+    seconds.push_back(run.engine != Engine::kCounterpoint && !run.lacking.empty()
+                          ? "-"
+                          : fmt::format("{:.2f}", run.wall_seconds));
+  return fmt::format("{}", fmt::join(seconds, " / "));
 }
 
-/// Table rows of one case.
-std::string case_rows(const Result& result) {
-  const Run& ours = result.ours;
+/// Adds the rows of one case.
+void add_rows(const Result& result, PageTable& table) {
+  const Figures& ours = result.ours().figures;
   const std::vector<Check>& all = rows(result);
-  std::string out;
   for (std::size_t i = 0; i < std::max<std::size_t>(all.size(), 1); ++i) {
-    std::string name, metric, known, source, quantity;
-    if (i == 0) {
-      name = ours.trial.chart.empty() ? result.hard_case.name
-                                      : fmt::format("[{0}]({0}.svg)", result.hard_case.name);
-    }
-    bool passed = false;
-    if (i < all.size()) {
-      quantity = cell(all[i].quantity), known = all[i].known, source = cell(all[i].source);
-    }
-    if (i < ours.trial.checks.size()) {
-      const Check& check = ours.trial.checks[i];
-      metric = fmt::format("{:.6g} {}", check.measured, check.unit);
-      passed = check.passed();
-    } else if (i == 0) {
-      metric = cell(ours.failure);
-    }
-    out += fmt::format("| {} | {} | {} | {} | {} | {} |", name, quantity, metric, known, source,
-                       verdict(result, passed));
-    for (const Run& peer : result.peers) out += fmt::format(" {} |", peer_cell(peer, i));
-    if (i == 0) {
-      out += fmt::format(" {} | {:.2f} / {} | {} |\n", ours.trial.steps, ours.iterations_mean(),
-                         ours.trial.iterations_max, wall(result));
-    } else {
-      out += " | | |\n";
-    }
+    const bool first = i == 0, measured = i < ours.checks.size();
+    std::vector<std::string> row(3);
+    if (first)
+      row[0] = ours.chart.empty() ? result.hard_case.name
+                                  : fmt::format("[{0}]({0}.svg)", result.hard_case.name);
+    if (i < all.size()) row[1] = cell(all[i].quantity);
+    if (measured)
+      row[2] = fmt::format("{:.6g} {}", ours.checks[i].measured, ours.checks[i].unit);
+    else if (first)
+      row[2] = cell(result.ours().failure);
+    row.push_back(i < all.size() ? all[i].known : "");
+    row.push_back(i < all.size() ? cell(all[i].source) : "");
+    row.push_back(verdict(result, measured && ours.checks[i].passed()));
+    for (std::size_t k = 1; k < result.runs.size(); ++k)
+      row.push_back(peer_cell(result.runs[k], i));
+    row.push_back(first ? fmt::format("{}", ours.steps) : "");
+    row.push_back(first ? fmt::format("{:.2f} / {}", ours.iterations_mean(), ours.iterations_max)
+                        : "");
+    row.push_back(first ? wall(result) : "");
+    table.rows.push_back(row);
   }
-  return out;
 }
 
 Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
@@ -109,11 +98,12 @@ Json json_checks(const std::vector<Check>& checks) {
 }
 
 void add_metrics(const Run& run, Json& entry) {
-  entry["checks"] = json_checks(run.trial.checks);
-  entry["steps"] = run.trial.steps;
-  entry["newton_iterations_mean"] = run.iterations_mean();
-  entry["newton_iterations_max"] = run.trial.iterations_max;
-  entry["max_penetration_m"] = run.trial.max_penetration;
+  const Figures& figures = run.figures;
+  entry["checks"] = json_checks(figures.checks);
+  entry["steps"] = figures.steps;
+  entry["newton_iterations_mean"] = figures.iterations_mean();
+  entry["newton_iterations_max"] = figures.iterations_max;
+  entry["max_penetration_m"] = figures.max_penetration;
   entry["wall_seconds"] = run.wall_seconds;
 }
 
@@ -131,50 +121,46 @@ Json json_peer(const Run& run) {
 }  // namespace
 
 void print_result(std::FILE* out, const Result& result) {
-  const Run& ours = result.ours;
-  fmt::print(out, "{:<22} {:>8} steps, Newton {:.2f} / {}, {:.2f} s: {}\n", result.hard_case.name,
-             ours.trial.steps, ours.iterations_mean(), ours.trial.iterations_max, ours.wall_seconds,
-             verdict(result, ours.passed()));
-  const auto print_checks = [out](const Run& run) {
-    for (const Check& check : run.trial.checks) {
+  for (const Run& run : result.runs) {
+    const Figures& figures = run.figures;
+    const bool ours = run.engine == Engine::kCounterpoint;
+    if (ours) {
+      fmt::print(out, "{:<22} {:>8} steps, Newton {:.2f} / {}, {:.2f} s: {}\n",
+                 result.hard_case.name, figures.steps, figures.iterations_mean(),
+                 figures.iterations_max, run.wall_seconds, verdict(result, run.passed()));
+    } else if (!run.lacking.empty()) {
+      fmt::print(out, "  {}: - ({})\n", engine_name(run.engine), run.lacking);
+      continue;
+    } else {
+      fmt::print(out, "  {}, {} iterations at most, {:.2f} s: {}\n", engine_name(run.engine),
+                 figures.iterations_max, run.wall_seconds, run.passed() ? "pass" : "FAIL");
+    }
+    for (const Check& check : figures.checks) {
       fmt::print(out, "    {:<44} {:>12.6g} {:<8} {:<24} {}\n", check.quantity, check.measured,
                  check.unit, check.known, check.passed() ? "pass" : "FAIL");
     }
     if (!run.failure.empty()) fmt::print(out, "    {}\n", run.failure);
-  };
-  print_checks(ours);
-  if (!ours.trial.remark.empty()) fmt::print(out, "    {}\n", ours.trial.remark);
-  for (const Run& peer : result.peers) {
-    if (!peer.lacking.empty()) {
-      fmt::print(out, "  {}: - ({})\n", engine_name(peer.engine), peer.lacking);
-      continue;
-    }
-    fmt::print(out, "  {}, {} iterations at most, {:.2f} s: {}\n", engine_name(peer.engine),
-               peer.trial.iterations_max, peer.wall_seconds, peer.passed() ? "pass" : "FAIL");
-    print_checks(peer);
+    if (ours && !figures.remark.empty()) fmt::print(out, "    {}\n", figures.remark);
   }
   std::fflush(out);
 }
 
 std::string markdown(const std::vector<Result>& results) {
-  std::string head = "| case | what is measured | figure | known | source | result |";
-  std::string rule = "|---|---|---|---|---|---|";
+  PageTable table{{"case", "what is measured", "figure", "known", "source", "result"}, {}};
   std::string times = "wall [s]";
-  if (!results.empty()) {
-    for (const Run& peer : results.front().peers) {
-      head += fmt::format(" {} {} |", engine_name(peer.engine), peers::mujoco_version());
-      rule += "---|";
-      times += fmt::format(" / {}", engine_name(peer.engine));
-    }
+  for (std::size_t k = 1; !results.empty() && k < results.front().runs.size(); ++k) {
+    const char* name = engine_name(results.front().runs[k].engine);
+    table.header.push_back(fmt::format("{} {}", name, peers::mujoco_version()));
+    times += fmt::format(" / {}", name);
   }
-  std::string out =
-      head + " steps | Newton mean / max | " + times + " |\n" + rule + "---|---|---|\n";
-  for (const Result& result : results) out += case_rows(result);
-  out += "\n## What makes them hard\n\n";
+  table.header.insert(table.header.end(), {"steps", "Newton mean / max", times});
+  for (const Result& result : results) add_rows(result, table);
+  std::string out = markdown_table(table) + "\n## What makes them hard\n\n";
   for (const Result& result : results) {
     const HardCase& c = result.hard_case;
+    const std::string& remark = result.ours().figures.remark;
     out += fmt::format("* **{}** ({}{}): {}", c.name, c.scene, c.slow ? "; slow" : "", c.hard);
-    if (!result.ours.trial.remark.empty()) out += " " + result.ours.trial.remark;
+    if (!remark.empty()) out += " " + remark;
     if (c.known_failure != nullptr) out += fmt::format(" *Known failure:* {}", c.known_failure);
     out += "\n";
   }
@@ -182,7 +168,7 @@ std::string markdown(const std::vector<Result>& results) {
 }
 
 Json json_case(const Result& result) {
-  const Run& ours = result.ours;
+  const Run& ours = result.ours();
   Json entry;
   entry["name"] = result.hard_case.name;
   entry["hard"] = result.hard_case.hard;
@@ -191,13 +177,10 @@ Json json_case(const Result& result) {
   entry["status"] = ours.passed() ? "passed" : "failed";
   if (result.hard_case.known_failure) entry["known_failure"] = result.hard_case.known_failure;
   if (!ours.failure.empty()) entry["message"] = ours.failure;
-  if (!ours.trial.remark.empty()) entry["remark"] = ours.trial.remark;
+  if (!ours.figures.remark.empty()) entry["remark"] = ours.figures.remark;
   add_metrics(ours, entry);
-  if (!result.peers.empty()) {
-    Json peers = Json::array();
-    for (const Run& peer : result.peers) peers.push_back(json_peer(peer));
-    entry["peers"] = peers;
-  }
+  for (std::size_t k = 1; k < result.runs.size(); ++k)
+    entry["peers"].push_back(json_peer(result.runs[k]));
   return entry;
 }
 

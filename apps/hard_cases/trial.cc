@@ -64,15 +64,22 @@ Forces Trial::step_and_recover(Runner& sim) {
 double Trial::left_alone(Runner& sim, double seconds, const std::string& what) {
   const VectorX start = sim.state().q;
   double most = 0.0;
-  chart.y_label = "drift of a " + what + " [m]";
+  plot("drift of a " + what + " [m]");
   chart.log_y = true;
-  chart.curves.resize(1);
   run(sim, seconds, [&](const Runner& s) {
     const double now = drift(s.model(), s.state().q, start);
     most = std::max(most, now);
-    chart.curves[0].add(s.state().time, now);
+    draw(s, now);
   });
   return most;
+}
+
+void Trial::plot(const std::string& y_label, std::vector<Level> levels,
+                 const std::vector<std::string>& curves) {
+  chart.y_label = y_label;
+  chart.levels = std::move(levels);
+  chart.curves.clear();
+  for (const std::string& name : curves) chart.curves.push_back({name, {}, {}});
 }
 
 void Trial::equal(const std::string& quantity, const std::string& unit, double measured,
@@ -102,13 +109,12 @@ void Trial::at_least(const std::string& quantity, const std::string& unit, doubl
 }
 
 bool Run::passed() const {
-  return failure.empty() && lacking.empty() &&
-         std::all_of(trial.checks.begin(), trial.checks.end(),
-                     [](const Check& check) { return check.passed(); });
+  return reached_end() && std::all_of(figures.checks.begin(), figures.checks.end(),
+                                      [](const Check& check) { return check.passed(); });
 }
 
-double Run::iterations_mean() const {
-  return static_cast<double>(trial.iterations) / static_cast<double>(std::max(trial.steps, 1L));
+double Figures::iterations_mean() const {
+  return static_cast<double>(iterations) / static_cast<double>(std::max(steps, 1L));
 }
 
 View::View(const Runner& sim)
@@ -159,6 +165,29 @@ double View::energy_scale() const {
 }
 
 Force View::momentum() const { return dynamics_.momentum(); }
+
+EnergyChange watch_energy(Trial& trial, Runner& sim, View& view, double scale,
+                          const std::function<void()>& after, std::size_t curve) {
+  const double start = view.energy();
+  EnergyChange change;
+  trial.run(sim, sim.options().duration, [&](const Runner& s) {
+    view.look();
+    const double now = (view.energy() - start) / scale;
+    change.gain = std::max(change.gain, now);
+    change.off = std::max(change.off, std::abs(now));
+    trial.draw(s, now, curve);
+    if (after) after();
+  });
+  return change;
+}
+
+double closures_open(const Model& model, const VectorX& q) {
+  const std::vector<Pose> X_WB = body_poses(model, q);
+  double most = 0.0;
+  for (const Closure& closure : model.closures())
+    most = std::max(most, closure_gap(closure, X_WB).largest());
+  return most;
+}
 
 Vector3 force_between(const Model& model, const Forces& forces, int a, int b) {
   Vector3 sum = Vector3::Zero();

@@ -30,6 +30,24 @@ struct Check {
   std::string known;   ///< the answer or bound, as text
   std::string source;  ///< source of the answer or bound
   bool passed() const { return measured >= lower && measured <= upper; }
+  template <class Archive>
+  void serialize(Archive& a) {
+    a(quantity, unit, measured, lower, upper, known, source);
+  }
+};
+
+/// Measurements of a case on one engine.
+struct Figures {
+  Chart chart;
+  std::vector<Check> checks;
+  std::string remark;  ///< remark beside the figures: result of the law and its reason
+  long steps = 0, iterations = 0, iterations_max = 0;
+  double max_penetration = 0.0;  ///< [m]
+  double iterations_mean() const;
+  template <class Archive>
+  void serialize(Archive& a) {
+    a(chart, checks, remark, steps, iterations, iterations_max, max_penetration);
+  }
 };
 
 /// Thrown if a step fails; tells the step, its time and the solver's status.
@@ -43,7 +61,7 @@ class Stopped : public std::runtime_error {
 };
 
 /// Context of a case, and its results.
-class Trial {
+class Trial : public Figures {
  public:
   /// `allowed`: wall time [s] after which a step fails.
   Trial(std::filesystem::path scenes, Engine engine,
@@ -53,9 +71,6 @@ class Trial {
   /// Loads the scene NAME.yaml for the engine of the trial; valid as long as the trial. @throws
   /// InputError as load_scene does, peers::NotExpressible as make_runner does.
   Runner& load(const std::string& name);
-
-  /// Releases the loaded scenes; figures and chart stay.
-  void unload() { runners_.clear(); }
 
   /// `wanted` is called before every step; a step throws Stopped where it returns true. Empty:
   /// never.
@@ -67,7 +82,7 @@ class Trial {
 
   /// File for a replay of the first loaded scene up to a reset; empty: none.
   void keep_replay_in(std::filesystem::path file) { replay_file_ = std::move(file); }
-  /// Writes the replay; call it before unload. False if there is none. @throws InputError
+  /// Writes the replay. False if there is none. @throws InputError
   bool write_replay();
 
   /// Takes one step. @throws StepFailure, Stopped
@@ -87,6 +102,14 @@ class Trial {
     run(sim, seconds, [](const Runner&) {});
   }
 
+  /// Names the y axis of the chart, its bounds and its curves.
+  void plot(const std::string& y_label, std::vector<Level> levels = {},
+            const std::vector<std::string>& curves = {""});
+  /// Adds a point at the current time to a curve.
+  void draw(const Runner& sim, double y, std::size_t curve = 0) {
+    chart.curves[curve].add(sim.state().time, y);
+  }
+
   /// Largest drift [m] within `seconds` of undisturbed free bodies, named `what` in the chart over
   /// time.
   double left_alone(Runner& sim, double seconds, const std::string& what);
@@ -97,12 +120,6 @@ class Trial {
                const std::string& source);
   void at_least(const std::string& quantity, const std::string& unit, double measured, double bound,
                 const std::string& source);
-
-  Chart chart;
-  std::vector<Check> checks;
-  std::string remark;  ///< remark beside the figures: result of the law and its reason
-  long steps = 0, iterations = 0, iterations_max = 0;
-  double max_penetration = 0.0;  ///< [m]
 
  private:
   std::filesystem::path scenes_;
@@ -121,30 +138,35 @@ class Trial {
 /// Result of a case on one engine.
 struct Run {
   Engine engine = Engine::kCounterpoint;
-  Trial trial;
-  std::string failure;  ///< why it did not reach its end
-  std::string lacking;  ///< why the engine cannot run it at all
+  Figures figures = {};
+  std::string failure = {};  ///< why it did not reach its end
+  std::string lacking = {};  ///< why the engine cannot run it at all
   double wall_seconds = 0.0;
   bool replay = false;  ///< a replay was written
 
   bool passed() const;
-  double iterations_mean() const;
+  bool reached_end() const { return failure.empty() && lacking.empty(); }
+  template <class Archive>
+  void serialize(Archive& a) {
+    a(engine, figures, failure, lacking, wall_seconds, replay);
+  }
 };
 
 struct HardCase {
   std::string name;
-  std::string hard;   ///< why the case is hard, one sentence
-  std::string scene;  ///< file under data/scenes/hard, without .yaml; several: "a, b"
+  std::string hard;  ///< why the case is hard, one sentence
   std::function<void(Trial&)> run;
-  bool slow = false;                    ///< left out of the tests
+  bool slow = false;  ///< left out of the tests
+  /// File under data/scenes/hard, without .yaml; several: "a, b". Empty: the name of the case.
+  std::string scene = {};
   const char* known_failure = nullptr;  ///< reason for a known failure, as measured
 };
 
 /// Results of a case on Counterpoint and on the other engines.
 struct Result {
   HardCase hard_case;
-  Run ours;
-  std::vector<Run> peers;
+  std::vector<Run> runs;  ///< ours first
+  const Run& ours() const { return runs.front(); }
 };
 
 // Cases by theme, one file each.
@@ -193,6 +215,19 @@ class View {
   Dynamics dynamics_;
   std::vector<int> frame_of_;  ///< index into Model::frames() by body
 };
+
+/// Change of the mechanical energy over that at the start, divided by a scale.
+struct EnergyChange {
+  double gain = 0.0;  ///< largest, not below 0
+  double off = 0.0;   ///< largest magnitude
+};
+
+/// Steps a scene for its duration and draws the energy change. after(): called after each step.
+EnergyChange watch_energy(Trial& trial, Runner& sim, View& view, double scale,
+                          const std::function<void()>& after = {}, std::size_t curve = 0);
+
+/// Largest gap of the closures [m or rad, the larger].
+double closures_open(const Model& model, const VectorX& q);
 
 /// Sum of the contact forces on body `b` from body `a` [N], in W; body 0: the world.
 Vector3 force_between(const Model& model, const Forces& forces, int a, int b);

@@ -11,11 +11,38 @@
 #include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/text_files.h"
 #include "measure/median.h"
-#include "tasks/task_list.h"
+#include "tasks/archive.h"
+
+namespace counterpoint::optimization {
+
+template <class Archive>
+void serialize(Archive& a, Progress& progress) {
+  a(apps::tasks::as_in_memory(progress));
+}
+template <class Archive>
+void serialize(Archive& a, Result& r) {
+  using apps::tasks::as_in_memory;
+  a(r.outcome, r.q, r.v, r.applied_force, r.cost, r.cost_by_term, as_in_memory(r.unactuated),
+    as_in_memory(r.violation), r.smoothing, as_in_memory(r.options), r.iterations, r.stages,
+    r.refused_stages, r.history, r.seconds);
+}
+
+}  // namespace counterpoint::optimization
 
 namespace counterpoint::apps {
 
 namespace opt = optimization;
+
+template <class Archive>
+void serialize(Archive& a, OptimizedStart& start) {
+  a(start.seed, start.result, tasks::as_in_memory(start.verification), start.stages);
+}
+
+std::string bytes_of(const OptimizedStart& start) { return tasks::to_bytes(start); }
+
+OptimizedStart start_of(const std::string& bytes) {
+  return tasks::from_bytes<OptimizedStart>(bytes);
+}
 
 bool is_better(const OptimizedStart& a, const OptimizedStart& b) {
   if (a.feasible() != b.feasible()) return a.feasible();
@@ -24,39 +51,6 @@ bool is_better(const OptimizedStart& a, const OptimizedStart& b) {
 }
 
 namespace {
-
-using tasks::BytesReader;
-using tasks::BytesWriter;
-
-void put_vector(BytesWriter& out, const VectorX& vector) { out.numbers(vector); }
-VectorX get_vector(BytesReader& in) { return in.vector(); }
-
-void put_result(BytesWriter& out, const opt::Result& r) {
-  out.put(r.outcome);
-  for (const auto* frames : {&r.q, &r.v, &r.applied_force}) out.list(*frames, put_vector);
-  out.put(r.cost).numbers(r.cost_by_term).put(r.unactuated).put(r.violation).put(r.smoothing);
-  out.put(r.options).put(r.iterations).put(r.stages).put(r.refused_stages);
-  out.list(r.history, [](BytesWriter& w, const opt::Progress& step) { w.put(step); });
-  out.put(r.seconds);
-}
-
-opt::Result get_result(BytesReader& in) {
-  opt::Result r;
-  r.outcome = in.get<opt::Outcome>();
-  for (auto* frames : {&r.q, &r.v, &r.applied_force}) *frames = in.list(get_vector);
-  r.cost = in.get<double>();
-  r.cost_by_term = in.vector();
-  r.unactuated = in.get<opt::Spread>();
-  r.violation = in.get<opt::Spread>();
-  r.smoothing = in.get<double>();
-  r.options = in.get<SimulationOptions>();
-  r.iterations = in.get<int>();
-  r.stages = in.get<int>();
-  r.refused_stages = in.get<int>();
-  r.history = in.list([](BytesReader& part) { return part.get<opt::Progress>(); });
-  r.seconds = in.get<double>();
-  return r;
-}
 
 void write_frames(const std::string& file, const opt::ProblemFile& problem,
                   const std::vector<VectorX>& q, const std::vector<VectorX>& v,
@@ -76,24 +70,6 @@ void write_frames(const std::string& file, const opt::ProblemFile& problem,
 }
 
 }  // namespace
-
-std::string bytes_of(const OptimizedStart& start) {
-  BytesWriter out;
-  out.put(start.seed).put(start.verification);
-  put_result(out, start.result);
-  out.list(start.stages, put_result);
-  return out.take();
-}
-
-OptimizedStart start_of(const std::string& bytes) {
-  BytesReader in(bytes);
-  OptimizedStart start;
-  start.seed = in.get<std::uint64_t>();
-  start.verification = in.get<opt::Verification>();
-  start.result = get_result(in);
-  start.stages = in.list(get_result);
-  return start;
-}
 
 void write_motion(const std::string& file, const opt::ProblemFile& problem,
                   const opt::Result& result) {

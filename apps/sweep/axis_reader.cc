@@ -19,24 +19,6 @@ constexpr int kMostPoints = 1'000'000;
 /// become failed rows.
 constexpr std::size_t kMostTried = 100;
 
-struct Word {
-  const char* name;
-  Place place;
-};
-constexpr std::array kNumberWords = {
-    Word{"time_step", Place::kTimeStep}, Word{"duration", Place::kDuration},
-    Word{"random_inputs", Place::kRandomInputs}, Word{"random_wrenches", Place::kRandomWrenches},
-    Word{"input_seed", Place::kInputSeed}};
-constexpr std::array kWordWords = {
-    Word{"integrator", Place::kIntegrator}, Word{"friction_model", Place::kFrictionModel},
-    Word{"contact", Place::kContact}, Word{"inputs", Place::kInputs}};
-
-const Word* find(const auto& words, const std::string& name) {
-  for (const Word& word : words)
-    if (name == word.name) return &word;
-  return nullptr;
-}
-
 /// Finds a coordinate of the start, or an angle of a free body. False if the name is neither.
 bool find_coordinate(const std::string& name, const YamlValue& value, const Model& model,
                      Axis& axis) {
@@ -52,9 +34,9 @@ bool find_coordinate(const std::string& name, const YamlValue& value, const Mode
   const bool turns = quaternion < static_cast<int>(names.q.size());
   const auto angle = std::find(kAngles.begin(), kAngles.end(), last);
   if (turns && angle != kAngles.end()) {
-    axis.place = Place::kAngle;
-    axis.index = quaternion;
-    axis.angle = static_cast<int>(angle - kAngles.begin());
+    axis.set = [quaternion, i = angle - kAngles.begin()](const AxisValue& x, Trial& trial) {
+      trial.angles.try_emplace(quaternion, Vector3::Zero()).first->second[i] = x.number;
+    };
     return true;
   }
   if (const int i = index_of(names.q, name); i < static_cast<int>(names.q.size())) {
@@ -62,36 +44,26 @@ bool find_coordinate(const std::string& name, const YamlValue& value, const Mode
       value.fail(fmt::format(
           "a quaternion cannot vary by one of its numbers; use {0}.roll, {0}.pitch, {0}.yaw [rad]",
           owner));
-    axis.place = Place::kPosition;
-    axis.index = i;
+    axis.set = [i](const AxisValue& x, Trial& trial) { trial.q[i] = x.number; };
     return true;
   }
   if (const int i = index_of(names.v, name); i < static_cast<int>(names.v.size())) {
-    axis.place = Place::kVelocity;
-    axis.index = i;
+    axis.set = [i](const AxisValue& x, Trial& trial) { trial.v[i] = x.number; };
     return true;
   }
   return false;
 }
 
-void find_place(const std::string& name, const YamlValue& value, const Scene& scene, Axis& axis) {
-  if (const Word* word = find(kNumberWords, name)) {
-    axis.place = word->place;
-    return;
-  }
-  if (const Word* word = find(kWordWords, name)) {
-    axis.place = word->place;
-    return;
-  }
-  if (find_coordinate(name, value, scene.model, axis)) return;
+void find_quantity(const YamlValue& value, const Scene& scene, Axis& axis) {
+  if (set_named_quantity(axis) || find_coordinate(axis.name, value, scene.model, axis)) return;
   try {
-    axis.parameter = parse_parameters(name, scene).front();
+    axis.parameter = parse_parameters(axis.name, scene).front();
   } catch (const InputError& error) {
     value.fail(fmt::format(
         "'{}' is nothing that can vary: expected a coordinate of the start (cube.vx), {}, {}, or "
         "a figure of the scene ({})",
-        name, "time_step, duration, random_inputs, random_wrenches, input_seed",
-        "integrator, friction_model, contact, inputs", error.what()));
+        axis.name, fmt::join(named_quantities(false), ", "),
+        fmt::join(named_quantities(true), ", "), error.what()));
   }
 }
 
@@ -129,9 +101,8 @@ void read_random(const YamlValue& value, Axis& axis) {
 }
 
 void read_values(const YamlValue& value, const Study& study, Axis& axis) {
-  const bool words = axis.place >= Place::kIntegrator;
   if (value.is_map()) {
-    if (words) value.fail(fmt::format("{} varies over a list of words", axis.name));
+    if (axis.takes_words) value.fail(fmt::format("{} varies over a list of words", axis.name));
     if (value.has("from") || value.has("to") || value.has("points"))
       read_range(value, axis);
     else
@@ -144,9 +115,9 @@ void read_values(const YamlValue& value, const Study& study, Axis& axis) {
         "HIGH]}, "
         "{log_uniform: [LOW, HIGH]}, {normal: [MEAN, DEVIATION]}");
   for (const YamlValue& one : value.list()) {
-    if (axis.place == Place::kInputs)
+    if (axis.takes_files)
       axis.words.push_back(file_beside(one, study.file));
-    else if (words)
+    else if (axis.takes_words)
       axis.words.push_back(one.text());
     else
       axis.numbers.push_back(one.number());
@@ -163,12 +134,12 @@ void try_values(const YamlValue& value, const Study& study, const Axis& axis) {
     try {
       const AxisValue one =
           axis.has_words() ? AxisValue{0.0, axis.words[i]} : AxisValue{axis.numbers[i], {}};
-      if (changes_scene(axis)) {
+      if (axis.changes_scene()) {
         Scene changed = study.scene;
         change_scene(axis, one, changed);
       } else {
         Trial trial(study, study.scene);
-        trial.set(axis, one);
+        axis.set(one, trial);
         trial.finish();
       }
     } catch (const InputError& error) {
@@ -191,8 +162,7 @@ std::string file_beside(const YamlValue& value, const fs::path& study) {
 Axis read_axis(const std::string& name, const YamlValue& value, const Study& study) {
   Axis axis;
   axis.name = name;
-  axis.where = value.where();
-  find_place(name, value, study.scene, axis);
+  find_quantity(value, study.scene, axis);
   read_values(value, study, axis);
   try_values(value, study, axis);
   return axis;

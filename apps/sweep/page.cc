@@ -53,12 +53,7 @@ void Page::add(std::int64_t task, const Row& row) {
     if (!std::isfinite(y)) continue;
     double x = values[plot.axis].number;
     if (!axis.random) {
-      const auto begin = axis.numbers.begin();
-      const auto level = static_cast<std::size_t>(
-          axis.has_words()
-              ? std::find(axis.words.begin(), axis.words.end(), values[plot.axis].word) -
-                    axis.words.begin()
-              : std::find(begin, axis.numbers.end(), x) - begin);
+      const std::size_t level = axis.level_of(values[plot.axis]);
       if (axis.has_words()) x = static_cast<double>(level);
       plot.sums[level] += y;
       plot.counts[level] += 1.0;
@@ -90,8 +85,8 @@ std::string Page::text(const Summary& summary, const std::string& table) const {
     Chart chart;
     chart.title = names[plot.recorded] + " over " + axis.name;
     chart.x_label = axis.name;
-    if (axis.place == Place::kParameter && !axis.parameter.unit.empty())
-      chart.x_label += " [" + axis.parameter.unit + "]";
+    if (axis.parameter && !axis.parameter->unit.empty())
+      chart.x_label += " [" + axis.parameter->unit + "]";
     for (std::size_t i = 0; i < axis.words.size(); ++i)
       chart.x_label += fmt::format("{} {} = {}", i == 0 ? ":" : ",", i, axis.words[i]);
     chart.y_label = names[plot.recorded];

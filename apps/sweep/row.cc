@@ -10,7 +10,7 @@
 
 #include "measure/run.h"
 #include "measure/total_energy.h"
-#include "tasks/task_list.h"
+#include "tasks/archive.h"
 #include "variation.h"
 
 namespace counterpoint::apps::sweep {
@@ -166,14 +166,15 @@ class Worker {
       const std::vector<AxisValue> values = values_of(study_, task);
       Simulator& simulator = simulator_at(values);
       Trial trial(study_, *scene_);
-      for (std::size_t i = 0; i < values.size(); ++i) trial.set(study_.axes[i], values[i]);
+      for (std::size_t i = 0; i < values.size(); ++i)
+        if (!study_.axes[i].changes_scene()) study_.axes[i].set(values[i], trial);
       trial.finish(draw_of(study_, task));
       const fs::path file =
           study_.record.trajectories ? trajectory_file(trajectories_, task) : fs::path();
       const std::optional<Row> row = run(study_, trial, simulator, file, stop_);
-      return row ? tasks::Outcome{row->bytes(), true} : tasks::Outcome{{}, false};
+      return row ? tasks::Outcome{tasks::to_bytes(*row), true} : tasks::Outcome{{}, false};
     } catch (const InputError& error) {  // this task only: an invalid value for the scene
-      return {empty_row(study_, error.what()).bytes(), true};
+      return {tasks::to_bytes(empty_row(study_, error.what())), true};
     }
   }
 
@@ -182,7 +183,7 @@ class Worker {
   Simulator& simulator_at(const std::vector<AxisValue>& values) {
     std::vector<AxisValue> changes;
     for (std::size_t i = 0; i < values.size(); ++i)
-      if (changes_scene(study_.axes[i])) changes.push_back(values[i]);
+      if (study_.axes[i].changes_scene()) changes.push_back(values[i]);
     if (simulator_ && changes == changes_) return *simulator_;
     simulator_.reset();
     scene_ = scene_at(study_, values);
@@ -199,31 +200,6 @@ class Worker {
 };
 
 }  // namespace
-
-std::string Row::bytes() const {
-  return tasks::BytesWriter()
-      .text(reason)
-      .put(steps)
-      .put(end_time)
-      .put(state_hash)
-      .numbers(state)
-      .numbers(columns)
-      .numbers(metrics)
-      .take();
-}
-
-Row Row::of(const std::string& bytes) {
-  tasks::BytesReader reader(bytes);
-  Row row;
-  row.reason = reader.text();
-  row.steps = reader.get<double>();
-  row.end_time = reader.get<double>();
-  row.state_hash = reader.get<std::uint64_t>();
-  row.state = reader.numbers();
-  row.columns = reader.numbers();
-  row.metrics = reader.numbers();
-  return row;
-}
 
 fs::path trajectory_file(const fs::path& folder, std::int64_t task) {
   return folder / fmt::format("{:03d}", task / 1000) / fmt::format("{:06d}.csv", task);

@@ -18,8 +18,10 @@ struct Row {
   std::vector<double> state, columns, metrics;  ///< NaN: not available
   bool failed() const { return !reason.empty(); }
 
-  std::string bytes() const;
-  static Row of(const std::string& bytes);
+  template <class Archive>
+  void serialize(Archive& a) {
+    a(reason, steps, end_time, state_hash, state, columns, metrics);
+  }
 };
 
 /// Tasks of a study. `trajectories`: folder for trajectories, if they are recorded.

@@ -97,7 +97,7 @@ std::uint64_t fingerprint_of(const Study& study) {
   for (const Axis& axis : study.axes)
     for (const std::string& word : axis.words) {
       hash.add(std::string_view(word));
-      if (axis.place == Place::kInputs) hash.add_file(word);
+      if (axis.takes_files) hash.add_file(word);
     }
   return hash.value();
 }
@@ -150,8 +150,7 @@ Study load_study(const fs::path& file) {
   for (const auto& [name, value] : vary.entries()) {
     study.axes.push_back(read_axis(name, value, study));
     const Axis& axis = study.axes.back();
-    random = random || axis.random || axis.place == Place::kRandomInputs ||
-             axis.place == Place::kRandomWrenches;
+    random = random || axis.random || name == "random_inputs" || name == "random_wrenches";
     tasks *= static_cast<double>(axis.levels());
     if (tasks > 1e12) value.fail("makes more than 1e12 tasks; expected fewer points or draws");
   }

@@ -1,8 +1,10 @@
 // A study: a scene, varied quantities and recorded results (docs/reference/study-format.md).
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,42 +15,43 @@
 
 namespace counterpoint::apps::sweep {
 
-/// Kind of quantity that an axis varies.
-enum class Place {
-  kParameter,  ///< parameter of the scene (recordings/parameters.h)
-  kPosition,   ///< initial value of a coordinate of q
-  kVelocity,   ///< initial value of a coordinate of v
-  kAngle,      ///< initial roll, pitch or yaw of a free body; the two others are 0 unless varied
-  kTimeStep,
-  kDuration,
-  kRandomInputs,
-  kRandomWrenches,
-  kInputSeed,
-  kIntegrator,
-  kFrictionModel,
-  kContact,  ///< contact preset
-  kInputs,   ///< file of applied forces
+enum class Distribution { kUniform, kLogUniform, kNormal };
+
+struct AxisValue {
+  double number = 0.0;
+  std::string word = {};
+  bool operator==(const AxisValue&) const = default;
 };
 
-enum class Distribution { kUniform, kLogUniform, kNormal };
+class Trial;
 
 /// One varied quantity: over a list of numbers or words, which forms a grid with the other lists,
 /// or drawn at random.
 struct Axis {
-  std::string name, where;  ///< where: "study.yaml:7", for messages
-  Place place = Place::kParameter;
-  int index = 0;  ///< index of the coordinate; kAngle: of the first quaternion coordinate
-  int angle = 0;  ///< kAngle: 0 roll, 1 pitch, 2 yaw
-  Parameter parameter;
-  std::vector<double> numbers;
-  std::vector<std::string> words;
+  std::string name;
+  /// Sets a value of a quantity of the run; empty: the quantity belongs to the scene. @throws
+  /// InputError for an invalid value
+  std::function<void(const AxisValue&, Trial&)> set = {};
+  /// Varied parameter of the scene; without it and `set` the contact preset varies.
+  std::optional<Parameter> parameter = {};
+  bool takes_words = false, takes_files = false;  ///< a file is a word that names it
+  std::vector<double> numbers = {};
+  std::vector<std::string> words = {};
   Distribution distribution = Distribution::kUniform;
   double a = 0.0, b = 0.0;  ///< low and high, or mean and standard deviation
   bool random = false;
 
+  bool changes_scene() const { return !set; }
   bool has_words() const { return !words.empty(); }
   std::int64_t levels() const {
     return random ? 1 : static_cast<std::int64_t>(std::max(numbers.size(), words.size()));
+  }
+  /// Level of a value of a list.
+  std::size_t level_of(const AxisValue& value) const {
+    const auto at = has_words()
+                        ? std::find(words.begin(), words.end(), value.word) - words.begin()
+                        : std::find(numbers.begin(), numbers.end(), value.number) - numbers.begin();
+    return static_cast<std::size_t>(at);
   }
 };
 

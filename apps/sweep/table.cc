@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "counterpoint/engine/trajectory.h"
+#include "tasks/archive.h"
 #include "variation.h"
 
 namespace counterpoint::apps::sweep {
@@ -30,7 +31,7 @@ std::vector<std::string> words_of(const Reasons& reasons) {
 Reasons reasons_of(const tasks::Results& results) {
   Reasons reasons{{"", 0}};
   results.for_each([&](std::int64_t, std::string&& bytes) {
-    reasons.try_emplace(Row::of(bytes).reason, static_cast<int>(reasons.size()));
+    reasons.try_emplace(tasks::from_bytes<Row>(bytes).reason, static_cast<int>(reasons.size()));
   });
   return reasons;
 }
@@ -72,12 +73,10 @@ void write_row(TableWriter& table, const Study& study, const std::optional<Reaso
     table.text(row.reason);
   const std::vector<AxisValue> values = values_of(study, task);
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const std::vector<std::string>& words = study.axes[i].words;
-    if (words.empty())
-      number(values[i].number);
+    if (study.axes[i].has_words())
+      table.label(static_cast<int>(study.axes[i].level_of(values[i])));
     else
-      table.label(
-          static_cast<int>(std::find(words.begin(), words.end(), values[i].word) - words.begin()));
+      number(values[i].number);
   }
   if (study.draws > 1) table.integer(static_cast<std::uint64_t>(draw_of(study, task)));
   number(row.steps);
@@ -118,7 +117,7 @@ Summary write_table(const fs::path& file, const Study& study, const tasks::Resul
     if (file.extension() != ".csv") reasons = reasons_of(results);
     TableWriter writer(partial, columns_of(study, reasons));
     results.for_each([&](std::int64_t task, std::string&& bytes) {
-      const Row row = Row::of(bytes);
+      const auto row = tasks::from_bytes<Row>(bytes);
       ++summary.rows;
       if (row.failed()) {
         ++summary.failed;

@@ -42,13 +42,52 @@ double drawn(const Axis& axis, std::uint64_t seed, std::int64_t draw) {
 }
 
 template <class Value>
-Value named(const std::optional<Value>& found, const Axis& axis, const std::string& word,
+Value named(const std::optional<Value>& found, const std::string& axis, const std::string& word,
             const char* words) {
   if (!found)
-    throw InputError(
-        fmt::format("{}: there is no '{}'; expected one of {}", axis.name, word, words));
+    throw InputError(fmt::format("{}: there is no '{}'; expected one of {}", axis, word, words));
   return *found;
 }
+
+void set_input_seed(const AxisValue& value, Trial& trial) {
+  const double x = value.number;
+  if (!(x >= 0.0 && x < 0x1p53 && x == std::floor(x)))
+    throw InputError(fmt::format("input_seed {}: expected a whole number, 0 or more", x));
+  trial.inputs.seed = static_cast<std::uint64_t>(x);
+  trial.seeded = true;
+}
+
+void set_integrator(const AxisValue& value, Trial& trial) {
+  trial.options.integrator = named(integrator_from_name(value.word), "integrator", value.word,
+                                   "semi_implicit_euler, implicit_midpoint, runge_kutta_4");
+}
+
+void set_friction_model(const AxisValue& value, Trial& trial) {
+  trial.options.contact.friction_model =
+      named(friction_model_from_name(value.word), "friction_model", value.word,
+            "coulomb, convex, lagged");
+}
+
+/// A varied quantity with a name of its own.
+struct Quantity {
+  const char* name;
+  bool words;
+  void (*set)(const AxisValue& value, Trial& trial);  ///< null: it belongs to the scene
+};
+constexpr Quantity kQuantities[] = {
+    {"time_step", false,
+     [](const AxisValue& x, Trial& trial) { override_times({}, x.number, trial.options); }},
+    {"duration", false,
+     [](const AxisValue& x, Trial& trial) { override_times(x.number, {}, trial.options); }},
+    {"random_inputs", false,
+     [](const AxisValue& x, Trial& trial) { trial.inputs.random_scale = x.number; }},
+    {"random_wrenches", false,
+     [](const AxisValue& x, Trial& trial) { trial.inputs.random_wrench_scale = x.number; }},
+    {"input_seed", false, set_input_seed},
+    {"integrator", true, set_integrator},
+    {"friction_model", true, set_friction_model},
+    {"contact", true, nullptr},
+    {"inputs", true, [](const AxisValue& x, Trial& trial) { trial.inputs.file = x.word; }}};
 
 }  // namespace
 
@@ -73,24 +112,23 @@ std::vector<AxisValue> values_of(const Study& study, std::int64_t task) {
   return values;
 }
 
-bool changes_scene(const Axis& axis) {
-  return axis.place == Place::kParameter || axis.place == Place::kContact;
-}
-
 void change_scene(const Axis& axis, const AxisValue& value, Scene& scene) {
-  if (axis.place == Place::kContact)
-    apply_contact_preset(
-        named(contact_preset_from_name(value.word), axis, value.word, "fast, default, hard"),
-        scene.options.contact);
+  if (axis.parameter)
+    scene = with_parameters(scene, {*axis.parameter}, VectorX::Constant(1, value.number));
   else
-    scene = with_parameters(scene, {axis.parameter}, VectorX::Constant(1, value.number));
+    apply_contact_preset(
+        named(contact_preset_from_name(value.word), axis.name, value.word, "fast, default, hard"),
+        scene.options.contact);
 }
 
 Scene scene_at(const Study& study, const std::vector<AxisValue>& values) {
   Scene scene = study.scene;
-  for (const Place place : {Place::kContact, Place::kParameter})
-    for (std::size_t i = 0; i < values.size(); ++i)
-      if (study.axes[i].place == place) change_scene(study.axes[i], values[i], scene);
+  for (const bool parameters : {false, true})
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const Axis& axis = study.axes[i];
+      if (axis.changes_scene() && axis.parameter.has_value() == parameters)
+        change_scene(axis, values[i], scene);
+    }
   return scene;
 }
 
@@ -102,60 +140,31 @@ Trial::Trial(const Study& study, const Scene& scene)
   inputs.seed = study.seed;
 }
 
-void Trial::set(const Axis& axis, const AxisValue& value) {
-  const double x = value.number;
-  switch (axis.place) {
-    case Place::kParameter:
-    case Place::kContact:
-      break;
-    case Place::kPosition:
-      q[axis.index] = x;
-      break;
-    case Place::kVelocity:
-      v[axis.index] = x;
-      break;
-    case Place::kAngle:
-      angles_.try_emplace(axis.index, Vector3::Zero()).first->second[axis.angle] = x;
-      break;
-    case Place::kTimeStep:
-      override_times({}, x, options);
-      break;
-    case Place::kDuration:
-      override_times(x, {}, options);
-      break;
-    case Place::kRandomInputs:
-      inputs.random_scale = x;
-      break;
-    case Place::kRandomWrenches:
-      inputs.random_wrench_scale = x;
-      break;
-    case Place::kInputSeed:
-      if (!(x >= 0.0 && x < 0x1p53 && x == std::floor(x)))
-        throw InputError(fmt::format("input_seed {}: expected a whole number, 0 or more", x));
-      inputs.seed = static_cast<std::uint64_t>(x);
-      seeded_ = true;
-      break;
-    case Place::kIntegrator:
-      options.integrator = named(integrator_from_name(value.word), axis, value.word,
-                                 "semi_implicit_euler, implicit_midpoint, runge_kutta_4");
-      break;
-    case Place::kFrictionModel:
-      options.contact.friction_model =
-          named(friction_model_from_name(value.word), axis, value.word, "coulomb, convex, lagged");
-      break;
-    case Place::kInputs:
-      inputs.file = value.word;
-      break;
-  }
-}
-
 void Trial::finish(std::int64_t draw) {
   if (!q.allFinite() || !v.allFinite()) throw InputError("the start is no finite number");
-  if (!seeded_) inputs.seed += static_cast<std::uint64_t>(draw);
-  for (const auto& [at, rpy] : angles_) {
+  if (!seeded) inputs.seed += static_cast<std::uint64_t>(draw);
+  for (const auto& [at, rpy] : angles) {
     const Quaternion turned(rotation_from_rpy(rpy.x(), rpy.y(), rpy.z()));
     q.segment<4>(at) << turned.w(), turned.x(), turned.y(), turned.z();
   }
+}
+
+bool set_named_quantity(Axis& axis) {
+  for (const Quantity& quantity : kQuantities) {
+    if (axis.name != quantity.name) continue;
+    if (quantity.set != nullptr) axis.set = quantity.set;
+    axis.takes_words = quantity.words;
+    axis.takes_files = axis.name == "inputs";
+    return true;
+  }
+  return false;
+}
+
+std::vector<std::string> named_quantities(bool words) {
+  std::vector<std::string> names;
+  for (const Quantity& quantity : kQuantities)
+    if (quantity.words == words) names.emplace_back(quantity.name);
+  return names;
 }
 
 }  // namespace counterpoint::apps::sweep

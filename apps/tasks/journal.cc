@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/uio.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -12,7 +11,6 @@
 #include <chrono>
 #include <cstring>
 #include <fstream>
-#include <memory>
 
 #include "counterpoint/model/spatial.h"
 
@@ -21,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kFormat = 0x31304b5341545043;  // "CPTASK01"
+constexpr std::uint64_t kFormat = 0x32304b5341545043;  // "CPTASK02"
 constexpr double kSyncInterval = 1.0;                  // [s]
 constexpr const char* kEnding = ".journal";
 
@@ -101,30 +99,26 @@ void JournalWriter::open() {
 }
 
 void JournalWriter::add(std::int64_t number, const std::string& result) {
-  RecordHeader header{static_cast<std::uint32_t>(result.size()),
-                      check_of(number, result.data(), result.size()), number};
-  const std::array<iovec, 2> parts{iovec{&header, sizeof header},
-                                   iovec{const_cast<char*>(result.data()), result.size()}};
-  const auto bytes = static_cast<ssize_t>(sizeof header + result.size());
+  const RecordHeader header{static_cast<std::uint32_t>(result.size()),
+                            check_of(number, result.data(), result.size()), number};
+  const std::string record =
+      std::string(reinterpret_cast<const char*>(&header), sizeof header) + result;
   const std::lock_guard lock(mutex_);
   if (descriptor_ < 0) open();
-  ssize_t written = writev(descriptor_, parts.data(), parts.size());
   // An incomplete write does not report its reason; the next write does.
-  for (ssize_t more = 1; written > 0 && written < bytes && more > 0;
-       written += std::max<ssize_t>(more, 0)) {
-    const std::string rest =
-        std::string(reinterpret_cast<const char*>(&header), sizeof header) + result;
-    more = write(descriptor_, rest.data() + written, static_cast<std::size_t>(bytes - written));
+  for (std::size_t written = 0; written < record.size();) {
+    const ssize_t more = write(descriptor_, record.data() + written, record.size() - written);
+    if (more <= 0) {
+      const int reason = errno;
+      // Removes the incomplete record; a reader would stop there anyway.
+      if (ftruncate(descriptor_, size_) != 0 || lseek(descriptor_, size_, SEEK_SET) < 0)
+        close(descriptor_);
+      errno = reason;
+      fail("cannot be written");
+    }
+    written += static_cast<std::size_t>(more);
   }
-  if (written != bytes) {
-    const int reason = errno;
-    // Removes the incomplete record; a reader would stop there anyway.
-    if (ftruncate(descriptor_, size_) != 0 || lseek(descriptor_, size_, SEEK_SET) < 0)
-      close(descriptor_);
-    errno = reason;
-    fail("cannot be written");
-  }
-  size_ += bytes;
+  size_ += static_cast<std::int64_t>(record.size());
   dirty_ = true;
 }
 
@@ -142,8 +136,7 @@ void JournalWriter::sync(bool now) {
   if (fdatasync(descriptor) != 0) fail("cannot be written to the disk");
 }
 
-JournalReader::JournalReader(const fs::path& folder, const TaskList& list)
-    : list_(list), done_(static_cast<std::size_t>(list.count), false) {
+JournalReader::JournalReader(const fs::path& folder, const TaskList& list) : count_(list.count) {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string name = entry.path().filename().string();
@@ -151,16 +144,23 @@ JournalReader::JournalReader(const fs::path& folder, const TaskList& list)
       files_.push_back(entry.path());
   }
   std::sort(files_.begin(), files_.end());
-  for (const fs::path& file : files_)
-    read(file, list, [&](const Place& place) {
-      if (done_[static_cast<std::size_t>(place.number)]) return;
-      done_[static_cast<std::size_t>(place.number)] = true;
-      ++num_done_;
-    });
+  for (std::uint32_t file = 0; file < files_.size(); ++file) read(file, list);
+  std::stable_sort(places_.begin(), places_.end(),
+                   [](const Place& a, const Place& b) { return a.number < b.number; });
+  // Two concurrent runs may have done a task twice; the results are bitwise equal, so one is kept.
+  places_.erase(std::unique(places_.begin(), places_.end(),
+                            [](const Place& a, const Place& b) { return a.number == b.number; }),
+                places_.end());
 }
 
-void JournalReader::read(const fs::path& file, const TaskList& list,
-                         const std::function<void(const Place&)>& take) const {
+std::vector<bool> JournalReader::done() const {
+  std::vector<bool> done(static_cast<std::size_t>(count_), false);
+  for (const Place& place : places_) done[static_cast<std::size_t>(place.number)] = true;
+  return done;
+}
+
+void JournalReader::read(std::uint32_t number, const TaskList& list) {
+  const fs::path& file = files_[number];
   std::ifstream stream(file, std::ios::binary);
   FileHeader header{};
   // A process may have died before it completed the header.
@@ -176,40 +176,29 @@ void JournalReader::read(const fs::path& file, const TaskList& list,
   std::int64_t offset = sizeof header;
   const auto size = static_cast<std::int64_t>(fs::file_size(file));
   for (RecordHeader record{}; stream.read(reinterpret_cast<char*>(&record), sizeof record);) {
+    offset += static_cast<std::int64_t>(sizeof record);
     const auto length = static_cast<std::int64_t>(record.length);
-    if (offset + static_cast<std::int64_t>(sizeof record) + length > size) return;
+    if (offset + length > size) return;
     result.resize(record.length);
     if (!stream.read(result.data(), length)) return;
     if (record.number < 0 || record.number >= list.count ||
         check_of(record.number, result.data(), result.size()) != record.check)
       return;
-    const auto index = std::lower_bound(files_.begin(), files_.end(), file) - files_.begin();
-    take({record.number, offset, static_cast<int>(index), record.length});
-    offset += static_cast<std::int64_t>(sizeof record) + length;
+    places_.push_back({record.number, offset, number, record.length});
+    offset += length;
   }
 }
 
 void JournalReader::for_each(const std::function<void(std::int64_t, std::string&&)>& take) const {
-  std::vector<Place> places;
-  places.reserve(static_cast<std::size_t>(num_done_));
-  for (const fs::path& file : files_)
-    read(file, list_, [&](const Place& place) { places.push_back(place); });
-  std::stable_sort(places.begin(), places.end(),
-                   [](const Place& a, const Place& b) { return a.number < b.number; });
-  // Two concurrent runs may have done a task twice; the results are bitwise equal, so one is kept.
-  places.erase(std::unique(places.begin(), places.end(),
-                           [](const Place& a, const Place& b) { return a.number == b.number; }),
-               places.end());
-  std::vector<std::unique_ptr<std::ifstream>> streams(files_.size());
-  for (const Place& place : places) {
-    auto& stream = streams[static_cast<std::size_t>(place.file)];
-    const fs::path& file = files_[static_cast<std::size_t>(place.file)];
-    if (!stream) stream = std::make_unique<std::ifstream>(file, std::ios::binary);
-    const std::int64_t begin = place.offset + static_cast<std::int64_t>(sizeof(RecordHeader));
-    if (stream->tellg() != begin) stream->seekg(begin);
+  std::vector<std::ifstream> streams(files_.size());
+  for (const Place& place : places_) {
+    std::ifstream& stream = streams[place.file];
+    if (!stream.is_open()) stream.open(files_[place.file], std::ios::binary);
+    if (stream.tellg() != place.offset) stream.seekg(place.offset);
     std::string result(place.length, '\0');
-    if (!stream->read(result.data(), static_cast<std::streamsize>(place.length)))
-      throw std::runtime_error(fmt::format("{}: cannot be read again", file.string()));
+    if (!stream.read(result.data(), static_cast<std::streamsize>(place.length)))
+      throw std::runtime_error(
+          fmt::format("{}: cannot be read again", files_[place.file].string()));
     take(place.number, std::move(result));
   }
 }

@@ -57,26 +57,23 @@ class JournalReader {
   /// has another fingerprint or number of tasks.
   JournalReader(const std::filesystem::path& folder, const TaskList& list);
 
-  /// Done flags by task number, one bit each.
-  const std::vector<bool>& done() const { return done_; }
-  std::int64_t num_done() const { return num_done_; }
+  /// Done flags by task number.
+  std::vector<bool> done() const;
+  std::int64_t num_done() const { return static_cast<std::int64_t>(places_.size()); }
   /// Calls take(number, result) for every finished task, in order of numbers.
   void for_each(const std::function<void(std::int64_t, std::string&&)>& take) const;
 
  private:
   struct Place {
     std::int64_t number;
-    std::int64_t offset;  ///< start of the record [bytes]
-    int file;
-    std::uint32_t length;
+    std::int64_t offset;  ///< start of the result in its file [bytes]
+    std::uint32_t file, length;
   };
-  void read(const std::filesystem::path& file, const TaskList& list,
-            const std::function<void(const Place&)>& take) const;
+  void read(std::uint32_t file, const TaskList& list);
 
   std::vector<std::filesystem::path> files_;
-  TaskList list_;
-  std::vector<bool> done_;
-  std::int64_t num_done_ = 0;
+  std::int64_t count_;
+  std::vector<Place> places_;  ///< one of each finished task, in order of numbers
 };
 
 }  // namespace counterpoint::apps::tasks

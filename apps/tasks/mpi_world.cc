@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <cmath>
 #include <cstdlib>
 #include <list>
@@ -16,7 +17,7 @@ namespace counterpoint::apps::tasks {
 namespace {
 
 /// Bit mask of processors; indices are taken modulo its length.
-using Mask = std::array<unsigned char, 1024>;
+using Mask = std::bitset<1024>;
 
 class MpiWorld : public World {
  public:
@@ -85,20 +86,16 @@ class MpiWorld : public World {
   void count_cores() {
     Mask mine{};
     const std::vector<int> affinity = affinity_cores();
-    for (const int core : affinity) mine[static_cast<size_t>(core) % mine.size()] = 1;
+    for (const int core : affinity) mine.set(static_cast<size_t>(core) % mine.size());
     MPI_Comm machine;
     MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
     int ranks = 1;
     MPI_Comm_size(machine, &ranks);
     std::vector<Mask> all(static_cast<size_t>(ranks));
-    MPI_Allgather(mine.data(), static_cast<int>(mine.size()), MPI_BYTE, all.data(),
-                  static_cast<int>(mine.size()), MPI_BYTE, machine);
+    MPI_Allgather(&mine, sizeof mine, MPI_BYTE, all.data(), sizeof mine, MPI_BYTE, machine);
     MPI_Comm_free(&machine);
-    const auto sharing = std::count_if(all.begin(), all.end(), [&](const Mask& other) {
-      for (size_t i = 0; i < mine.size(); ++i)
-        if (mine[i] != 0 && other[i] != 0) return true;
-      return false;
-    });
+    const auto sharing = std::count_if(all.begin(), all.end(),
+                                       [&](const Mask& other) { return (mine & other).any(); });
     const double share =
         std::min(static_cast<double>(affinity.size()) / static_cast<double>(sharing),
                  cgroup_cores() / ranks);

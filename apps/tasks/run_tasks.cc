@@ -6,12 +6,13 @@
 #include <chrono>
 #include <memory>
 #include <mutex>
+#include <utility>
 
+#include "archive.h"
 #include "chunks.h"
 #include "counterpoint/model/spatial.h"
 #include "journal.h"
 #include "report/progress.h"
-#include "task_list.h"
 #include "workers.h"
 
 namespace counterpoint::apps::tasks {
@@ -22,10 +23,44 @@ namespace {
 constexpr std::chrono::microseconds kTick(4000);
 constexpr std::chrono::microseconds kLoneTick(100'000);
 
-/// First byte of a message. From a rank to rank 0: more tasks are wanted (with results since the
-/// last message); a task failed; all threads have ended. From rank 0: a chunk; no more tasks; stop
-/// and drop waiting tasks.
+/// From a rank to rank 0: more tasks are wanted; a task failed; all threads have ended. From rank
+/// 0: a chunk; no more tasks; stop and drop waiting tasks.
 enum class Word : char { kWant, kFailed, kEnded, kChunk, kNoMore, kStop };
+
+/// Result of a task on its way to rank 0.
+struct Parcel {
+  std::int64_t number = 0;
+  bool finished = true;
+  std::string bytes;
+  template <class Archive>
+  void serialize(Archive& a) {
+    a(number, finished, bytes);
+  }
+};
+
+/// Message of a rank to rank 0.
+struct Notice {
+  Word word = Word::kEnded;
+  std::int64_t wanted = 0;
+  std::string error = {};
+  bool bad_input = false;
+  std::int64_t done = 0;             ///< tasks done since the last message
+  std::vector<Parcel> parcels = {};  ///< their results, unless they are in a journal
+  template <class Archive>
+  void serialize(Archive& a) {
+    a(word, wanted, error, bad_input, done, parcels);
+  }
+};
+
+/// Answer of rank 0.
+struct Answer {
+  Word word = Word::kStop;
+  Chunk chunk;
+  template <class Archive>
+  void serialize(Archive& a) {
+    a(word, as_in_memory(chunk));
+  }
+};
 
 using Clock = std::chrono::steady_clock;
 
@@ -105,37 +140,28 @@ class TaskRun {
       return;
     }
     const std::lock_guard lock(mutex_);
-    if (world_.is_root()) {
-      keep(number, std::move(outcome.bytes), outcome.finished);
-    } else {
-      parcel_.put(number).put(outcome.finished).text(outcome.bytes);
-    }
+    Parcel parcel{number, outcome.finished, std::move(outcome.bytes)};
+    if (world_.is_root())
+      keep(std::move(parcel));
+    else
+      parcels_.push_back(std::move(parcel));
     ++unsent_;
   }
 
-  void keep(std::int64_t number, std::string&& bytes, bool finished) {
-    if (!finished) {
-      results_.stopped_tasks_.emplace_back(number, std::move(bytes));
-      return;
-    }
-    results_.kept_[static_cast<std::size_t>(number)] = std::move(bytes);
+  void keep(Parcel&& parcel) {
+    if (parcel.finished)
+      results_.kept_[static_cast<std::size_t>(parcel.number)] = std::move(parcel.bytes);
+    else
+      results_.stopped_tasks_.emplace_back(parcel.number, std::move(parcel.bytes));
   }
 
   // Ranks other than 0 -----------------------------------------------------------------------
 
-  void tell(Word word, std::int64_t wanted, const std::string& text = "", bool bad_input = false) {
+  void tell(Notice notice) {
     const std::lock_guard lock(mutex_);
-    const std::int64_t done = unsent_.exchange(0);
-    world_.send(0, Channel::kTasks,
-                BytesWriter()
-                    .put(static_cast<char>(word))
-                    .put(wanted)
-                    .put(done)
-                    .text(text)
-                    .put(bad_input)
-                    .text(parcel_.take())
-                    .take());
-    parcel_ = {};
+    notice.done = unsent_.exchange(0);
+    notice.parcels = std::exchange(parcels_, {});
+    world_.send(0, Channel::kTasks, to_bytes(notice));
   }
 
   void follow(Workers& workers) {
@@ -143,9 +169,9 @@ class TaskRun {
     const auto tell_of_failure = [&] {
       if (failed || !workers.error()) return;
       failed = true;
-      bool bad_input = false;
-      const std::string text = words_of(workers.error(), bad_input);
-      tell(Word::kFailed, 0, text, bad_input);
+      Notice notice{Word::kFailed};
+      notice.error = words_of(workers.error(), notice.bad_input);
+      tell(std::move(notice));
     };
     while (!workers.ended()) {
       workers.wait(kTick);
@@ -153,15 +179,15 @@ class TaskRun {
       tell_of_failure();
       if (settings_.stop && settings_.stop()) workers.close(true);
       if (const std::int64_t wanted = workers.wanted(); !asked && wanted > 0) {
-        tell(Word::kWant, wanted);
+        tell({Word::kWant, wanted});
         asked = true;
       }
       asked = !listen(workers) && asked;
       if (asked && workers.wanted() > 0) std::this_thread::sleep_for(std::chrono::microseconds(50));
     }
     tell_of_failure();  // the error may have ended the last thread since the previous check
-    if (asked) await_answer(workers);
-    tell(Word::kEnded, 0);
+    if (asked) obey(world_.wait(Channel::kTasks), workers);
+    tell({Word::kEnded});
   }
 
   /// Returns true if rank 0 has answered.
@@ -171,20 +197,13 @@ class TaskRun {
     obey(*message, workers);
     return true;
   }
-  void await_answer(Workers& workers) { obey(world_.wait(Channel::kTasks), workers); }
 
   static void obey(const Message& message, Workers& workers) {
-    BytesReader reader(message.bytes);
-    const auto word = static_cast<Word>(reader.get<char>());
-    if (word == Word::kChunk) {
-      Chunk chunk;
-      chunk.first = reader.get<std::int64_t>();
-      chunk.count = reader.get<std::int64_t>();
-      chunk.stride = reader.get<std::int64_t>();
-      workers.add(chunk);
-    } else {
-      workers.close(word == Word::kStop);
-    }
+    const auto answer = from_bytes<Answer>(message.bytes);
+    if (answer.word == Word::kChunk)
+      workers.add(answer.chunk);
+    else
+      workers.close(answer.word == Word::kStop);
   }
 
   // Rank 0 -----------------------------------------------------------------------------------
@@ -244,26 +263,18 @@ class TaskRun {
   }
 
   void hear(const Message& message, int& others) {
-    BytesReader reader(message.bytes);
-    const auto word = static_cast<Word>(reader.get<char>());
-    const auto wanted = reader.get<std::int64_t>();
-    done_elsewhere_ += reader.get<std::int64_t>();
-    const std::string text(reader.text());
-    const bool bad_input = reader.get<bool>();
+    auto notice = from_bytes<Notice>(message.bytes);
+    done_elsewhere_ += notice.done;
     const std::lock_guard lock(mutex_);
-    for (BytesReader parcel(reader.text()); !parcel.empty();) {
-      const auto number = parcel.get<std::int64_t>();
-      const bool finished = parcel.get<bool>();
-      keep(number, std::string(parcel.text()), finished);
-    }
-    switch (word) {
+    for (Parcel& parcel : notice.parcels) keep(std::move(parcel));
+    switch (notice.word) {
       case Word::kWant:
-        answer(message.from, wanted);
+        answer(message.from, notice.wanted);
         break;
       case Word::kFailed:
         if (failure_.empty()) {
-          failure_ = text;
-          bad_input_ = bad_input;
+          failure_ = notice.error;
+          bad_input_ = notice.bad_input;
         }
         stopping_ = true;
         break;
@@ -275,13 +286,7 @@ class TaskRun {
   void answer(int to, std::int64_t wanted) {
     const Chunk chunk = next(wanted);
     const Word word = !chunk.empty() ? Word::kChunk : stopping_ ? Word::kStop : Word::kNoMore;
-    world_.send(to, Channel::kTasks,
-                BytesWriter()
-                    .put(static_cast<char>(word))
-                    .put(chunk.first)
-                    .put(chunk.count)
-                    .put(chunk.stride)
-                    .take());
+    world_.send(to, Channel::kTasks, to_bytes(Answer{word, chunk}));
   }
 
   /// Shares the outcome with all ranks, and the results if requested.
@@ -291,26 +296,18 @@ class TaskRun {
       return;
     }
     agree(world_, world_.is_root() ? failure_ : "", bad_input_);
-    const std::string shared = broadcast(
-        world_,
-        BytesWriter().put(results_.finished).put(results_.computed).put(results_.stopped).take());
-    BytesReader metrics(shared);
-    results_.finished = metrics.get<std::int64_t>();
-    results_.computed = metrics.get<std::int64_t>();
-    results_.stopped = metrics.get<bool>();
+    read_bytes(broadcast(world_, to_bytes(results_.finished, results_.computed, results_.stopped)),
+               results_.finished, results_.computed, results_.stopped);
     if (!settings_.everywhere) return;
-    BytesWriter all;
+    ListResults all(static_cast<std::size_t>(list_.count));
     if (world_.is_root())
-      results_.for_each(
-          [&](std::int64_t number, std::string&& bytes) { all.put(number).text(bytes); });
-    const std::string bytes = broadcast(world_, all.take());
+      results_.for_each([&](std::int64_t number, std::string&& bytes) {
+        all[static_cast<std::size_t>(number)] = std::move(bytes);
+      });
+    const std::string bytes = broadcast(world_, to_bytes(all));
     if (world_.is_root()) return;
     results_.folder_.clear();
-    results_.kept_.assign(static_cast<std::size_t>(list_.count), {});
-    for (BytesReader reader(bytes); !reader.empty();) {
-      const auto number = reader.get<std::int64_t>();
-      results_.kept_[static_cast<std::size_t>(number)] = std::string(reader.text());
-    }
+    read_bytes(bytes, results_.kept_);
   }
 
   World& world_;
@@ -320,7 +317,7 @@ class TaskRun {
   std::unique_ptr<JournalWriter> journal_;
   std::unique_ptr<Chunks> chunks_;
   std::mutex mutex_;
-  BytesWriter parcel_;  ///< results not yet sent to rank 0
+  std::vector<Parcel> parcels_;  ///< results not yet sent to rank 0
   std::atomic<std::int64_t> unsent_{0};
   std::int64_t done_elsewhere_ = 0;  ///< tasks of this run over all ranks
   bool stopping_ = false;

@@ -107,29 +107,26 @@ int TaskArguments::in_world(Report& report, const std::function<int(World&)>& wo
   };
   if (world->size() == 1) return run_work();
   const Silence silence(!world->is_root());
-  const auto leave = [&](const std::string& error, bool bad_input) {
-    try {
-      agree(*world, error, bad_input);
-    } catch (const WorldFailed& failed) {
-      if (!world->is_root()) return 0;
-      if (failed.bad_input()) throw InputError(failed.what());
-      throw std::runtime_error(failed.what());
-    }
-    return 0;
-  };
   int code = 0;
   try {
-    code = run_work();
-  } catch (const WorldFailed& failed) {  // all ranks have this error
+    std::string failure;
+    bool bad_input = false;
+    try {
+      code = run_work();
+    } catch (const WorldFailed&) {
+      throw;
+    } catch (const InputError& error) {
+      failure = error.what();
+      bad_input = true;
+    } catch (const std::exception& error) {
+      failure = error.what();
+    }
+    agree(*world, failure, bad_input);
+  } catch (const WorldFailed& failed) {  // on all ranks
     if (!world->is_root()) return 0;
     if (failed.bad_input()) throw InputError(failed.what());
     throw std::runtime_error(failed.what());
-  } catch (const InputError& error) {
-    return leave(error.what(), true);
-  } catch (const std::exception& error) {
-    return leave(error.what(), false);
   }
-  leave("", false);
   return world->is_root() ? code : 0;
 }
 

@@ -51,8 +51,7 @@ bool Workers::hungry() const {
   if (closed_) return false;
   if (idle_ > waiting_tasks_) return true;
   // Long tasks are not kept waiting, because another rank may be idle.
-  const double mean =
-      done_ > 0 ? 1e-9 * static_cast<double>(busy_ns_) / static_cast<double>(done_) : 1.0;
+  const double mean = done_ > 0 ? mean_seconds() : 1.0;
   return static_cast<double>(waiting_tasks_) * mean < kAheadSeconds * threads() &&
          mean < kAheadSeconds;
 }
@@ -62,9 +61,8 @@ std::int64_t Workers::wanted() const {
   if (!hungry()) return 0;
   const auto at_least = std::max<std::int64_t>(idle_ - waiting_tasks_, 1);
   if (done_ == 0) return at_least;
-  const double mean = 1e-9 * static_cast<double>(busy_ns_) / static_cast<double>(done_);
-  return std::max(at_least,
-                  static_cast<std::int64_t>(kChunkSeconds * threads() / std::max(mean, 1e-7)));
+  return std::max(at_least, static_cast<std::int64_t>(kChunkSeconds * threads() /
+                                                      std::max(mean_seconds(), 1e-7)));
 }
 
 void Workers::wait(std::chrono::microseconds most) {
@@ -97,18 +95,6 @@ bool Workers::take(std::int64_t& number) {
 
 void Workers::work() {
   std::int64_t number = 0;
-  const auto keep_error = [&] {
-    const std::lock_guard lock(mutex_);
-    if (!error_ || number < error_task_) {
-      error_ = std::current_exception();
-      error_task_ = number;
-    }
-    closed_ = true;
-    chunks_.clear();
-    waiting_tasks_ = 0;
-    for_threads_.notify_all();
-    for_owner_.notify_one();
-  };
   try {
     const Task task = list_.make_task();
     while (take(number)) {
@@ -119,7 +105,16 @@ void Workers::work() {
       ++done_;
     }
   } catch (...) {
-    keep_error();
+    const std::lock_guard lock(mutex_);
+    if (!error_ || number < error_task_) {
+      error_ = std::current_exception();
+      error_task_ = number;
+    }
+    closed_ = true;
+    chunks_.clear();
+    waiting_tasks_ = 0;
+    for_threads_.notify_all();
+    for_owner_.notify_one();
   }
   const std::lock_guard lock(mutex_);
   --running_;

@@ -41,6 +41,9 @@ class Workers {
   void work();
   bool take(std::int64_t& number);
   bool hungry() const;  // call with the lock held
+  double mean_seconds() const {
+    return 1e-9 * static_cast<double>(busy_ns_) / static_cast<double>(done_);
+  }
 
   const TaskList& list_;
   std::function<void(std::int64_t, Outcome&&)> deliver_;

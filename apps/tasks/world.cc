@@ -7,9 +7,8 @@
 #include <cstdlib>
 #include <thread>
 
+#include "archive.h"
 #include "counterpoint/engine/batch.h"
-#include "counterpoint/engine/tasks.h"
-#include "task_list.h"
 
 namespace counterpoint::apps::tasks {
 namespace {
@@ -28,12 +27,9 @@ class LoneWorld : public World {
 struct Standing {
   std::string error;
   bool bad_input = false;
-  std::string bytes() const { return BytesWriter().text(error).put(bad_input).take(); }
-  static Standing of(const std::string& bytes) {
-    BytesReader reader(bytes);
-    Standing standing{std::string(reader.text()), false};
-    standing.bad_input = reader.get<bool>();
-    return standing;
+  template <class Archive>
+  void serialize(Archive& a) {
+    a(error, bad_input);
   }
 };
 
@@ -54,19 +50,19 @@ void agree(World& world, const std::string& error, bool bad_input) {
   Standing mine{error, bad_input};
   if (!world.is_root()) {
     if (!error.empty()) mine.error = fmt::format("{}: {}", world.name(), error);
-    world.send(0, Channel::kTogether, mine.bytes());
-    mine = Standing::of(world.wait(Channel::kTogether).bytes);
+    world.send(0, Channel::kTogether, to_bytes(mine));
+    mine = from_bytes<Standing>(world.wait(Channel::kTogether).bytes);
   } else {
     std::vector<Standing> all(static_cast<std::size_t>(world.size()));
     all[0] = mine;
     for (int i = 1; i < world.size(); ++i) {
       const Message message = world.wait(Channel::kTogether);
-      all[static_cast<std::size_t>(message.from)] = Standing::of(message.bytes);
+      all[static_cast<std::size_t>(message.from)] = from_bytes<Standing>(message.bytes);
     }
     const auto first =
         std::find_if(all.begin(), all.end(), [](const Standing& s) { return !s.error.empty(); });
     if (first != all.end()) mine = *first;
-    for (int i = 1; i < world.size(); ++i) world.send(i, Channel::kTogether, mine.bytes());
+    for (int i = 1; i < world.size(); ++i) world.send(i, Channel::kTogether, to_bytes(mine));
   }
   if (!mine.error.empty()) throw WorldFailed(mine.error, mine.bad_input);
 }

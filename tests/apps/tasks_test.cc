@@ -8,6 +8,7 @@
 #include <set>
 
 #include "counterpoint/model/spatial.h"
+#include "tasks/archive.h"
 #include "tasks/chunks.h"
 #include "tasks/journal.h"
 #include "tasks/run_tasks.h"
@@ -235,15 +236,29 @@ TEST_F(Tasks, AMillionTasksAreAllDone) {
 
 TEST_F(Tasks, BytesComeBackAsTheyWere) {
   const std::string bytes =
-      BytesWriter().put(1.5).text("a\0b").numbers(std::vector<double>{-0.0, 1e300}).take();
-  BytesReader reader(bytes);
-  EXPECT_EQ(reader.get<double>(), 1.5);
-  EXPECT_EQ(reader.text(), "a");
-  const std::vector<double> numbers = reader.numbers();
+      to_bytes(1.5, std::string("a\0b", 3), std::vector<double>{-0.0, 1e300}, VectorX::Ones(3));
+  double number = 0.0;
+  std::string text;
+  std::vector<double> numbers;
+  VectorX vector;
+  read_bytes(bytes, number, text, numbers, vector);
+  EXPECT_EQ(number, 1.5);
+  EXPECT_EQ(text, std::string("a\0b", 3));
   EXPECT_TRUE(std::signbit(numbers[0]));
   EXPECT_EQ(numbers[1], 1e300);
-  EXPECT_TRUE(reader.empty());
-  EXPECT_THROW(reader.get<char>(), InputError);
+  EXPECT_EQ(vector, VectorX::Ones(3));
+}
+
+TEST_F(Tasks, DamagedBytesGiveAnError) {
+  const std::string bytes = to_bytes(std::string("text"), std::vector<double>{1.0, 2.0});
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    std::string text;
+    std::vector<double> numbers;
+    EXPECT_THROW(read_bytes(bytes.substr(0, size), text, numbers), InputError);
+  }
+  std::string damaged = bytes;
+  damaged[8] = '\x7f';  // the highest byte of the size of the text
+  EXPECT_THROW(from_bytes<std::string>(damaged), InputError);
 }
 
 }  // namespace

@@ -13,15 +13,12 @@ namespace counterpoint::contact {
 namespace {
 
 // Path of kappa: its start, the value below which the target is solved at once, its reduction
-// factors, and the Newton steps allowed at each point and at the target.
+// factor, and the most Newton steps at each point and at the target.
 constexpr double kPathStart = 1.0;
 constexpr double kPathEnd = 1e-14;
 constexpr double kPathFactor = 0.1;
-constexpr double kFastestFactor = 0.02;
-constexpr double kSlowestFactor = 0.9;
-constexpr int kEasySteps = 3;
-constexpr int kPathSteps = 15;
-constexpr int kTargetSteps = 60;
+constexpr int kPathSteps = 50;
+constexpr int kTargetSteps = 200;
 // A point on the path is solved when the next step would change no impulse by more than this
 // fraction.
 constexpr double kPathAccuracy = 0.1;
@@ -223,52 +220,12 @@ bool KineticEnergyNewton::minimize(double accuracy, int max_steps) {
   }
 }
 
-// Newton decrement at x: twice the predicted decrease of the cost.
-double KineticEnergyNewton::decrement_at(const VectorX& x) {
-  x_ = x;
-  evaluate_here();
-  return compute_step() ? -gradient_.dot(step_) : std::numeric_limits<double>::infinity();
-}
-
-// Continues from wide laws to the target's. Each point starts from the extrapolation of the
-// previous two: the path is smooth in kappa where the solution is strictly complementary.
+// Continues from wide laws to the target's.
 void KineticEnergyNewton::follow_path() {
-  double kappa = kPathStart, factor = kPathFactor, solved = 0.0, before = 0.0;
-  VectorX last, earlier, start;
-  for (bool above = set_path(kappa); above && kappa > kPathEnd;) {
-    if (before > 0.0) {
-      start = last + (kappa - solved) / (solved - before) * (last - earlier);
-      for (Eigen::Index j = rank_; j < start.size(); ++j) {
-        start[j] = std::max(start[j], (1.0 - kToBoundary) * last[j]);
-      }
-      x_ = decrement_at(start) < decrement_at(last) ? start : last;
-    }
-    const int steps_before = iterations_;
-    bool there = minimize(kPathAccuracy, solved > 0.0 ? kPathSteps : settings_.max_iterations);
-    if (!there && solved > 0.0) {
-      x_ = last;
-      there = solve_mixed(kPathAccuracy, kPathSteps);
-    }
-    if (there) {
-      earlier = last;
-      before = solved;
-      last = x_;
-      solved = kappa;
-      factor = iterations_ - steps_before <= kEasySteps ? std::max(kFastestFactor, 0.5 * factor)
-                                                        : std::sqrt(0.1 * factor);
-    } else {
-      if (solved > 0.0) x_ = last;
-      factor = std::sqrt(factor);
-      if (solved == 0.0 || factor > kSlowestFactor) break;
-    }
-    kappa = solved * factor;
-    above = set_path(kappa);
-  }
+  for (double kappa = kPathStart; set_path(kappa) && kappa > kPathEnd; kappa *= kPathFactor)
+    minimize(kPathAccuracy, kPathSteps);
   set_path(0.0);
-  last = x_;
-  if (minimize(kRefine, kTargetSteps)) return;
-  last.swap(x_);
-  if (!solve_mixed(kRefine, kTargetSteps)) x_ = last;
+  minimize(kRefine, kTargetSteps);
   evaluate_here();
 }
 

@@ -48,13 +48,8 @@ class KineticEnergyNewton {
   double relative_step() const;
   bool advance();
   bool minimize(double accuracy, int max_steps);
-  // The same with f as additional unknowns (kinetic_energy_mixed.cc).
-  bool solve_mixed(double accuracy, int max_steps);
-  double evaluate_mixed();
-  double mixed_error(const VectorX& x, const VectorX& f);
   double longest_step() const;
   void add_bounds();
-  double decrement_at(const VectorX& x);
   void follow_path();
   void refine(KineticEnergyResult& out);
   double residual(const VectorX& w, VectorX& v, VectorX& y, VectorX& f) const;
@@ -75,7 +70,6 @@ class KineticEnergyNewton {
   VectorX y_, f_, gradient_, step_, y_step_, w_step_;
   MatrixX hessian_;                // Hessian of the cost
   std::vector<double> curvature_;  // Hessians of the laws, concatenated
-  VectorX correction_;             // mixed: change of f that satisfies the law at this y
   int iterations_ = 0;
 };
 

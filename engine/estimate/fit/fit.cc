@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <random>
 #include <tuple>
@@ -116,6 +117,25 @@ void sort_by_cost(std::vector<Tried>& points) {
                    [](const Tried& a, const Tried& b) { return a.first < b.first; });
 }
 
+/// Result of a task as bytes: the counts, then its numbers; nothing if it has no numbers.
+std::string bytes_of(const Counts& counts, const VectorX& numbers) {
+  if (numbers.size() == 0) return {};
+  std::string bytes(sizeof counts, '\0');
+  std::memcpy(bytes.data(), &counts, sizeof counts);
+  return bytes.append(reinterpret_cast<const char*>(numbers.data()),
+                      static_cast<size_t>(numbers.size()) * sizeof(double));
+}
+
+std::pair<Counts, VectorX> result_of(const std::string& bytes) {
+  Counts counts;
+  if (bytes.size() <= sizeof counts) throw InputError("the result of a task is cut short");
+  std::memcpy(&counts, bytes.data(), sizeof counts);
+  VectorX numbers(static_cast<Eigen::Index>((bytes.size() - sizeof counts) / sizeof(double)));
+  std::memcpy(numbers.data(), bytes.data() + sizeof counts,
+              static_cast<size_t>(numbers.size()) * sizeof(double));
+  return {counts, numbers};
+}
+
 /// The task lists of a fit; each task works on a copy of the system.
 class FitTasks {
  public:
@@ -134,11 +154,14 @@ class FitTasks {
     std::vector<Tried> tried;
     run(
         kSamples, options_.samples + 1,
-        [&](System& mine, int k, tasks::BytesWriter& out) {
-          if (!mine.unless_stopped([&] { out.put(total(mine.groups(point(k)))); })) return;
+        [&](System& mine, int k) {
+          VectorX cost(1);
+          if (!mine.unless_stopped([&] { cost[0] = total(mine.groups(point(k))); }))
+            return VectorX();
           if (k > 0) work_.tell(1);
+          return cost;
         },
-        [&](int k, tasks::BytesReader& in) { tried.emplace_back(in.get<double>(), point(k)); });
+        [&](int k, const VectorX& cost) { tried.emplace_back(cost[0], point(k)); });
     if (tried.empty()) tried.emplace_back(start_cost, start);
     sort_by_cost(tried);
     return tried;
@@ -152,12 +175,11 @@ class FitTasks {
     std::vector<Tried> refined;
     run(
         kRefinements, static_cast<int>(points.size()),
-        [&](System& mine, int k, tasks::BytesWriter& out) {
-          refine_point(mine, points[static_cast<size_t>(k)].second, each, out);
+        [&](System& mine, int k) {
+          return refine_point(mine, points[static_cast<size_t>(k)].second, each);
         },
-        [&](int, tasks::BytesReader& in) {
-          const double cost = in.get<double>();
-          refined.emplace_back(cost, in.vector());
+        [&](int, const VectorX& found) {
+          refined.emplace_back(found[0], found.tail(found.size() - 1));
         },
         [&] { return static_cast<double>(work_.done() - before) / each; });
     if (refined.empty()) refined.push_back(points[0]);
@@ -171,14 +193,14 @@ class FitTasks {
     std::vector<VectorX> found;
     run(
         kRefits, options_.bootstrap,
-        [&](System& mine, int k, tasks::BytesWriter& out) {
+        [&](System& mine, int k) {
           draw_weights(k, mine.weights);
           const VectorX refitted = refine(mine, at, options_, 8).second;
-          if (mine.counts.stopped) return;
-          out.numbers(refitted);
+          if (mine.counts.stopped) return VectorX();
           work.tell(1);
+          return refitted;
         },
-        [&](int, tasks::BytesReader& in) { found.push_back(in.vector()); });
+        [&](int, const VectorX& refitted) { found.push_back(refitted); });
     return found;
   }
 
@@ -186,8 +208,8 @@ class FitTasks {
                               *kRefits = "refits";
 
  private:
-  /// Runs a list of tasks. `act` writes the result of a task number, nothing if it was stopped
-  /// before it had one; `take` reads the results in order of number.
+  /// Runs a list of tasks. `act` returns the result of a task number, empty if it was stopped
+  /// before it had one; `take` gets the results in order of number.
   template <class Act, class Take>
   void run(const char* name, int count, Act act, Take take, std::function<double()> work = {}) {
     tasks::TaskList list;
@@ -199,21 +221,17 @@ class FitTasks {
       return [this, act](std::int64_t number) {
         System mine = system_;
         mine.counts = {};
-        tasks::BytesWriter out;
-        act(mine, static_cast<int>(number), out);
-        std::string bytes = out.take();
-        if (!bytes.empty()) bytes = tasks::BytesWriter().put(mine.counts).take() + bytes;
-        return tasks::Outcome{std::move(bytes), !mine.counts.stopped};
+        const VectorX result = act(mine, static_cast<int>(number));
+        return tasks::Outcome{bytes_of(mine.counts, result), !mine.counts.stopped};
       };
     };
     int number = 0;
     for (const auto& bytes : options_.run(list)) {
       if (bytes) {
-        tasks::BytesReader in(*bytes);
-        const auto counts = in.get<Counts>();
+        const auto [counts, result] = result_of(*bytes);
         stopped_ = stopped_ || counts.stopped;
         system_.counts += counts;
-        take(number, in);
+        take(number, result);
       } else {
         stopped_ = system_.counts.stopped = true;
       }
@@ -221,10 +239,11 @@ class FitTasks {
     }
   }
 
-  /// `each`: number of evaluations that the task reports in total.
-  void refine_point(System& mine, const VectorX& at, int each, tasks::BytesWriter& out) {
+  /// Cost and place of the best point. `each`: number of evaluations that the task reports in
+  /// total.
+  VectorX refine_point(System& mine, const VectorX& at, int each) {
     double cost = 0.0;
-    if (!mine.unless_stopped([&] { cost = total(mine.groups(at)); })) return;
+    if (!mine.unless_stopped([&] { cost = total(mine.groups(at)); })) return {};
     mine.bound_weight = bound_weight(cost);
     int told = 0;
     const auto tell = [&](int evaluations) {
@@ -234,7 +253,9 @@ class FitTasks {
     };
     const auto [found, better] = refine(mine, at, options_, options_.max_rounds, tell);
     tell(each);
-    out.put(std::min(found, cost)).numbers(found < cost ? better : at);
+    VectorX best(at.size() + 1);
+    best << std::min(found, cost), (found < cost ? better : at);
+    return best;
   }
 
   /// Bootstrap weights: as many draws as groups, from a random stream that continues that of lower
