@@ -41,9 +41,9 @@ struct Errors {
   }
 };
 
-class OurDerivatives {
+class OurStepDerivatives {
  public:
-  OurDerivatives(const Scene& scene, int steps) : scene_(scene), workspace_(scene_.model) {
+  OurStepDerivatives(const Scene& scene, int steps) : scene_(scene), workspace_(scene_.model) {
     scene_.options.effects.set(Effect::kSleeping, false);
     Simulator simulator(scene_);
     for (int i = 0; i < steps; ++i) {
@@ -186,7 +186,7 @@ void add_mujoco(Theirs& peer, std::vector<Row>& rows) {
 void compare_scene(const Scene& scene, const std::string& label, bool soft,
                    const PeerOptions& options, PeerTable& table) {
   const int steps = steps_of(scene, options), nv = scene.model.nv();
-  OurDerivatives ours(scene, steps);
+  OurStepDerivatives ours(scene, steps);
   const auto theirs = try_mujoco(scene, steps);
   fmt::print("{}: {:.1f} contacts, mean of {} steps of the second half\n", label,
              ours.mean_contacts(), kMoments);
