@@ -39,17 +39,16 @@ class IslandSolver {
   bool run_mixed();
   bool run_near(int max_iterations);
   bool run_path(int max_iterations);
-  bool run_from_nothing();
   bool sweeps_pay() const;
   bool run_softer();
   void walk_back();
   double softer_factor() const;
-  bool solve_softer(double factor, int max_iterations);
+  bool solve_softer(double factor);
   bool finish(int max_iterations, double contraction = 1.0);
   bool resume(int max_iterations);
   bool keep_best();
   bool finish_mixed(const MixedNewton::Result& result);
-  void start_mixed(double sigma);
+  void start_mixed();
   double residual();
   double smoothing(double share);
   /// Runs `count` sweeps on point_ unless its relative residual is below `enough`; restarts it
