@@ -19,14 +19,11 @@ constexpr double kPathSigma = 0.2;
 // algorithms", 1993). The Newton steps granted end them; where softer laws are not allowed, so does
 // a turn of kMostTurnSteps.
 constexpr int kTurnSteps = 8, kMostTurnSteps = 256;
-// A path starts after kTurnSteps sweeps with its first smoothing, which is the square of kSmooth
-// times the scale of the residual: more smoothing would lose the result of the earlier sweeps.
-constexpr double kSmooth = 0.01;
-// Changes of an impulse that sweeps skip, as a share of the scale of the residual.
-constexpr double kNegligible = 1e-7;
-// Islands of free bodies begin with sweeps, unless the relative residual is below kNearShare.
+// Relative residual that sweeps reach from almost anywhere: islands of free bodies begin with
+// sweeps above it, and after kTurnSteps more sweeps the first smoothing of a path is the square of
+// it times the scale of the residual. More smoothing would lose the result of the earlier sweeps.
+constexpr double kSwept = 0.01;
 constexpr int kFreeBodySize = 6;
-constexpr double kNearShare = 1e-2;
 // Relative residual below which Newton's method on velocities also continues from an unsolved mixed
 // method: only its laws, which are not widened, resolve which of several lightly loaded corners
 // slips.
@@ -149,9 +146,9 @@ bool IslandSolver::sweeps_pay() const {
 // Runs the mixed method along a path of smoothing that begins near the point.
 bool IslandSolver::run_path(int max_iterations) {
   residual();  // sets the scale
-  const double start = smoothing(kSmooth);
+  const double start = smoothing(kSwept);
   mixed_system_.begin(*system_, kPathSigma);
-  sweeps_.run(kTurnSteps, start, kNegligible * mixed_system_.scale(), point_);
+  sweeps_.run(kTurnSteps, start, negligible(), point_);
   const int steps = allowed(max_iterations);
   return finish_mixed(mixed_newton_.run_path(mixed_system_, steps, start, point_));
 }
@@ -169,19 +166,25 @@ double IslandSolver::residual() {
   return norm / mixed_system_.scale();
 }
 
+// Returns the change of an impulse [sqrt J] that sweeps skip: its square is lost to rounding beside
+// that of the scale.
+double IslandSolver::negligible() const {
+  return std::sqrt(std::numeric_limits<double>::epsilon()) * mixed_system_.scale();
+}
+
 void IslandSolver::sweep(int count, double enough) {
   mixed_system_.begin(*system_, 1.0);
   if (!std::isfinite(residual())) start_mixed();
   sweeps_.start(point_);
   if (residual() < enough) return;
-  sweeps_.run(count, 0.0, kNegligible * mixed_system_.scale(), point_);
+  sweeps_.run(count, 0.0, negligible(), point_);
 }
 
 // Starts from the impulses of the last step. Newton's method converges fast once it knows which
 // contacts carry and slide; sweeps find that from almost anywhere.
 bool IslandSolver::run_mixed() {
   start_mixed();
-  if (sweeps_pay() && !(residual() < kNearShare)) sweep(kTurnSteps, kNearShare);
+  if (sweeps_pay() && !(residual() < kSwept)) sweep(kTurnSteps, kSwept);
   if (run_near(kTurnSteps)) return true;
   for (int n = kTurnSteps; allowed(1) > 0 && n <= kMostTurnSteps; n *= 2) {
     sweep(n * n / kTurnSteps, 0.0);

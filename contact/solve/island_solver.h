@@ -51,6 +51,7 @@ class IslandSolver {
   void start_mixed();
   double residual();
   double smoothing(double share);
+  double negligible() const;
   /// Runs `count` sweeps on point_ unless its relative residual is below `enough`; restarts it
   /// from start_ and guess_ if it is not finite.
   void sweep(int count, double enough);
