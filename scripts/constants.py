@@ -4,6 +4,7 @@
     scripts/constants.py measure RESULTS.json    takes an hour: each constant times 0.1 and times 10
     scripts/constants.py table RESULTS.json      writes the table from these results
     scripts/constants.py check                   checks constants and values of the table (house.constants)
+    scripts/constants.py count                   lists and counts the constants that steer a contact solve
 
 `measure` builds a copy of the sources in which the environment can set a constant. Constants that determine sizes of
 arrays, and those that only name a value such as 'none', are left out.
@@ -28,7 +29,7 @@ SCENES = (("piles/pile_64", 1.0), ("piles/bin_64", 1.0), ("piles/pile_16_overlap
           ("piles/pile_64_masses", 0.5), ("humanoid_drop", 2.0), ("terrain", 1.0))
 # Sizes of arrays and registers, geometric numbers, and names for 'none'.
 NOT_TUNED = {"kCapacity", "kMaxPatch", "kNumTypes", "kLanes", "kColumns", "kPart", "kProducts", "kBase", "kFreeBody",
-             "kMostOfSix", "kMaxRows", "kEdges", "kMost", "kDirections", "kSupportsAtOnce", "kRemembered", "kFree",
+             "kMostOfSix", "kMaxRows", "kEdges", "kMost", "kDirections", "kSupportsAtOnce", "kRemembered", "kFree", "kFreeBodySize",
              "kConstrained", "kMaxPieces", "kMostPivoted", "kGolden", "kPlastic", "kNone", "kMaxVertices", "kMaxFaces"}
 DECLARATION = re.compile(r"^(?P<lead>[ \t]*(?:inline |static )?)constexpr (?P<type>double|int) "
                          r"(?P<list>k[A-Z][^;{}]*?);", re.M | re.S)
@@ -244,10 +245,16 @@ The measurements are of different versions, whose random variation differs:
 | constants | version | by chance: Newton steps, softened steps |
 |---|---|---|
 | all but those below | 2026-11-26, before the [correction of sleep in piles](../decisions/effects.md#sleep-is-a-memory-of-the-step-not-a-threshold) | 1.00 to 1.04, -7 to +17 |
-| kNearHalvings, kGateSteps | after this correction | 1.02 to 1.04, +7 to +18 |
-| kManyRows, kFreeBodySize, kFirstSweeps, kNearShare, kLittleSofter, kLittleSteps, kRaiseBelow, kMostRaise | with Gauss-Seidel sweeps | 0.90 to 0.96, -10 to -26 |
-| kBackSteps; the others from kSigma to kUseful in contact/solve/island_solver.cc; the others from kPathHalvings to kRaiseFromNone in contact/solve/mixed_newton.cc but kGate | with paths that begin at the result of sweeps | 1.01 to 1.12, +2 to +33 |
-| kMixedContraction, kSureFloorReused, kFast, kMostReused | 2026-11-27, with reused factors; only the tests of `contact_test` | |
+| kGateSteps | after this correction | 1.02 to 1.04, +7 to +18 |
+| kLittleSofter, kRaiseBelow | with Gauss-Seidel sweeps | 0.90 to 0.96, -10 to -26 |
+| the others from kPathSigma to kSofterSteps in contact/solve/island_solver.cc; the others from kNear to kRaise in contact/solve/mixed_newton.cc | with paths that begin at the result of sweeps | 1.01 to 1.12, +2 to +33 |
+| kMostReused | 2026-11-27, with reused factors; only the tests of `contact_test` | |
+
+`scripts/constants.py count` counts the constants that steer a contact solve: 25. At commit f97f6684 it gave 62, and two
+arrays held twelve more numbers.
+Rows of contact/solve were measured before that [reduction](../decisions/solver.md#25-constants-steer-a-solve). Cells in
+words are later: ratios of Newton steps of random and of recorded engine problems, with the change of unsolved and
+softened ones.
 """
 
 
@@ -272,13 +279,25 @@ def check():
     return 1 if wrong or len(expected) < 50 else 0
 
 
+# Constants of contact/solve that limits of arithmetic and other constants determine.
+DERIVED = {"kEpsilon", "kNothing", "kSoftest"}
+
+
+def count():
+    names = [name for name, _, _ in constants() if name.startswith("contact/solve/")]
+    steering = [name for name in names if name.split(":")[1] not in DERIVED]
+    print("\n".join(steering))
+    print(f"{len(steering)} constants steer a contact solve")
+    return 0
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("action", choices=("measure", "table", "check"))
+    parser.add_argument("action", choices=("measure", "table", "check", "count"))
     parser.add_argument("results", nargs="?", help="JSON file")
     options = parser.parse_args()
-    if options.action == "check":
-        return check()
+    if options.action in ("check", "count"):
+        return check() if options.action == "check" else count()
     if options.results is None:
         parser.error("give the file of results")
     (measure if options.action == "measure" else write_table)(options.results)

@@ -9,62 +9,39 @@
 namespace counterpoint::contact {
 namespace {
 
-// Ratio of sigma in the mixed method to the inverse mass at a constraint: without added smoothing,
-// and along a path of smoothing.
-constexpr double kSigma = 1.0, kPathSigma = 0.2;
+// Ratio of sigma to the inverse mass at a constraint along a path of smoothing; 1 without.
+constexpr double kPathSigma = 0.2;
 
-// Limits on steps of the mixed method: kWarmSteps at first; then, in each turn, steps without added
-// smoothing and steps along a path of smoothing, after a number of Gauss-Seidel sweeps.
-constexpr int kWarmSteps = 8;
-constexpr struct {
-  int sweeps, near_steps, path_steps;
-} kTurns[] = {{15, 4, 0}, {60, 0, 40}, {240, 12, 40}};
-// A path starts after kSmoothSweeps sweeps with its first smoothing, which is the square of kSmooth
-// times the scale of the residual: more smoothing would lose the result of the earlier sweeps.
-constexpr int kSmoothSweeps = 10;
-constexpr double kSmooth = 0.01;
-// Limits where softer laws are not allowed: steps of a path; the sigmas of paths that start without
-// impulses, and their first smoothing as a share of the residual.
-constexpr int kLongPathSteps = 400;
-constexpr double kSigmasFromNothing[] = {0.2, 3.0, 0.05};
-constexpr double kMuchSmooth = 0.316;
-// Changes of an impulse that sweeps skip, as a share of the scale of the residual or, on a path, of
-// the square root of the smoothing.
-constexpr double kNegligible = 1e-7, kNegligibleSmooth = 1e-3;
-// Islands of free bodies with kManyRows rows or more begin with sweeps, unless the relative
-// residual is below kNearShare.
-constexpr int kManyRows = 60, kFreeBodySize = 6, kFirstSweeps = 10;
-constexpr double kNearShare = 1e-2;
-// Newton's method on velocities starts if the relative residual is below kNearly, and continues
-// while each stage of kStageSteps steps reduces it to kContraction of its value, for about
-// kFinishSteps steps. These also limit the steps that finish a mixed method.
-constexpr double kNearly = 0.3, kContraction = 0.1;
-constexpr int kStageSteps = 3, kFinishSteps = 20;
-// Expected share of the residual after a velocity step with the last factors of a mixed method that
-// has converged.
-constexpr double kMixedContraction = 1e-3;
+// The mixed method begins with kTurnSteps steps. Turns follow, each of twice as many steps n as the
+// one before: n^2 / kTurnSteps sweeps (m sweeps carry a load over about the root of m contacts),
+// then n / 4 steps without added smoothing and, from the second turn on, a path of n
+// (restarts of doubled length: M. Luby, A. Sinclair, D. Zuckerman, "Optimal speedup of Las Vegas
+// algorithms", 1993). The Newton steps granted end them; where softer laws are not allowed, so does
+// a turn of kMostTurnSteps.
+constexpr int kTurnSteps = 8, kMostTurnSteps = 256;
+// Relative residual that sweeps reach from almost anywhere: islands of free bodies begin with
+// sweeps above it, and after kTurnSteps more sweeps the first smoothing of a path is the square of
+// it times the scale of the residual. More smoothing would lose the result of the earlier sweeps.
+constexpr double kSwept = 0.01;
+constexpr int kFreeBodySize = 6;
 // Relative residual below which Newton's method on velocities also continues from an unsolved mixed
 // method: only its laws, which are not widened, resolve which of several lightly loaded corners
 // slips.
 constexpr double kUseful = 3e-2;
+// Newton's method on velocities continues while a step halves the residual, for at most
+// kFinishSteps steps. These also limit the steps that finish a mixed method.
+constexpr int kFinishSteps = 20;
 
-// Softer laws are convex. First they are only kLittleSofter times softer, for kLittleSteps Newton
+// Softer laws are convex. First they are only kLittleSofter times softer, for kSofterSteps Newton
 // steps, so that bodies standing on light ones do not sink into them and jam. Then contacts get the
 // compliance kSoftCompliance: hard enough that a body standing on them for a few steps hardly sinks
 // (4e-3 g h^2), soft enough that Newton's method takes about ten steps, or a hundred where masses
 // differ by 1e8. kSoftest limits the factor.
-constexpr double kLittleSofter = 32.0, kSoftCompliance = 4e-3, kSoftest = 32768.0;
-constexpr int kLittleSteps = 80, kConvexSteps = 500;
-// Where rounding hides the minimum, laws become kSofterAgain times softer repeatedly, until almost
-// only inertia is left, whose minimum takes one step.
-constexpr double kSofterAgain = 1024.0, kNothingLeft = 1e30;
-
-// Where softer laws are not allowed, they start a continuation back to the given laws in at most
-// kMostStages stages: at first all in one; after a failure a stage is shortened to kStageShrink of
-// its logarithm.
-constexpr int kMostStages = 40;
-constexpr double kStageShrink = 0.4;
-constexpr int kBackSteps = 60;
+constexpr double kLittleSofter = 32.0, kSoftCompliance = 4e-3;
+constexpr double kSoftest = kLittleSofter * kLittleSofter * kLittleSofter;
+constexpr int kSofterSteps = 80, kConvexSteps = 500;
+// Shortest stage of the continuation back to the given laws, in the logarithm of the factor.
+constexpr double kLeastStage = 1e-3;
 
 }  // namespace
 
@@ -119,22 +96,22 @@ bool IslandSolver::keep_best() {
   return arrived;
 }
 
-// Continues while the residual falls fast. A small residual alone says little: it is relative to
-// the island's momentum, of which joints with friction have only a small share in a falling body.
+// Continues while each step halves the residual. A small residual alone says little: it is relative
+// to the island's momentum, of which joints with friction have only a small share in a falling
+// body.
 bool IslandSolver::run_velocity() {
   w_ = start_;
   bool arrived = resume(0);
-  double before = kNearly;
-  for (int steps = 0; steps < kFinishSteps && !arrived && last_.residual < before;
-       steps += kStageSteps) {
-    before = kContraction * last_.residual;
-    arrived = resume(kStageSteps);
+  double before = kNearSolution;
+  for (int steps = 0; steps < kFinishSteps && !arrived && last_.residual < before; ++steps) {
+    before = 0.5 * last_.residual;
+    arrived = resume(1);
   }
   return arrived;
 }
 
-void IslandSolver::start_mixed(double sigma) {
-  mixed_system_.begin(*system_, sigma);
+void IslandSolver::start_mixed() {
+  mixed_system_.begin(*system_, 1.0);
   sweeps_.begin(*system_);
   point_.w = start_;
   mixed_system_.guess(guess_, point_.phi);
@@ -145,14 +122,15 @@ bool IslandSolver::finish_mixed(const MixedNewton::Result& result) {
   newton_.count(result.iterations);
   if (!result.solved && !(result.residual < kUseful)) return false;
   w_ = point_.w;
-  return finish(kFinishSteps, result.solved && result.iterations > 0 ? kMixedContraction : 1.0);
+  // The last factors of a mixed method that has converged are those of the velocity step.
+  return finish(kFinishSteps, result.solved && result.iterations > 0 ? 0.0 : 1.0);
 }
 
 bool IslandSolver::run_near(int max_iterations) {
   return finish_mixed(mixed_newton_.run_near(mixed_system_, allowed(max_iterations), point_));
 }
 
-// Returns whether to begin with sweeps. They are cheap beside Newton steps for many free bodies,
+// Returns whether to begin with sweeps. They are cheap beside Newton steps for free bodies,
 // but not for a tree, all of which responds to each impulse. With Coulomb friction they need a
 // guess: without one they carry the loads of a tower from level to level and leave more error in
 // friction than Newton's method can correct.
@@ -160,8 +138,7 @@ bool IslandSolver::sweeps_pay() const {
   const auto& blocks = system_->blocks();
   const auto& constraints = system_->constraints();
   const auto is_known = [this](const auto& c) { return !std::isnan(guess_[c.row]); };
-  return system_->num_rows() >= kManyRows &&
-         std::all_of(blocks.begin(), blocks.end(),
+  return std::all_of(blocks.begin(), blocks.end(),
                      [](const auto& b) { return b.size <= kFreeBodySize; }) &&
          (!system_->unsymmetric() || std::any_of(constraints.begin(), constraints.end(), is_known));
 }
@@ -169,9 +146,9 @@ bool IslandSolver::sweeps_pay() const {
 // Runs the mixed method along a path of smoothing that begins near the point.
 bool IslandSolver::run_path(int max_iterations) {
   residual();  // sets the scale
-  const double start = smoothing(kSmooth);
+  const double start = smoothing(kSwept);
   mixed_system_.begin(*system_, kPathSigma);
-  sweeps_.run(kSmoothSweeps, start, kNegligibleSmooth * std::sqrt(start), point_);
+  sweeps_.run(kTurnSteps, start, negligible(), point_);
   const int steps = allowed(max_iterations);
   return finish_mixed(mixed_newton_.run_path(mixed_system_, steps, start, point_));
 }
@@ -189,36 +166,30 @@ double IslandSolver::residual() {
   return norm / mixed_system_.scale();
 }
 
+// Returns the change of an impulse [sqrt J] that sweeps skip: its square is lost to rounding beside
+// that of the scale.
+double IslandSolver::negligible() const {
+  return std::sqrt(std::numeric_limits<double>::epsilon()) * mixed_system_.scale();
+}
+
 void IslandSolver::sweep(int count, double enough) {
-  mixed_system_.begin(*system_, kSigma);
-  if (!std::isfinite(residual())) start_mixed(kSigma);
+  mixed_system_.begin(*system_, 1.0);
+  if (!std::isfinite(residual())) start_mixed();
   sweeps_.start(point_);
   if (residual() < enough) return;
-  sweeps_.run(count, 0.0, kNegligible * mixed_system_.scale(), point_);
+  sweeps_.run(count, 0.0, negligible(), point_);
 }
 
 // Starts from the impulses of the last step. Newton's method converges fast once it knows which
 // contacts carry and slide; sweeps find that from almost anywhere.
 bool IslandSolver::run_mixed() {
-  start_mixed(kSigma);
-  if (sweeps_pay() && !(residual() < kNearShare)) sweep(kFirstSweeps, kNearShare);
-  if (run_near(kWarmSteps)) return true;
-  for (const auto& turn : kTurns) {
-    sweep(turn.sweeps, 0.0);
-    if (turn.near_steps > 0 && run_near(turn.near_steps)) return true;
-    if (turn.path_steps > 0 && run_path(exact_ ? kLongPathSteps : turn.path_steps)) return true;
-  }
-  return exact_ && run_from_nothing();
-}
-
-// Starts from the impulses that would stop each constraint by itself, with more smoothing.
-bool IslandSolver::run_from_nothing() {
-  std::fill(guess_.begin(), guess_.end(), std::numeric_limits<double>::quiet_NaN());
-  for (const double sigma : kSigmasFromNothing) {
-    start_mixed(sigma);
-    const double start = smoothing(kMuchSmooth * residual());
-    const int steps = allowed(kLongPathSteps);
-    if (finish_mixed(mixed_newton_.run_path(mixed_system_, steps, start, point_))) return true;
+  start_mixed();
+  if (sweeps_pay() && !(residual() < kSwept)) sweep(kTurnSteps, kSwept);
+  if (run_near(kTurnSteps)) return true;
+  for (int n = kTurnSteps; allowed(1) > 0 && n <= kMostTurnSteps; n *= 2) {
+    sweep(n * n / kTurnSteps, 0.0);
+    if (run_near(n / 4)) return true;
+    if (n > kTurnSteps && run_path(n)) return true;
   }
   return false;
 }
@@ -248,17 +219,21 @@ bool IslandSolver::solve_softer(double factor, int max_iterations) {
   return finish(max_iterations);
 }
 
-// Solves with softer laws, whose cost has a minimum that a line search finds from anywhere.
+// Solves with softer laws, whose cost has a minimum that a line search finds from anywhere. Where
+// rounding hides it, laws become softer by the square of kLittleSofter repeatedly, until almost
+// only inertia is left, whose minimum takes one step.
 bool IslandSolver::run_softer() {
   own_.clear();
   for (const auto& c : system_->constraints()) own_.push_back(c.law);
   own_best_w_ = best_w_;
   const double most = exact_ ? kSoftest : softer_factor();
-  bool arrived = !exact_ && most > kLittleSofter && solve_softer(kLittleSofter, kLittleSteps);
+  bool arrived = !exact_ && most > kLittleSofter && solve_softer(kLittleSofter, kSofterSteps);
   if (!arrived) arrived = solve_softer(most, kConvexSteps);
-  for (double factor = kSofterAgain * most; !exact_ && !arrived && factor < kNothingLeft;
-       factor *= kSofterAgain)
-    arrived = solve_softer(factor, kLittleSteps);
+  double factor = most;
+  while (!exact_ && !arrived && budget_ < max_iterations_) {
+    factor *= kLittleSofter * kLittleSofter;
+    arrived = solve_softer(factor, kSofterSteps);
+  }
   if (!exact_) return arrived;
   if (arrived) walk_back();
   if (!softness_.any()) return true;
@@ -271,20 +246,21 @@ bool IslandSolver::run_softer() {
   return (!w_.empty() && finish(0)) || succeeded(best_.status);
 }
 
-// Continues from the softest laws back to the given ones; the length of the stages adapts.
+// Continues from the softest laws back to the given ones. A stage that fails is halved, one that
+// succeeds doubled, until stages are shorter than kLeastStage.
 void IslandSolver::walk_back() {
   point_.w = best_w_;
-  mixed_system_.begin(*system_, kSigma);
+  mixed_system_.begin(*system_, 1.0);
   mixed_system_.guess(best_f_, point_.phi);
   double left = std::log(softness_.factor), stage = left;
-  for (int i = 0; i < kMostStages && softness_.any(); ++i) {
+  while (softness_.any() && stage > kLeastStage && allowed(1) > 0) {
     here_ = point_;
     const Softness reached = softness_;
     const double next = left > stage ? left - stage : 0.0;
     set_softness({next > 0.0 ? std::exp(next) : 1.0, false});
-    mixed_system_.begin(*system_, kSigma);
-    const double start = smoothing(kMuchSmooth * residual());
-    const auto result = mixed_newton_.run_path(mixed_system_, allowed(kBackSteps), start, point_);
+    mixed_system_.begin(*system_, 1.0);
+    const double start = smoothing(0.1 * residual());
+    const auto result = mixed_newton_.run_path(mixed_system_, allowed(kSofterSteps), start, point_);
     newton_.count(result.iterations);
     w_ = point_.w;
     if (result.solved && finish(kFinishSteps)) {
@@ -293,7 +269,7 @@ void IslandSolver::walk_back() {
     } else {
       point_ = here_;
       set_softness(reached);
-      stage *= kStageShrink;
+      stage *= 0.5;
     }
   }
 }

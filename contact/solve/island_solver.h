@@ -39,7 +39,6 @@ class IslandSolver {
   bool run_mixed();
   bool run_near(int max_iterations);
   bool run_path(int max_iterations);
-  bool run_from_nothing();
   bool sweeps_pay() const;
   bool run_softer();
   void walk_back();
@@ -49,9 +48,10 @@ class IslandSolver {
   bool resume(int max_iterations);
   bool keep_best();
   bool finish_mixed(const MixedNewton::Result& result);
-  void start_mixed(double sigma);
+  void start_mixed();
   double residual();
   double smoothing(double share);
+  double negligible() const;
   /// Runs `count` sweeps on point_ unless its relative residual is below `enough`; restarts it
   /// from start_ and guess_ if it is not finite.
   void sweep(int count, double enough);

@@ -12,8 +12,7 @@ namespace {
 // Largest growth of LU without pivoting that is accepted: Newton's direction then has about ten
 // correct digits.
 constexpr double kMostGrowth = 1e5;
-// Smallest inverse mass at a constraint as a share of the island's largest: along a normal in which
-// nothing can move it would be round-off.
+// Smallest inverse mass at a constraint as a share of the island's largest.
 constexpr double kLeastInverseMass = 1e-9;
 
 }  // namespace
@@ -233,9 +232,9 @@ void IslandSystem::estimate_inverse_masses() {
         jacobian_.first_row_square(jacobian_.constraints()[i], inverse_diagonal_.data());
     largest = std::max(largest, c.inverse_mass);
   }
-  for (Constraint& c : constraints_) {
-    c.inverse_mass = std::max(c.inverse_mass, kLeastInverseMass * largest);
-  }
+  // Along a normal in which nothing can move the inverse mass would be round-off.
+  const double least = kLeastInverseMass * largest;
+  for (Constraint& c : constraints_) c.inverse_mass = std::max(c.inverse_mass, least);
 }
 
 void IslandSystem::gather(const double* global, double* local) const {

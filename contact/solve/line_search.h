@@ -1,6 +1,7 @@
 // Line search on the derivative of a convex function of one variable: bracketed Newton.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "counterpoint/contact/problem.h"
@@ -17,9 +18,6 @@ struct LineSearchResult {
 /// returns phi' and phi'' of a convex phi as a Slope; slope_at_zero is phi'(0) < 0.
 template <class Derivative>
 LineSearchResult search_line(const Derivative& derivative, double slope_at_zero, double accuracy) {
-  constexpr int kMaxEvaluations = 100;  // bisection of any bracket reaches round-off before
-  constexpr double kLargestStep = 1e6;  // in Newton steps; beyond it phi counts as unbounded
-  constexpr double kGrowth = 10.0;      // growth of the step until phi' changes its sign
   // Newton steps may creep up to a kink from one side: if kPatience of them do not halve the
   // bracket, it is bisected.
   constexpr int kPatience = 3;
@@ -29,7 +27,7 @@ LineSearchResult search_line(const Derivative& derivative, double slope_at_zero,
   int since = 0;
   double alpha = 1.0;
   LineSearchResult out;
-  while (out.evaluations < kMaxEvaluations) {
+  while (std::isfinite(alpha)) {
     const Slope s = derivative(alpha);
     ++out.evaluations;
     out.step = alpha;
@@ -44,9 +42,8 @@ LineSearchResult search_line(const Derivative& derivative, double slope_at_zero,
     }
     double next = std::isfinite(s.first) && s.second > 0.0 ? alpha - s.first / s.second : alpha;
     if (high == 0.0) {
-      if (!(next > low) || next > kGrowth * low) next = kGrowth * low;
-      if (next > kLargestStep) return out;
-      alpha = next;
+      // The step at most doubles until phi' changes its sign.
+      alpha = next > low ? std::min(next, 2.0 * low) : 2.0 * low;
       continue;
     }
     if (width == 0.0 || high - low <= 0.5 * width) {

@@ -27,7 +27,7 @@ class MixedNewton {
   void reserve(const IslandSystem& system);
 
  private:
-  bool advance(MixedSystem& system, int max_halvings, MixedSystem::Point& point, double& norm);
+  bool advance(MixedSystem& system, MixedSystem::Point& point, double& norm);
 
   MixedSystem::Point step_;
 };

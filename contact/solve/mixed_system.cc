@@ -119,7 +119,7 @@ double MixedSystem::residual(const Point& point) {
   return momentum_residual(point);
 }
 
-bool MixedSystem::raise_loads(double most, Point& point) const {
+bool MixedSystem::raise_loads(Point& point) const {
   bool raised = false;
   for (const auto& c : system_->constraints()) {
     if (!is_one_sided(c.law.type)) continue;
@@ -128,7 +128,7 @@ bool MixedSystem::raise_loads(double most, Point& point) const {
     double* phi = point.phi.data() + c.row;
     // Raises only a load beyond the law's kink that Newton's step would about double.
     if (!(c.inverse_mass * phi[0] * phi[0] > k) || (z + rho * phi[0]) * phi[0] > 0.5 * k) continue;
-    const double factor = std::min(most, ScalarLaw(z, rho, k).g / phi[0]);
+    const double factor = ScalarLaw(z, rho, k).g / phi[0];
     if (factor < 2.0) continue;
     for (int r = 0; r < c.law.rows; ++r) phi[r] *= factor;
     raised = true;

@@ -56,8 +56,8 @@ class MixedSystem {
   double residual(const Point& point);
   /// Raises loads that are too small, since Newton's method on k / phi at most doubles phi in a
   /// step. Where the load of a contact is too small for the velocity of the last residual(), phi
-  /// becomes that of its law, at most `most` times as large. True if any load changes.
-  bool raise_loads(double most, Point& point) const;
+  /// becomes that of its law. True if any load changes.
+  bool raise_loads(Point& point) const;
   /// Sets extra_smoothing [J] and returns the norm of the residual with it [sqrt J], at the point
   /// of the last residual() or accept(): only the laws are evaluated.
   double resmooth(const Point& point, double other_smoothing);

@@ -15,29 +15,16 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kLineSearchAccuracy = 0.1;
 // Scale [sqrt J] whose square underflows: an island with less momentum is at rest.
 constexpr double kNothing = 1e-140;
-// Residuals up to this multiple of the round-off estimate cannot be distinguished from zero.
+// The round-off estimate holds within this factor: below the estimate over it a residual is
+// certainly round-off, and up to the estimate times it one that no longer falls is. Rounding leaves
+// about a tenth of the estimate, which is a bound.
 constexpr double kFloorFactor = 4.0;
-// Residuals below these shares of the estimate are certainly round-off: no step is spent to see
-// that they fall no more. The estimate is a bound; rounding leaves about a tenth of it. Steps with
-// old factors that still reduce the residual are cheap and continue to the smaller share.
-constexpr double kSureFloor = 0.25, kSureFloorReused = 0.15;
-// Above this relative residual round-off is not considered, unless a step failed.
-constexpr double kLargestSureFloor = 1e-7;
-// A given start with a smaller relative residual is not compared with the free velocity, which was
-// never found to have less (docs/measurements/constants.md).
-constexpr double kGoodStart = 0.1;
-// If the last step left at most kFast of the residual, the next one is taken whole, without a line
-// search; it also reuses the factors if kMostReused such steps would end the solve.
-constexpr double kFast = 0.2;
+// A step that left at most kLineSearchAccuracy of the residual met the goal of a line search: the
+// next one is taken whole. It also reuses the factors if kMostReused such steps would end the solve
+// (E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", IV.8).
 constexpr int kMostReused = 4;
-// Steps on a residual that is not a gradient: largest number of halvings, and the share of the
-// predicted decrease that is required.
+// Largest number of halvings of a step on a residual that is not a gradient.
 constexpr int kMaxHalvings = 10;
-constexpr double kSufficientDecrease = 1e-3;
-// Such steps are given up if kMilestonePatience in a row do not reduce the residual to kProgress of
-// its value.
-constexpr int kMilestonePatience = 8;
-constexpr double kProgress = 0.95;
 
 double dot(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0.0;
@@ -64,7 +51,7 @@ void Newton::choose_start(std::vector<double>& w, std::vector<double>& f) {
   unsymmetric_ = system_->unsymmetric();
   evaluate_residual(w, f);
   const double given = gradient_norm_, scale = scale_;
-  if (given < kGoodStart * scale) return;
+  if (given < kNearSolution * scale) return;
   const double* free = system_->free_velocity();
   trial_.assign(free, free + w.size());
   // Puts the values at the given start aside.
@@ -153,9 +140,10 @@ void Newton::linearize() {
 }
 
 // Returns whether simplified Newton steps, with the present factors and the last contraction, would
-// soon converge (E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", IV.8).
+// soon converge.
 bool Newton::factors_suffice(double tolerance) const {
-  return contraction_ <= kFast && residual_ * std::pow(contraction_, kMostReused) <= tolerance;
+  return contraction_ <= kLineSearchAccuracy &&
+         residual_ * std::pow(contraction_, kMostReused) <= tolerance;
 }
 
 bool Newton::factor() {
@@ -172,7 +160,7 @@ void Newton::solve_direction() {
 // ones may help.
 bool Newton::advance(std::vector<double>& w, std::vector<double>& f, bool reused) {
   const double before = gradient_norm_;
-  bool moved = contraction_ <= kFast && take_step(1.0, before, w, f);
+  bool moved = contraction_ <= kLineSearchAccuracy && take_step(1.0, before, w, f);
   if (!moved && !reused) {
     if (!evaluated_) evaluate_residual(w, f);
     moved = unsymmetric_ ? advance_residual(w, f) : advance_cost(w);
@@ -182,14 +170,14 @@ bool Newton::advance(std::vector<double>& w, std::vector<double>& f, bool reused
   return moved || reused;
 }
 
-// Moves w by alpha step_, and back if that does not reduce the residual enough.
+// Moves w by alpha step_, and back if that does not reduce the residual.
 bool Newton::take_step(double alpha, double before, std::vector<double>& w,
                        std::vector<double>& f) {
   trial_ = w;
   for (size_t i = 0; i < w.size(); ++i) w[i] += alpha * step_[i];
   evaluate_residual(w, f);
   ++totals_.line_search_evaluations;
-  if (gradient_norm_ < (1.0 - kSufficientDecrease * std::min(alpha, 1.0)) * before) return true;
+  if (gradient_norm_ < before) return true;
   w = trial_;
   evaluated_ = false;
   return false;
@@ -249,12 +237,12 @@ void Newton::record() {
 
 // Decides whether the residual is round-off. It is in doubt after a step with new factors that did
 // not halve it, or after a step that failed. Otherwise, for instance at the start, it must be
-// round-off for certain, which is tested only where the answer may be yes.
+// round-off for certain; above the square root of epsilon Newton's method, which doubles the number
+// of digits, is not about to end, and the estimate is not worth its cost.
 bool Newton::at_floor(bool moved, bool reused, double best, const std::vector<double>& w) {
   const bool in_doubt = !moved || (!reused && gradient_norm_ > 0.5 * best);
-  if (!in_doubt && residual_ > kLargestSureFloor) return false;
-  const double sure = reused && contraction_ <= kFast ? kSureFloorReused : kSureFloor;
-  return gradient_norm_ <= (in_doubt ? kFloorFactor : sure) * roundoff_floor(w);
+  if (!in_doubt && residual_ > std::sqrt(kEpsilon)) return false;
+  return gradient_norm_ <= (in_doubt ? kFloorFactor : 1.0 / kFloorFactor) * roundoff_floor(w);
 }
 
 Newton::Result Newton::run(double tolerance, int max_iterations, std::vector<double>& w,
@@ -273,8 +261,6 @@ Newton::Result Newton::resume(double tolerance, int max_iterations, std::vector<
     return result;
   };
   double best = std::numeric_limits<double>::infinity();
-  double milestone = best;
-  int since_milestone = 0;
   bool moved = true, reused = false;
   for (;;) {
     if (!evaluated_) evaluate_residual(w, f);
@@ -282,12 +268,6 @@ Newton::Result Newton::resume(double tolerance, int max_iterations, std::vector<
     result.residual = residual_;
     if (!std::isfinite(gradient_norm_)) return stop(Status::kNotFinite);
     if (residual_ <= tolerance) return result;
-    if (gradient_norm_ < kProgress * milestone) {
-      milestone = gradient_norm_;
-      since_milestone = 0;
-    } else if (unsymmetric_ && ++since_milestone >= kMilestonePatience) {
-      moved = false;  // creeping towards a local minimum of the residual's norm
-    }
     if (at_floor(moved, reused, best, w)) return stop(Status::kRoundoffFloor);
     best = std::min(best, gradient_norm_);
     if (!moved) return stop(Status::kNoProgress);

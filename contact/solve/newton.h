@@ -13,6 +13,10 @@
 
 namespace counterpoint::contact {
 
+/// Relative residual below which a point is near a solution: Newton's method on velocities goes on
+/// from it, and the mixed method does not give it up.
+inline constexpr double kNearSolution = 0.3;
+
 /// Number of steps of a solve for which histories reserve memory.
 inline constexpr std::size_t kUsualHistory = 256;
 

@@ -24,11 +24,22 @@ using testing::RandomOptions;
 struct Family {
   const char* name;
   bool coulomb;
-  bool wild;     ///< dense conflicting constraints, masses 1 : 1e6, mu to 10, eps from 1e-8
-  int unsolved;  ///< allowed failures; the path followed from softer laws may turn back
+  bool wild;  ///< dense conflicting constraints, masses 1 : 1e6, mu to 10, eps from 1e-8
 };
 
 void PrintTo(const Family& family, std::ostream* out) { *out << family.name; }
+
+RandomOptions plan_options(Random& random, bool coulomb, bool wild) {
+  RandomOptions options;
+  options.hard = random.coin();
+  options.coulomb = coulomb;
+  if (wild) {
+    options.mass_ratio = 1e6;
+    options.max_friction = 10.0;
+    options.compliance_low = 1e-8;
+  }
+  return options;
+}
 
 class Plan : public ::testing::TestWithParam<Family> {};
 
@@ -40,15 +51,8 @@ TEST_P(Plan, SolvesRandomProblems) {
   int steps = 0, most = 0, unsolved = 0;
   std::string trials;
   for_trials(family.wild ? 11 : 1, 2000, [&](Random& random, int trial) {
-    RandomOptions options;
-    options.hard = random.coin();
-    options.coulomb = family.coulomb;
-    if (family.wild) {
-      options.mass_ratio = 1e6;
-      options.max_friction = 10.0;
-      options.compliance_low = 1e-8;
-    }
-    const Problem problem = random_problem(random, options);
+    const Problem problem =
+        random_problem(random, plan_options(random, family.coulomb, family.wild));
     VectorX w = VectorX::Zero(problem.num_velocities()), f;
     const Report& report = solver.solve(problem, exact_settings(), w, f);
     steps += report.iterations;
@@ -71,15 +75,37 @@ TEST_P(Plan, SolvesRandomProblems) {
   RecordProperty("steps", steps);
   RecordProperty("most_steps", most);
   RecordProperty("unsolved", unsolved);
-  EXPECT_LE(unsolved, family.unsolved) << "trials" << trials;
+  EXPECT_EQ(unsolved, 0) << "trials" << trials;
 }
 
 INSTANTIATE_TEST_SUITE_P(Family, Plan,
-                         ::testing::Values(Family{"convex", false, false, 0},
-                                           Family{"coulomb", true, false, 0},
-                                           Family{"wild_convex", false, true, 0},
-                                           Family{"wild_coulomb", true, true, 0}),
+                         ::testing::Values(Family{"convex", false, false},
+                                           Family{"coulomb", true, false},
+                                           Family{"wild_convex", false, true},
+                                           Family{"wild_coulomb", true, true}),
                          [](const auto& test) { return std::string(test.param.name); });
+
+// The 12,000 problems of six seeds in each Coulomb family, of which contact/README.md reports the
+// unsolved. One extreme problem may stay unsolved: the continuation from softer laws turns back.
+TEST(PlanOfSixSeeds, LeavesAtMostOneProblemUnsolved) {
+  Solver solver;
+  for (const bool wild : {false, true}) {
+    int unsolved = 0, steps = 0;
+    for (unsigned seed = 1; seed <= 6; ++seed) {
+      for_trials(wild ? seed + 10 : seed, 2000, [&](Random& random, int) {
+        const Problem problem = random_problem(random, plan_options(random, true, wild));
+        VectorX w = VectorX::Zero(problem.num_velocities()), f;
+        const Report& report = solver.solve(problem, exact_settings(), w, f);
+        unsolved += !succeeded(report.status);
+        steps += report.iterations;
+      });
+    }
+    const std::string name = wild ? "wild_" : "";
+    RecordProperty(name + "unsolved", unsolved);
+    RecordProperty(name + "steps", steps);
+    EXPECT_LE(unsolved, wild ? 1 : 0);
+  }
+}
 
 // A rod sliding on its tip, so steep that pressing harder lifts the tip less than friction pulls it
 // down (mu A_NT > A_NN). Without impulses, such a rigid contact has no solution or two (Painleve);
