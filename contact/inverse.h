@@ -52,11 +52,8 @@ struct Sensitivity {
   Rows bound;           ///< df/dF of dry friction, zero for other laws
 };
 
-/// Computes all derivatives at y [m/s], law.rows numbers. `smoothing` and `regularizer` are finite
-/// at the corners of the hard law only if k > 0.
+/// Computes all derivatives at y [m/s], law.rows numbers. At the corners of the hard law (k = 0)
+/// `smoothing` is huge.
 Sensitivity compute_sensitivity(const Law& law, const Rows& y);
-
-/// Computes df/d slip_speed [kg] alone.
-Rows slip_speed_derivative(const Law& law, const Rows& y);
 
 }  // namespace counterpoint::contact

@@ -2,92 +2,72 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/contact/laws/cone.h"
-#include "counterpoint/contact/laws/coulomb.h"
+#include "counterpoint/contact/inverse.h"
+#include "counterpoint/contact/laws/cones.h"
+#include "counterpoint/contact/laws/dual.h"
 #include "counterpoint/contact/laws/scalar_law.h"
 #include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact {
 namespace {
 
-// Computes f = D phi with phi_N = n and phi_T = -b z_T.
-void friction_impulse(const Law& law, double n, double b, const double* y, double* f) {
-  f[0] = n;
-  for (int i = 1; i < law.rows; ++i) {
-    const double mu = law.friction[i - 1];
-    f[i] = -mu * b * (mu * y[i]);
-  }
-}
+// The numbers of a law. Real: double, or Dual for the derivatives by them.
+template <class Real>
+struct LawNumbers {
+  Real r, k, slip, bound;
+  Real friction[kMaxRows - 1];
 
-// Slopes of -phi in the directions (normal, along z_T), and across z_T.
-struct FrictionSlopes {
-  double normal, radial, across, radial_normal, normal_radial;
+  ConeLaw<Real> cone() const {
+    const Real mu = friction[0] < kMinRegularizingFriction ? kMinRegularizingFriction : friction[0];
+    const Real rho = mu * mu * r;
+    return {rho, rho, friction[0] * slip, k};
+  }
 };
 
-// Computes G = D Gz D, D = diag(1, mu_1, mu_2, ...), where Gz = -dphi/dz has the given slopes; e:
-// unit vector along z_T.
-void friction_hessian(const Law& law, const FrictionSlopes& slope, const double* e,
-                      double* hessian) {
-  const int n = law.rows;
-  hessian[0] = slope.normal;
-  for (int i = 1; i < n; ++i) {
-    const double mu = law.friction[i - 1];
-    hessian[i] = mu * (slope.normal_radial * e[i]);
-    hessian[i * n] = mu * (slope.radial_normal * e[i]);
-    for (int j = 1; j < n; ++j) {
-      double g = (slope.radial - slope.across) * (e[i] * e[j]);
-      if (i == j) g += slope.across;
-      hessian[i * n + j] = (mu * law.friction[j - 1]) * g;
-    }
-  }
+LawNumbers<double> numbers_of(const Law& law) {
+  LawNumbers<double> out{law.regularizer, law.smoothing, law.slip_speed, law.bound, {}};
+  std::copy(law.friction.begin(), law.friction.end(), out.friction);
+  return out;
 }
 
-void lean_hessian(const Law& law, double* hessian) {
-  const int n = law.rows;
-  for (int i = 0; leans(law) && i < 2; ++i)
-    for (int j = 0; j < n; ++j) hessian[(i + 1) * n + j] -= law.lean[i] * hessian[j];
+// Computes z = D y.
+template <class Real>
+void scale_velocity(const Law& law, const LawNumbers<Real>& numbers, const double* y, Real* z) {
+  z[0] = y[0];
+  for (int i = 1; i < law.rows; ++i) z[i] = numbers.friction[i - 1] * y[i];
 }
 
-Slope cone_slope(const Law& law, const Cone& cone, const double* d) {
-  double dot = 0.0, square = 0.0, radial = 0.0;  // z_T . dz_T, |dz_T|^2, and dz_T along z_T
-  for (int i = 1; i < law.rows; ++i) {
-    const double dz = law.friction[i - 1] * d[i];
-    dot += cone.z[i] * dz;
-    square += dz * dz;
-    radial += cone.e[i] * dz;
-  }
-  return {cone.b * dot - cone.n * d[0], cone.mean * (d[0] * d[0] + radial * radial) +
-                                            2.0 * cone.difference * radial * d[0] +
-                                            cone.b * (square - radial * radial)};
-}
-
-/// Computes the impulse alone: the compiler leaves out the unused slopes, which need most of the
-/// divisions.
-void coulomb_impulse(const Law& law, const double* y, double* f) {
-  const double rho = normal_regularizer(law);
-  const CoulombAt<double> at(y[0], de_saxce_shift(law, y), rho, rho, scaled_slip_speed(law),
-                             law.smoothing);
-  friction_impulse(law, at.n, at.b, y, f);
-  lean_impulse(law, f);
+// Computes f = D phi, tilted by the lean. The compiler leaves out the slopes, which are not used
+// and need most of the divisions.
+template <template <class> class Cone, class Real>
+void cone_impulse(const Law& law, const LawNumbers<Real>& numbers, const double* y, Real* f) {
+  Real z[kMaxRows];
+  scale_velocity(law, numbers, y, z);
+  const Cone<Real> cone = cone_at<Cone>(numbers.cone(), law.rows, z);
+  f[0] = cone.n;
+  for (int i = 1; i < law.rows; ++i) f[i] = -numbers.friction[i - 1] * cone.b * z[i];
+  for (int i = 0; leans(law) && i < 2; ++i) f[i + 1] -= law.lean[i] * f[0];
 }
 
 // Dry friction f = -2 F y / (s1 + s2), the smoothed clamp of -y / r to [-F, F]: the difference of
 // two scalar laws at y -+ r F, written without cancellation.
+template <class Real>
 struct DryFriction {
-  double bound, y, lambda1, lambda2;
-  ScalarLaw law1, law2;
+  Real bound, lambda1, lambda2;
+  double y;
+  ScalarLawOf<Real> law1, law2;
 
-  DryFriction(const Law& law, double velocity)
+  DryFriction(const LawNumbers<Real>& law, double velocity)
       : bound(law.bound),
+        lambda1(velocity - law.r * law.bound),
+        lambda2(velocity + law.r * law.bound),
         y(velocity),
-        lambda1(velocity - law.regularizer * law.bound),
-        lambda2(velocity + law.regularizer * law.bound),
-        law1(lambda1, law.regularizer, law.smoothing),
-        law2(lambda2, law.regularizer, law.smoothing) {}
+        law1(lambda1, law.r, law.k),
+        law2(lambda2, law.r, law.k) {}
 
-  double impulse() const {
-    const double sum = law1.s + law2.s;
-    return sum > 0.0 ? -2.0 * bound * y / sum : 0.0;
+  Real impulse() const {
+    const Real sum = law1.s + law2.s;
+    return sum > 0.0 ? -2.0 * bound * y / sum : Real{};
   }
   double hessian(const Law& law) const {
     if (bound <= 0.0) return 0.0;
@@ -107,6 +87,42 @@ struct DryFriction {
   }
 };
 
+template <class Real>
+void find_impulse(const Law& law, const LawNumbers<Real>& numbers, const double* y, Real* f) {
+  switch (law.type) {
+    case LawType::kUnilateral:
+      f[0] = ScalarLawOf<Real>(y[0], numbers.r, numbers.k).g;
+      return;
+    case LawType::kFrictionCone:
+      if (!law.coulomb) return cone_impulse<ConvexCone>(law, numbers, y, f);
+      return cone_impulse<CoulombCone>(law, numbers, y, f);
+    case LawType::kEquality:
+      for (int i = 0; i < law.rows; ++i) f[i] = -y[i] / numbers.r;
+      return;
+    case LawType::kDryFriction:
+      f[0] = DryFriction<Real>(numbers, y[0]).impulse();
+      return;
+  }
+}
+
+// Computes f and G of a cone.
+void evaluate_friction(const Law& law, const double* y, double* f, double* hessian) {
+  const LawNumbers<double> numbers = numbers_of(law);
+  double z[kMaxRows], phi[kMaxRows], e[kMaxRows];
+  ConeMap<double> A;
+  scale_velocity(law, numbers, y, z);
+  std::copy_n(z, law.rows, phi);
+  if (law.coulomb) {
+    evaluate_cone<CoulombCone>(numbers.cone(), law.rows, phi, e, A);
+  } else {
+    evaluate_cone<ConvexCone>(numbers.cone(), law.rows, phi, e, A);
+  }
+  f[0] = phi[0];
+  for (int i = 1; i < law.rows; ++i) f[i] = -law.friction[i - 1] * A.across * z[i];
+  lean_impulse(law, f);
+  write_hessian(law, A, e, hessian);
+}
+
 // Returns whether the law is a motor, that is dry friction without smoothing: a servo with a
 // bounded impulse, whose regularizer is the inverse of its gains.
 bool is_motor(const Law& law) {
@@ -114,6 +130,21 @@ bool is_motor(const Law& law) {
 }
 
 }  // namespace
+
+void write_hessian(const Law& law, const ConeMap<double>& A, const double* e, double* hessian) {
+  const int n = law.rows;
+  const bool cone = law.type == LawType::kFrictionCone;
+  const auto scale = [&](int i) { return cone && i > 0 ? law.friction[i - 1] : 1.0; };
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      double entry;
+      A.entry(i, j, e, entry);
+      hessian[i * n + j] = (scale(i) * scale(j)) * entry;
+    }
+  }
+  for (int i = 0; leans(law) && i < 2; ++i)
+    for (int j = 0; j < n; ++j) hessian[(i + 1) * n + j] -= law.lean[i] * hessian[j];
+}
 
 bool is_valid(const Law& law) {
   if (law.rows < 1 || law.rows > kMaxRows || !(law.regularizer > 0.0)) return false;
@@ -153,39 +184,19 @@ Law soften(const Law& law, const Softness& softness) {
   return out;
 }
 
-double normal_regularizer(const Law& law) {
-  const double mu = std::max(law.friction[0], kMinRegularizingFriction);
-  return mu * mu * law.regularizer;
-}
+double normal_regularizer(const Law& law) { return numbers_of(law).cone().rho; }
 
 double scaled_slip_speed(const Law& law) { return law.friction[0] * law.slip_speed; }
 
 double de_saxce_shift(const Law& law, const double* y) {
-  double square = 0.0;
-  for (int i = 1; i < law.rows; ++i) {
-    const double z = law.friction[i - 1] * y[i];
-    square += z * z;
-  }
-  return std::sqrt(square);
+  double z[kMaxRows], t;
+  scale_velocity(law, numbers_of(law), y, z);
+  friction_length(law.rows, z, t);
+  return t;
 }
 
 void impulse(const Law& law, const double* y, double* f) {
-  switch (law.type) {
-    case LawType::kUnilateral:
-      f[0] = ScalarLaw(y[0], law.regularizer, law.smoothing).g;
-      return;
-    case LawType::kFrictionCone: {
-      if (law.coulomb) return coulomb_impulse(law, y, f);
-      const Cone cone(law, y);
-      return friction_impulse(law, cone.n, cone.b, y, f);
-    }
-    case LawType::kEquality:
-      for (int i = 0; i < law.rows; ++i) f[i] = -y[i] / law.regularizer;
-      return;
-    case LawType::kDryFriction:
-      f[0] = DryFriction(law, y[0]).impulse();
-      return;
-  }
+  find_impulse(law, numbers_of(law), y, f);
 }
 
 void evaluate(const Law& law, const double* y, double* f, double* hessian) {
@@ -196,21 +207,8 @@ void evaluate(const Law& law, const double* y, double* f, double* hessian) {
       hessian[0] = scalar.a;
       return;
     }
-    case LawType::kFrictionCone: {
-      if (law.coulomb) {
-        const CoulombCone cone = coulomb_cone(law, y);
-        friction_impulse(law, cone.n, cone.b, y, f);
-        friction_hessian(law,
-                         {cone.n_slope, cone.p_slope, cone.b, -cone.p_by_n * cone.n_slope, 0.0},
-                         cone.e, hessian);
-        lean_impulse(law, f);
-        return lean_hessian(law, hessian);
-      }
-      const Cone cone(law, y);
-      friction_impulse(law, cone.n, cone.b, y, f);
-      return friction_hessian(law, {cone.mean, cone.mean, cone.b, cone.difference, cone.difference},
-                              cone.e, hessian);
-    }
+    case LawType::kFrictionCone:
+      return evaluate_friction(law, y, f, hessian);
     case LawType::kEquality:
       std::fill(hessian, hessian + law.rows * law.rows, 0.0);
       for (int i = 0; i < law.rows; ++i) {
@@ -219,7 +217,7 @@ void evaluate(const Law& law, const double* y, double* f, double* hessian) {
       }
       return;
     case LawType::kDryFriction: {
-      const DryFriction dry(law, y[0]);
+      const DryFriction<double> dry(numbers_of(law), y[0]);
       f[0] = dry.impulse();
       hessian[0] = dry.hessian(law);
       return;
@@ -234,9 +232,10 @@ double potential(const Law& law, const double* y) {
       return scalar_potential(y[0], ScalarLaw(y[0], r, k), r, k);
     case LawType::kFrictionCone: {
       if (law.coulomb) return std::numeric_limits<double>::quiet_NaN();
-      const Cone cone(law, y);
-      return 0.5 * (scalar_potential(cone.lambda_plus, cone.plus, cone.rho, k) +
-                    scalar_potential(cone.lambda_minus, cone.minus, cone.rho, k));
+      const double rho = normal_regularizer(law), t = de_saxce_shift(law, y);
+      const ConvexCone<double> cone(y[0], t, {rho, rho, 0.0, k});
+      return 0.5 * (scalar_potential(y[0] + t, cone.plus, rho, k) +
+                    scalar_potential(y[0] - t, cone.minus, rho, k));
     }
     case LawType::kEquality: {
       double square = 0.0;
@@ -244,33 +243,20 @@ double potential(const Law& law, const double* y) {
       return square / (2.0 * r);
     }
     case LawType::kDryFriction:
-      return DryFriction(law, y[0]).potential(law);
+      return DryFriction<double>(numbers_of(law), y[0]).potential(law);
   }
   return 0.0;
 }
 
 Slope slope(const Law& law, const double* y, const double* d) {
   Slope out;
-  if (law.type == LawType::kFrictionCone && law.coulomb) {
-    double f[kMaxRows], hessian[kMaxRows * kMaxRows];
-    evaluate(law, y, f, hessian);
-    for (int i = 0; i < law.rows; ++i) {
-      out.first -= f[i] * d[i];
-      for (int j = 0; j < law.rows; ++j) out.second += d[i] * hessian[i * law.rows + j] * d[j];
-    }
-    return out;
+  double f[kMaxRows], hessian[kMaxRows * kMaxRows];
+  evaluate(law, y, f, hessian);
+  for (int i = 0; i < law.rows; ++i) {
+    out.first -= f[i] * d[i];
+    for (int j = 0; j < law.rows; ++j) out.second += d[i] * hessian[i * law.rows + j] * d[j];
   }
-  if (law.type == LawType::kFrictionCone) return cone_slope(law, Cone(law, y), d);
-  if (law.type == LawType::kEquality) {
-    for (int i = 0; i < law.rows; ++i) {
-      out.first += y[i] * d[i] / law.regularizer;
-      out.second += d[i] * d[i] / law.regularizer;
-    }
-    return out;
-  }
-  double f = 0.0, hessian = 0.0;
-  evaluate(law, y, &f, &hessian);
-  return {-f * d[0], hessian * d[0] * d[0]};
+  return out;
 }
 
 Rows impulse(const Law& law, const Rows& y) {
@@ -286,6 +272,35 @@ Evaluation evaluate(const Law& law, const Rows& y) {
   evaluate(law, y.data(), out.impulse.data(), hessian);
   out.hessian = Eigen::Map<const RowMatrix>(hessian, law.rows, law.rows);
   out.potential = potential(law, y.data());
+  return out;
+}
+
+Sensitivity compute_sensitivity(const Law& law, const Rows& y) {
+  // Parameters: r, k, slip speed, bound, friction.
+  using Number = Dual<4 + kMaxRows - 1>;
+  // The derivative by k at k = 0 is one-sided, as it is at a k that is negligible.
+  constexpr double kNegligible = 1e-100;
+  LawNumbers<Number> numbers{Number::parameter(law.regularizer, 0),
+                             Number::parameter(std::max(law.smoothing, kNegligible), 1),
+                             Number::parameter(law.slip_speed, 2),
+                             Number::parameter(law.bound, 3),
+                             {}};
+  for (int j = 0; j + 1 < kMaxRows; ++j)
+    numbers.friction[j] = Number::parameter(law.friction[j], 4 + j);
+  Number f[kMaxRows];
+  find_impulse(law, numbers, y.data(), f);
+  Sensitivity out;
+  out.velocity = -evaluate(law, y).hessian;
+  for (Rows* rows : {&out.regularizer, &out.smoothing, &out.slip_speed, &out.bound})
+    rows->resize(law.rows);
+  out.friction.resize(law.rows, law.rows - 1);
+  for (int i = 0; i < law.rows; ++i) {
+    out.regularizer[i] = f[i].by[0];
+    out.smoothing[i] = f[i].by[1];
+    out.slip_speed[i] = f[i].by[2];
+    out.bound[i] = f[i].by[3];
+    for (int j = 0; j + 1 < law.rows; ++j) out.friction(i, j) = f[i].by[4 + j];
+  }
   return out;
 }
 

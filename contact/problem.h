@@ -127,7 +127,7 @@ class Problem {
 // rho and R_i = rho / mu_i^2. There is no division by tau or by mu: without friction the normal row
 // is the unilateral law.
 //
-// Regularized Coulomb friction (`coulomb`, laws/coulomb.h): the normal impulse depends on the
+// Regularized Coulomb friction (`coulomb`, laws/cones.h): the normal impulse depends on the
 // normal velocity alone, f_N = g(y_N), and friction is -z_T / rho clamped to |phi_T| <= f_N,
 // smoothed. It has no potential: G has a column df_T/dy_N, but the row df_N/dy_T is zero.
 
@@ -205,7 +205,7 @@ inline constexpr double kMinRegularizingFriction = 0.1;
 /// that R_T = r sets the creep; a smaller mu would make the normal row finer than round-off can
 /// resolve.
 double normal_regularizer(const Law& law);
-/// Returns v [m/s], the slip speed of a Coulomb cone in the scaled coordinates of laws/coulomb.h:
+/// Returns v [m/s], the slip speed of a Coulomb cone in the scaled coordinates of laws/cones.h:
 /// friction[0] slip_speed.
 double scaled_slip_speed(const Law& law);
 

@@ -12,7 +12,11 @@
 
 namespace counterpoint::contact {
 
-using Four = double __attribute__((vector_size(32)));
+/// Structures with members of type Four are declared alignas(kFourBytes), with these members first:
+/// the version of a function for wide registers expects this alignment, the rest of the program
+/// does not know it.
+inline constexpr int kFourBytes = 32;
+using Four = double __attribute__((vector_size(kFourBytes)));
 using Two = double __attribute__((vector_size(16)));
 
 /// Rounds `count` up to a multiple of four.

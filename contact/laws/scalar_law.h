@@ -16,13 +16,14 @@
 namespace counterpoint::contact {
 
 /// g, its slope and s at one lambda, or at four, without cancellation on either side of zero. Real:
-/// double or Four, with the same bits.
+/// double, Four (both have the same bits) or Dual.
 template <class Real>
 struct ScalarLawOf {
   Real g{};  ///< impulse [N s]
   Real s{};  ///< [m/s]
   Real a{};  ///< -g' = g / s >= 0
 
+  ScalarLawOf() = default;
   COUNTERPOINT_INTO_EACH ScalarLawOf(const Real& lambda, const Real& r, const Real& k) {
     // The maximum matters only where lambda^2 underflows.
     square_root(lambda * lambda + 4.0 * r * k, s);

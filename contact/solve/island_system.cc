@@ -219,9 +219,9 @@ void IslandSystem::place_constraints() {
 }
 
 bool IslandSystem::unsymmetric() const {
-  return lanes_.coulomb().count() > 0 || std::any_of(single_.begin(), single_.end(), [this](int i) {
-           return constraints_[i].law.coulomb;
-         });
+  return !lanes_.coulomb().empty() || std::any_of(single_.begin(), single_.end(), [this](int i) {
+    return constraints_[i].law.coulomb;
+  });
 }
 
 void IslandSystem::estimate_inverse_masses() {

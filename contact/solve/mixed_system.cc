@@ -20,11 +20,10 @@ void MixedSystem::Point::add(double step, const Point& d) {
 
 void MixedSystem::reserve(const IslandSystem& system) {
   for (auto* v : {&dual_, &momentum_}) v->reserve(system.size());
-  for (auto* v : {&y_, &f_, &error_, &rhs_, &dy_, &y_trial_, &phi_trial_, &scales_})
+  for (auto* v : {&y_, &f_, &rhs_, &dy_, &y_trial_, &phi_trial_, &scales_})
     v->reserve(system.num_rows());
   hessian_.reserve(system.hessian_size());
-  laws_.reserve(system.constraints().size());
-  for (MixedLanes& lanes : lanes_) lanes.reserve(static_cast<int>(system.constraints().size()));
+  laws_.reserve(system);
 }
 
 void MixedSystem::begin(IslandSystem& system, double sigma_share) {
@@ -32,20 +31,14 @@ void MixedSystem::begin(IslandSystem& system, double sigma_share) {
   extra_smoothing = 0.0;
   const size_t n = system.size(), m = system.num_rows();
   for (auto* v : {&dual_, &momentum_}) v->resize(n);
-  for (auto* v : {&y_, &f_, &error_, &rhs_, &dy_, &y_trial_, &phi_trial_}) v->resize(m);
+  for (auto* v : {&y_, &f_, &rhs_, &dy_, &y_trial_, &phi_trial_}) v->resize(m);
   hessian_.resize(system.hessian_size());
   scales_.assign(m, 1.0);
   for (const auto& c : system.constraints()) {
     if (c.law.type != LawType::kFrictionCone) continue;
     for (int r = 1; r < c.law.rows; ++r) scales_[c.row + r] = c.law.friction[r - 1];
   }
-  lanes_[0].begin(system.lanes().coulomb(), sigma_share);
-  lanes_[1].begin(system.lanes().convex(), sigma_share);
-  laws_.clear();
-  for (const int i : system.single()) {
-    const auto& c = system.constraints()[i];
-    laws_.emplace_back(c, sigma_share * c.inverse_mass);
-  }
+  laws_.begin(system, sigma_share);
 }
 
 void MixedSystem::guess(const std::vector<double>& f, std::vector<double>& phi) {
@@ -55,12 +48,7 @@ void MixedSystem::guess(const std::vector<double>& f, std::vector<double>& phi) 
                                       [&](const auto& c) { return std::isnan(f[c.row]); });
   if (!all_given) {
     system_->constraint_velocity(system_->free_velocity(), y_.data());
-    for (MixedLanes& lanes : lanes_) lanes.impulses(y_.data(), extra_smoothing, phi.data());
-    for (WideLaw& law : laws_) {
-      double* x = phi.data() + law.row;
-      for (int r = 0; r < law.rows; ++r) x[r] = law.scale[r] * y_[law.row + r];
-      law.evaluate(extra_smoothing, x);
-    }
+    laws_.impulses(y_.data(), extra_smoothing, phi.data());
   }
   for (const auto& c : constraints) {
     if (std::isnan(f[c.row])) continue;
@@ -74,27 +62,15 @@ void MixedSystem::guess(const std::vector<double>& f, std::vector<double>& phi) 
 }
 
 // Evaluates the errors of all laws and their A; returns the weighted sum of squares of the errors.
-double MixedSystem::evaluate_laws(const double* y, const double* phi_all) {
-  law_square_ = 0.0;
-  for (MixedLanes& lanes : lanes_) law_square_ += lanes.evaluate(y, phi_all, extra_smoothing);
-  for (WideLaw& law : laws_) {
-    const double* phi = phi_all + law.row;
-    double* e = error_.data() + law.row;
-    for (int r = 0; r < law.rows; ++r)
-      e[r] = law.scale[r] * y[law.row + r] - (law.wide(r) - law.rho) * phi[r];
-    law.evaluate(extra_smoothing, e);
-    for (int r = 0; r < law.rows; ++r) {
-      e[r] -= phi[r];
-      law_square_ += law.wide(r) * e[r] * e[r];
-    }
-  }
+double MixedSystem::evaluate_laws(const double* y, const double* phi) {
+  law_square_ = laws_.evaluate(y, phi, extra_smoothing);
   return law_square_;
 }
 
 // Evaluates the momentum residual and the scale; returns the norm of both residuals.
 double MixedSystem::momentum_residual(const Point& point) {
   for (size_t i = 0; i < f_.size(); ++i) f_[i] = scales_[i] * point.phi[i];
-  for (const WideLaw& law : laws_) lean_impulse(*law.law, f_.data() + law.row);
+  for (const WideLaw& law : laws_.single()) lean_impulse(*law.law, f_.data() + law.row);
   const double* free = system_->free_velocity();
   const double* inverse = system_->inverse_diagonal();
   for (size_t i = 0; i < dual_.size(); ++i) dual_[i] = point.w[i] - free[i];
@@ -160,45 +136,19 @@ double MixedSystem::accept(const Point& d, Point& point) {
 }
 
 bool MixedSystem::factor() {
-  for (MixedLanes& lanes : lanes_) lanes.hessians(hessian_.data());
-  for (WideLaw& law : laws_) {
-    const int n = law.rows;
-    law.B = law.widening();
-    double* G = hessian_.data() + law.hessian;
-    for (int j = 0; j < n; ++j) {
-      double column[kMaxRows] = {}, product[kMaxRows], out[kMaxRows];
-      column[j] = law.scale[j];
-      law.apply(law.A, column, product);
-      law.apply(law.B, product, out);
-      law.unscale(out, out);
-      for (int i = 0; i < n; ++i) G[i * n + j] = out[i];
-    }
-  }
+  laws_.hessians(hessian_.data());
   return system_->factor(hessian_.data(), system_->unsymmetric());
 }
 
 // Solves M dw - J'D dphi = dual, dphi + A (D J dw - (sigma - rho) dphi) = error.
 void MixedSystem::direction(Point& out) {
-  for (MixedLanes& lanes : lanes_) lanes.right_side(rhs_.data());
-  for (const WideLaw& law : laws_) {
-    double x[kMaxRows];
-    law.apply(law.B, error_.data() + law.row, x);
-    law.unscale(x, rhs_.data() + law.row);
-  }
+  laws_.right_side(rhs_.data());
   out.w = dual_;
   system_->add_impulse(rhs_.data(), out.w.data());
   system_->solve(out.w.data());
   system_->multiply_jacobian(out.w.data(), dy_.data());
-  out.phi.resize(error_.size());
-  for (MixedLanes& lanes : lanes_) lanes.step(dy_.data(), out.phi.data());
-  for (const WideLaw& law : laws_) {
-    const int n = law.rows;
-    double dz[kMaxRows], x[kMaxRows];
-    for (int r = 0; r < n; ++r) dz[r] = law.scale[r] * dy_[law.row + r];
-    law.apply(law.A, dz, x);
-    for (int r = 0; r < n; ++r) x[r] = error_[law.row + r] - x[r];
-    law.apply(law.B, x, out.phi.data() + law.row);
-  }
+  out.phi.resize(rhs_.size());
+  laws_.step(dy_.data(), out.phi.data());
 }
 
 }  // namespace counterpoint::contact

@@ -24,8 +24,7 @@
 #include <vector>
 
 #include "counterpoint/contact/solve/island_system.h"
-#include "counterpoint/contact/solve/mixed_lanes.h"
-#include "counterpoint/contact/solve/wide_law.h"
+#include "counterpoint/contact/solve/wide_laws.h"
 
 namespace counterpoint::contact {
 
@@ -66,9 +65,7 @@ class MixedSystem {
   /// Scale of the terms of the last residual [sqrt J], as in Report.
   double scale() const { return scale_; }
   /// Number of constraints.
-  int num_laws() const {
-    return lanes_[0].count() + lanes_[1].count() + static_cast<int>(laws_.size());
-  }
+  int num_laws() const { return static_cast<int>(system_->constraints().size()); }
 
   /// Factors the derivative at the point of the last residual. False if singular.
   bool factor();
@@ -85,11 +82,9 @@ class MixedSystem {
   double momentum_residual(const Point& point);
 
   IslandSystem* system_ = nullptr;
-  MixedLanes lanes_[2];        ///< contacts with exact and with convex friction
-  std::vector<WideLaw> laws_;  ///< every law that is not in lanes_
+  WideLaws laws_;
   double law_square_ = 0.0, dual_square_ = 0.0, scale_ = 0.0, step_ = 0.0;
-  // Negated residuals: of momentum, and of the laws in phi.
-  std::vector<double> dual_, error_;
+  std::vector<double> dual_;    ///< negated residual of momentum
   std::vector<double> scales_;  ///< D, by rows
   std::vector<double> y_, f_, momentum_, hessian_, rhs_, dy_, y_trial_, phi_trial_;
 };

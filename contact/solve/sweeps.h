@@ -12,7 +12,7 @@
 
 #include "counterpoint/contact/solve/mixed_system.h"
 #include "counterpoint/contact/solve/responses.h"
-#include "counterpoint/contact/solve/wide_law.h"
+#include "counterpoint/contact/solve/wide_laws.h"
 
 namespace counterpoint::contact {
 

@@ -1,9 +1,9 @@
-// Regularized Coulomb friction of one contact: the decoupled law of coulomb.h.
+// Regularized Coulomb friction of one contact: the decoupled law of cones.h.
 #include <gtest/gtest.h>
 
 #include "contact/rounding.h"
 #include "contact/trials.h"
-#include "counterpoint/contact/laws/coulomb.h"
+#include "counterpoint/contact/laws/cones.h"
 #include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact::coulomb_law_test {
@@ -32,7 +32,8 @@ Sample random_velocity(Random& random) {
 
 // Evaluates phi at z for regularizers rho_N and rho and slip speed v; returns |phi_T|.
 double scaled_impulse(const Sample& at, double rho_N, double rho, double v, double k, double* phi) {
-  const CoulombCone cone(at.z, at.rows, rho_N, rho, v, k);
+  const CoulombCone<double> cone =
+      cone_at<CoulombCone>(ConeLaw<double>{rho_N, rho, v, k}, at.rows, at.z);
   phi[0] = cone.n;
   for (int i = 1; i < at.rows; ++i) phi[i] = -cone.b * at.z[i];
   return cone.p;

@@ -83,14 +83,9 @@ contact::Rows impulse_change(const contact::Law& law, const contact::Rows& y,
   contact::Rows moved = dy;
   moved[0] += change.bias;
   contact::Rows df = by.velocity.lazyProduct(moved);
-  // At the corner of a hard law these are not finite: zero changes must not count.
-  if (change.regularizer != 0.0) df += change.regularizer * by.regularizer;
-  if (change.smoothing != 0.0) df += change.smoothing * by.smoothing;
-  if (change.bound != 0.0) df += change.bound * by.bound;
-  if (change.slip_speed != 0.0) df += change.slip_speed * by.slip_speed;
-  for (int j = 0; j + 1 < law.rows; ++j)
-    if (law.type == contact::LawType::kFrictionCone && change.friction[j] != 0.0)
-      df += change.friction[j] * by.friction.col(j);
+  df += change.regularizer * by.regularizer + change.smoothing * by.smoothing +
+        change.bound * by.bound + change.slip_speed * by.slip_speed;
+  for (int j = 0; j + 1 < law.rows; ++j) df += change.friction[j] * by.friction.col(j);
   return df;
 }
 
