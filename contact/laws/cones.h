@@ -1,8 +1,8 @@
-// The two friction cones at one velocity or at four, written once for every kind of number. Internal
-// to the laws.
+// The two friction cones at one velocity or at four, written once for every kind of number.
+// Internal to the laws.
 //
-// Scaled coordinates are z_i = mu_i y_i and f_i = mu_i phi_i, with t = |z_T|; g, s and a are those of
-// the scalar law (scalar_law.h).
+// Scaled coordinates are z_i = mu_i y_i and f_i = mu_i phi_i, with t = |z_T|; g, s and a are those
+// of the scalar law (scalar_law.h).
 //
 // The convex cone applies the scalar law to the eigenvalues z_N +- t; problem.h has the formulas.
 //
@@ -31,8 +31,8 @@ struct ConeLaw {
   Real k{};             ///< smoothing [J]
 };
 
-/// Linear map of scaled rows: a matrix in the directions (normal, e), where e is the unit vector along
-/// the friction rows of z, and a multiple of the identity across them. e[0] is unused.
+/// Linear map of scaled rows: a matrix in the directions (normal, e), where e is the unit vector
+/// along the friction rows of z, and a multiple of the identity across them. e[0] is unused.
 template <class Real>
 struct ConeMap {
   Real normal{}, radial{}, across{};
@@ -105,8 +105,8 @@ struct CoulombCone {
   /// Computes -dphi/dz.
   COUNTERPOINT_INTO_EACH void slopes(ConeMap<Real>& out) const {
     const Real half = Real{} + 0.5, none{}, share = slack.g / n;
-    const Real by_n = (slack_push_ / slack.s) * (p / n) * (1.0 + share) +
-                      (slip_ / slack.s) * (p / n) * share;
+    const Real by_n =
+        (slack_push_ / slack.s) * (p / n) * (1.0 + share) + (slip_ / slack.s) * (p / n) * share;
     const Real p_by_n = loaded_ ? (slack.s > 0.0 ? by_n : half) : none;
     out = {normal.a, loaded_ ? slack.a : none, b, -p_by_n * normal.a, none};
   }

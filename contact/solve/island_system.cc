@@ -12,8 +12,6 @@ namespace {
 // Largest growth of LU without pivoting that is accepted: Newton's direction then has about ten
 // correct digits.
 constexpr double kMostGrowth = 1e5;
-// Smallest inverse mass at a constraint as a share of the island's largest.
-constexpr double kLeastInverseMass = 1e-9;
 
 }  // namespace
 
@@ -233,7 +231,7 @@ void IslandSystem::estimate_inverse_masses() {
     largest = std::max(largest, c.inverse_mass);
   }
   // Along a normal in which nothing can move the inverse mass would be round-off.
-  const double least = kLeastInverseMass * largest;
+  const double least = std::sqrt(std::numeric_limits<double>::epsilon()) * largest;
   for (Constraint& c : constraints_) c.inverse_mass = std::max(c.inverse_mass, least);
 }
 

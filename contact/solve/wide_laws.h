@@ -18,7 +18,7 @@ template <class Real_, int kMost>
 struct Widened {
   using Real = Real_;
   static constexpr int kMostRows = kMost;
-  Real rho{}, sigma{}, sigma_T{};  ///< of friction: sigma_T
+  Real rho{}, sigma{}, sigma_T{};  ///< regularizers [1/kg]; friction has sigma_T
   Real scale[kMost];               ///< D
   Real e[kMost] = {};              ///< unit vector along the friction part of x; e[0] unused
   Real error[kMost];               ///< F_sigma(x) - phi

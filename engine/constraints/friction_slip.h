@@ -6,7 +6,7 @@
 // Joints, closures and the world do not connect: a grip does not slip because a wheel of the same
 // robot skids.
 //
-// The slip at which friction reaches its bound grows by v_slip (contact/laws/coulomb.h), whatever
+// The slip at which friction reaches its bound grows by v_slip (contact/laws/cones.h), whatever
 // the load. The distribution of loads over sticking contacts changes with every micrometre of
 // motion; a slip of a thousandth of that motion prevents this. The slip vanishes with the motion,
 // and with h like the error of the integrator; unlike creep by compliance it does not depend on the
