@@ -39,7 +39,7 @@ constexpr int kFinishSteps = 20;
 // differ by 1e8. kSoftest limits the factor.
 constexpr double kLittleSofter = 32.0, kSoftCompliance = 4e-3;
 constexpr double kSoftest = kLittleSofter * kLittleSofter * kLittleSofter;
-constexpr int kSofterSteps = 200;
+constexpr int kSofterSteps = 80;
 // Shortest stage of the continuation back to the given laws, in the logarithm of the factor.
 constexpr double kLeastStage = 1e-3;
 
@@ -211,12 +211,12 @@ double IslandSolver::softer_factor() const {
   return softest > 0.0 ? std::clamp(kSoftCompliance / softest, 1.0, kSoftest) : kSoftest;
 }
 
-bool IslandSolver::solve_softer(double factor) {
-  budget_ = std::min(max_iterations_, budget_ + kSofterSteps);
+bool IslandSolver::solve_softer(double factor, int max_iterations) {
+  budget_ = std::min(max_iterations_, budget_ + max_iterations);
   set_softness({factor, true});
   w_ = start_;
   best_w_.clear();
-  return finish(kSofterSteps);
+  return finish(max_iterations);
 }
 
 // Solves with softer laws, whose cost has a minimum that a line search finds from anywhere. Where
@@ -227,12 +227,12 @@ bool IslandSolver::run_softer() {
   for (const auto& c : system_->constraints()) own_.push_back(c.law);
   own_best_w_ = best_w_;
   const double most = exact_ ? kSoftest : softer_factor();
-  bool arrived = !exact_ && most > kLittleSofter && solve_softer(kLittleSofter);
-  if (!arrived) arrived = solve_softer(most);
+  bool arrived = !exact_ && most > kLittleSofter && solve_softer(kLittleSofter, kSofterSteps);
+  if (!arrived) arrived = solve_softer(most, max_iterations_);
   double factor = most;
-  while (!exact_ && !arrived && budget_ < max_iterations_) {
+  while (!exact_ && !arrived && allowed(1) > 0 && std::isfinite(factor)) {
     factor *= kLittleSofter * kLittleSofter;
-    arrived = solve_softer(factor);
+    arrived = solve_softer(factor, max_iterations_);
   }
   if (!exact_) return arrived;
   if (arrived) walk_back();

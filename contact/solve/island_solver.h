@@ -43,7 +43,7 @@ class IslandSolver {
   bool run_softer();
   void walk_back();
   double softer_factor() const;
-  bool solve_softer(double factor);
+  bool solve_softer(double factor, int max_iterations);
   bool finish(int max_iterations, double contraction = 1.0);
   bool resume(int max_iterations);
   bool keep_best();
