@@ -56,4 +56,7 @@ struct Sensitivity {
 /// `smoothing` is huge.
 Sensitivity compute_sensitivity(const Law& law, const Rows& y);
 
+/// Computes df/d slip_speed [kg] alone.
+Rows slip_speed_derivative(const Law& law, const Rows& y);
+
 }  // namespace counterpoint::contact

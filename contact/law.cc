@@ -24,8 +24,9 @@ struct LawNumbers {
   }
 };
 
-LawNumbers<double> numbers_of(const Law& law) {
-  LawNumbers<double> out{law.regularizer, law.smoothing, law.slip_speed, law.bound, {}};
+template <class Real = double>
+LawNumbers<Real> numbers_of(const Law& law) {
+  LawNumbers<Real> out{law.regularizer, law.smoothing, law.slip_speed, law.bound, {}};
   std::copy(law.friction.begin(), law.friction.end(), out.friction);
   return out;
 }
@@ -275,22 +276,21 @@ Evaluation evaluate(const Law& law, const Rows& y) {
   return out;
 }
 
-Sensitivity compute_sensitivity(const Law& law, const Rows& y) {
-  // Parameters: r, k, slip speed, bound, friction.
-  using Number = Dual<4 + kMaxRows - 1>;
+namespace {
+
+// The parameters are r, k, slip speed, bound and N - 4 friction coefficients. An even N lets the
+// compiler take two derivatives at a time.
+template <int N>
+void find_sensitivity(const Law& law, const Rows& y, Sensitivity& out) {
+  using Number = Dual<N>;
   // The derivative by k at k = 0 is one-sided, as it is at a k that is negligible.
   constexpr double kNegligible = 1e-100;
-  LawNumbers<Number> numbers{Number::parameter(law.regularizer, 0),
-                             Number::parameter(std::max(law.smoothing, kNegligible), 1),
-                             Number::parameter(law.slip_speed, 2),
-                             Number::parameter(law.bound, 3),
-                             {}};
-  for (int j = 0; j + 1 < kMaxRows; ++j)
-    numbers.friction[j] = Number::parameter(law.friction[j], 4 + j);
+  LawNumbers<Number> numbers = numbers_of<Number>(law);
+  numbers.k.value = std::max(law.smoothing, kNegligible);
+  numbers.r.by[0] = numbers.k.by[1] = numbers.slip.by[2] = numbers.bound.by[3] = 1.0;
+  for (int j = 0; j + 1 < law.rows; ++j) numbers.friction[j].by[4 + j] = 1.0;
   Number f[kMaxRows];
   find_impulse(law, numbers, y.data(), f);
-  Sensitivity out;
-  out.velocity = -evaluate(law, y).hessian;
   for (Rows* rows : {&out.regularizer, &out.smoothing, &out.slip_speed, &out.bound})
     rows->resize(law.rows);
   out.friction.resize(law.rows, law.rows - 1);
@@ -301,6 +301,30 @@ Sensitivity compute_sensitivity(const Law& law, const Rows& y) {
     out.bound[i] = f[i].by[3];
     for (int j = 0; j + 1 < law.rows; ++j) out.friction(i, j) = f[i].by[4 + j];
   }
+}
+
+}  // namespace
+
+Sensitivity compute_sensitivity(const Law& law, const Rows& y) {
+  Sensitivity out;
+  double f[kMaxRows], hessian[kMaxRows * kMaxRows];
+  evaluate(law, y.data(), f, hessian);
+  out.velocity = -Eigen::Map<const RowMatrix>(hessian, law.rows, law.rows);
+  if (law.rows <= 3) {
+    find_sensitivity<6>(law, y, out);
+  } else {
+    find_sensitivity<10>(law, y, out);
+  }
+  return out;
+}
+
+Rows slip_speed_derivative(const Law& law, const Rows& y) {
+  LawNumbers<Dual<1>> numbers = numbers_of<Dual<1>>(law);
+  numbers.slip.by[0] = 1.0;
+  Dual<1> f[kMaxRows];
+  find_impulse(law, numbers, y.data(), f);
+  Rows out(law.rows);
+  for (int i = 0; i < law.rows; ++i) out[i] = f[i].by[0];
   return out;
 }
 

@@ -15,8 +15,6 @@ struct Dual {
   Dual() = default;
   Dual(double constant) : value(constant) {}  // NOLINT: implicit, since formulas have constants
   Dual(double x, const Derivatives& derivatives) : value(x), by(derivatives) {}
-  /// Returns parameter number `index` with this value.
-  static Dual parameter(double x, int index) { return {x, Derivatives::Unit(index)}; }
 
   friend Dual operator-(const Dual& x) { return {-x.value, -x.by}; }
   friend Dual operator+(const Dual& x, const Dual& y) { return {x.value + y.value, x.by + y.by}; }
@@ -24,6 +22,8 @@ struct Dual {
   friend Dual operator*(const Dual& x, const Dual& y) {
     return {x.value * y.value, x.by * y.value + x.value * y.by};
   }
+  friend Dual operator*(double x, const Dual& y) { return {x * y.value, x * y.by}; }
+  friend Dual operator*(const Dual& x, double y) { return y * x; }
   friend Dual operator/(const Dual& x, const Dual& y) {
     const double ratio = x.value / y.value;
     return {ratio, (x.by - ratio * y.by) / y.value};

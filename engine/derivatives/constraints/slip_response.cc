@@ -35,8 +35,7 @@ void SlipResponse::add(const Model& model, const PairConstraint& pair,
   if (pair.fastest_contact < 0 || !(pair.law.slip_speed > 0.0)) return;
   contact::Rows y = relative_velocity(pair, data, V_next);
   for (int i = 0; i < pair.law.rows; ++i) y[i] += pair.law.bias[static_cast<size_t>(i)];
-  const contact::Rows by_slip = contact::compute_sensitivity(pair.law, y).slip_speed;
-  const Force force = pair_impulse(pair, by_slip) * (share / h);
+  const Force force = pair_impulse(pair, contact::slip_speed_derivative(pair.law, y)) * (share / h);
   add(model, pair.body_b, pair.fastest_contact, pair.position, force, data);
   add(model, pair.body_a, pair.fastest_contact, pair.position, force * -1.0, data);
 }
