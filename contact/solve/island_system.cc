@@ -230,8 +230,9 @@ void IslandSystem::estimate_inverse_masses() {
         jacobian_.first_row_square(jacobian_.constraints()[i], inverse_diagonal_.data());
     largest = std::max(largest, c.inverse_mass);
   }
-  // Along a normal in which nothing can move the inverse mass would be round-off.
-  const double least = std::sqrt(std::numeric_limits<double>::epsilon()) * largest;
+  // Along a normal in which nothing can move the inverse mass would be round-off; those of the
+  // heaviest of masses 1 : 1e8 stay as they are.
+  const double least = std::pow(std::numeric_limits<double>::epsilon(), 2.0 / 3.0) * largest;
   for (Constraint& c : constraints_) c.inverse_mass = std::max(c.inverse_mass, least);
 }
 
