@@ -47,7 +47,7 @@ void cone_impulse(const Law& law, const LawNumbers<Real>& numbers, const double*
   const Cone<Real> cone = cone_at<Cone>(numbers.cone(), law.rows, z);
   f[0] = cone.n;
   for (int i = 1; i < law.rows; ++i) f[i] = -numbers.friction[i - 1] * cone.b * z[i];
-  for (int i = 0; leans(law) && i < 2; ++i) f[i + 1] -= law.lean[i] * f[0];
+  lean_impulse(law, f);
 }
 
 // Dry friction f = -2 F y / (s1 + s2), the smoothed clamp of -y / r to [-F, F]: the difference of

@@ -180,8 +180,9 @@ bool is_valid(const Law& law);
 bool is_finite(const Law& law);
 inline bool leans(const Law& law) { return law.lean[0] != 0.0 || law.lean[1] != 0.0; }
 /// Subtracts lean f_N from the friction of f, `law.rows` numbers: an impulse of the upright cone,
-/// or any other, since the map is linear.
-inline void lean_impulse(const Law& law, double* f) {
+/// or any other, since the map is linear. Real: a kind of number.
+template <class Real>
+void lean_impulse(const Law& law, Real* f) {
   for (int i = 0; leans(law) && i < 2; ++i) f[i + 1] -= law.lean[i] * f[0];
 }
 

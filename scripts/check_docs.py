@@ -81,7 +81,7 @@ class Sources:
                 for suite, test in TEST_MACRO.findall(text):
                     self.suites.add(suite)
                     self.tests.add(f"{suite}.{test}")
-                    self.ctests.append(f"{folder}.{suite}.{test}")
+                    self.ctests.append(f"{folder}.{suite}")
             if name.endswith("CMakeLists.txt"):
                 for test in re.findall(r"add_test\(\s*NAME\s+([^\s)]+)", text):
                     self.ctests.append(re.sub(r"\$\{\w+\}", "x", test))

@@ -1,5 +1,5 @@
-# Lists the suites of a GoogleTest program for ctest, one test a suite: a process of its own for every test would take
-# a sixth of the time of all tests.
+# Lists the suites of a GoogleTest program for ctest, one test a suite: most tests take less time than the start of a
+# process.
 # cmake -D PROGRAM= -D FOLDER= -D OUTPUT= -P list_suites.cmake
 execute_process(COMMAND ${PROGRAM} --gtest_list_tests OUTPUT_VARIABLE listed COMMAND_ERROR_IS_FATAL ANY)
 string(REGEX MATCHALL "(^|\n)[A-Za-z0-9_/]+\\." suites "${listed}")

@@ -193,7 +193,7 @@ void ContactFinder::find(const StepContext& at, const Kinematics& data, SleepMas
                          ConstraintSet& out, EffectCounts& counts) {
   const Model& model = at.model;
   const double h = at.h();
-  forget();
+  speed_.clear();
   std::vector<collision::Candidate>& candidates = search_.find(at, data, idle, out.far);
   find_crowds(at, candidates);
   const bool parks = parks_contacts(at.options);

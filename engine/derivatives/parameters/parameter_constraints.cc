@@ -67,15 +67,6 @@ Material material_change(const PreparedParameter& p, const Geometry& a, int inde
   return out;
 }
 
-/// Clears the coefficients whose effects are off (ConstraintFinder).
-Material only(EffectSet effects, Material m) {
-  if (!effects.has(Effect::kFriction)) m.friction = 0.0;
-  if (!effects.has(Effect::kTorsionalFriction)) m.torsional_friction = 0.0;
-  if (!effects.has(Effect::kRollingFriction)) m.rolling_friction = 0.0;
-  if (!effects.has(Effect::kRestitution)) m.restitution = 0.0;
-  return m;
-}
-
 /// Adds factor times the generalized force of a wrench at `arm` from a body's origin.
 void project(const Model& model, int body, const Vector3& arm, const Force& at, double factor,
              const Kinematics& data, VectorOut du) {
@@ -164,8 +155,8 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
     LawSource change = of_all;
     // A material given for the pair does not depend on that of either surface.
     if (model.find_pair_material(contact.geometry_a, contact.geometry_b) == nullptr)
-      change.material =
-          only(effects, material_change(p, a, contact.geometry_a, b, contact.geometry_b));
+      change.material = active_material(
+          material_change(p, a, contact.geometry_a, b, contact.geometry_b), effects);
     if (p.kind() == K::kGravity && !model.gravity().isZero(0.0))
       change.fall = pair.frame.col(0).dot(inverted.finder.contacts().relative_fall(effects, pair)) /
                     model.gravity().norm();
@@ -173,16 +164,15 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
     PlaceChange place;
     if (!find_place(p, model, contact, options.time_step, inverted, place)) return false;
     if (!find_slip(p, model, options, pair, inverted, change.slip_speed)) return false;
+    const Material material =
+        active_material(model.pair_material(contact.geometry_a, contact.geometry_b), effects);
     // Friction of bounces and of spinning patches is left to differences.
     if (contact::leans(pair.law) || pair.spins) return false;
     // The same for a bouncing ball whose place in the body moves: off the centre of mass its
     // impulse leans.
-    if (p.kind() == K::kHeight && pair.law.coulomb &&
-        only(effects, model.pair_material(contact.geometry_a, contact.geometry_b)).restitution >
-            0.0)
-      return false;
-    const Source source{only(effects, model.pair_material(contact.geometry_a, contact.geometry_b)),
-                        weights.contact[pair.body_a] + weights.contact[pair.body_b], contact.gap};
+    if (p.kind() == K::kHeight && pair.law.coulomb && material.restitution > 0.0) return false;
+    const Source source{material, weights.contact[pair.body_a] + weights.contact[pair.body_b],
+                        contact.gap};
     add_contact(model, options, effects, pair, source, change, place, inverted, du);
   }
   return true;
