@@ -130,15 +130,16 @@ bool IslandSolver::run_near(int max_iterations) {
   return finish_mixed(mixed_newton_.run_near(mixed_system_, allowed(max_iterations), point_));
 }
 
-// Returns whether to begin with sweeps. They are cheap beside Newton steps for free bodies,
-// but not for a tree, all of which responds to each impulse. With Coulomb friction they need a
-// guess: without one they carry the loads of a tower from level to level and leave more error in
-// friction than Newton's method can correct.
+// Returns whether to begin with sweeps. kTurnSteps of them are cheap beside Newton steps for more
+// free bodies than that, but not for a tree, all of which responds to each impulse. With Coulomb
+// friction they need a guess: without one they carry the loads of a tower from level to level and
+// leave more error in friction than Newton's method can correct.
 bool IslandSolver::sweeps_pay() const {
   const auto& blocks = system_->blocks();
   const auto& constraints = system_->constraints();
   const auto is_known = [this](const auto& c) { return !std::isnan(guess_[c.row]); };
-  return std::all_of(blocks.begin(), blocks.end(),
+  return blocks.size() > kTurnSteps &&
+         std::all_of(blocks.begin(), blocks.end(),
                      [](const auto& b) { return b.size <= kFreeBodySize; }) &&
          (!system_->unsymmetric() || std::any_of(constraints.begin(), constraints.end(), is_known));
 }
