@@ -42,6 +42,7 @@ enum class Quantity {
   // nv rows, for a step
   kAcceleration,     ///< (v_{t+1} - v_t) / h [m/s^2, rad/s^2]
   kAppliedForce,     ///< u_t [N, N m]
+  kEffortLimits,     ///< excess of u_t over the effort limits of the joints [N, N m]
   kUnactuatedForce,  ///< the same, for coordinates without a motor
   // for a frame, and a point or a body
   kPosition,         ///< 3 rows: position of the point in W [m]
@@ -76,6 +77,9 @@ struct Term {
   std::string name;        ///< name in reports
   VectorX weight;          ///< per row, in inverse units of the value
   VectorX target;          ///< per row, or nq for kConfiguration; empty: zero
+  /// kConfiguration: if not empty (nv), the target is start_q (+) offset; entries without weight do
+  /// not matter. A Planner counts it from the present state [m, rad].
+  VectorX offset;
   bool condition = false;  ///< the term must vanish (newton.h) instead of being weighed against the
                            ///< others
   FrameRange frames;

@@ -10,12 +10,13 @@
 namespace counterpoint::optimization {
 namespace {
 
-constexpr std::array<std::pair<Quantity, const char*>, 16> kNames = {{
+constexpr std::array<std::pair<Quantity, const char*>, 17> kNames = {{
     {Quantity::kConfiguration, "configuration"},
     {Quantity::kVelocity, "velocity"},
     {Quantity::kJointLimits, "joint_limits"},
     {Quantity::kAcceleration, "acceleration"},
     {Quantity::kAppliedForce, "applied_force"},
+    {Quantity::kEffortLimits, "effort_limits"},
     {Quantity::kUnactuatedForce, "unactuated_force"},
     {Quantity::kPosition, "position"},
     {Quantity::kOrientation, "orientation"},
@@ -52,6 +53,8 @@ void check_term(const Model& model, const Term& term) {
   if (term.target.size() > 0)
     check_size((term.name + ": target").c_str(), term.target.size(),
                term.quantity == Quantity::kConfiguration ? model.nq() : term.weight.size());
+  if (term.offset.size() > 0)
+    check_size((term.name + ": offset").c_str(), term.offset.size(), model.nv());
   if (term.quantity == Quantity::kConfiguration && term.target.size() == 0)
     throw InputError(term.name + ": a configuration needs a target");
   if (term.body < 0 || term.body >= model.num_bodies())
@@ -92,7 +95,8 @@ std::string quantity_names() {
 
 bool of_step(Quantity quantity) {
   return quantity == Quantity::kAcceleration || quantity == Quantity::kAppliedForce ||
-         quantity == Quantity::kUnactuatedForce || quantity == Quantity::kContactForce;
+         quantity == Quantity::kEffortLimits || quantity == Quantity::kUnactuatedForce ||
+         quantity == Quantity::kContactForce;
 }
 
 bool of_coordinates(Quantity quantity) { return quantity <= Quantity::kUnactuatedForce; }

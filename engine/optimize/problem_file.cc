@@ -2,9 +2,9 @@
 
 #include <cmath>
 #include <numbers>
-#include <random>
 
 #include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/optimize/control/normal.h"
 #include "counterpoint/engine/optimize/files/pose_reader.h"
 #include "counterpoint/engine/optimize/files/term_reader.h"
 #include "counterpoint/engine/optimize/optimize.h"
@@ -21,7 +21,7 @@ class ProblemReader {
       : root_(YamlValue::load(file)), steps_(steps) {
     root_.expect_map({"name", "scene", "time_step", "steps", "start", "goal", "periodic", "guess",
                       "passive", "terms", "continuation", "max_iterations", "stage_iterations",
-                      "tolerance", "violation_tolerance"});
+                      "tolerance", "violation_tolerance", "control"});
     out_.file = file;
     out_.name = root_.has("name") ? root_.at("name").text() : file.stem().string();
     const std::filesystem::path scene = root_.at("scene").text();
@@ -214,13 +214,7 @@ std::vector<VectorX> seeded_guess(const ProblemFile& file, std::uint64_t seed) {
   std::vector<VectorX> frames = file.guess;
   if (seed == 0 || file.noise == 0.0) return frames;
   const Model& model = *file.problem.model;
-  std::mt19937_64 generator(seed);
-  // Box-Muller transform, since std::normal_distribution differs between standard libraries.
-  const auto uniform = [&] { return (static_cast<double>(generator() >> 11) + 0.5) * 0x1.0p-53; };
-  const auto normal = [&] {
-    const double radius = std::sqrt(-2.0 * std::log(uniform()));
-    return radius * std::cos(2.0 * std::numbers::pi * uniform());
-  };
+  NormalNumbers normal(seed);
   VectorX change = VectorX::Zero(model.nv());
   for (VectorX& q : frames) {
     for (int i = 1; i < model.num_bodies(); ++i) {

@@ -99,7 +99,10 @@ TEST(Terms, GradientsOfEveryQuantityOnARandomTree) {
   for (const bool periodic : {false, true}) {
     for (int q = 0; q <= static_cast<int>(Quantity::kContactForce); ++q) {
       const auto quantity = static_cast<Quantity>(q);
-      if (quantity == Quantity::kContactForce || quantity == Quantity::kJointLimits) continue;
+      // This tree has no limits, and touches nothing.
+      if (quantity == Quantity::kContactForce || quantity == Quantity::kJointLimits ||
+          quantity == Quantity::kEffortLimits)
+        continue;
       Start start = start_of(model, options, 5, periodic);
       start.problem.terms = {term_of(model, quantity, 11)};
       start.problem.terms[0].condition = q % 2 == 0;
@@ -136,12 +139,14 @@ TEST(Terms, GradientsThroughContactAndItsMirror) {
         model, frame, test::random_vector(model.nv(), static_cast<std::uint64_t>(t)), 0.02, frame);
     start.frames.push_back(frame);
   }
-  start.problem.terms = {unactuated_condition(model, start.problem.motors),
-                         term_of(model, Quantity::kAppliedForce, 3)};
   Stage stage;
   stage.options = start.problem.options;
   stage.options.effects.set(Effect::kLimits, false);
-  expect_gradient(start, stage, "humanoid");
+  for (const Quantity quantity : {Quantity::kAppliedForce, Quantity::kEffortLimits}) {
+    start.problem.terms = {unactuated_condition(model, start.problem.motors),
+                           term_of(model, quantity, 3)};
+    expect_gradient(start, stage, quantity_name(quantity));
+  }
 }
 
 // A rolling ball does not slide although its centre moves; without rotation it slides at that

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/optimize/files/pose_reader.h"
 #include "counterpoint/engine/optimize/optimize.h"
 #include "counterpoint/model/spatial.h"
@@ -55,7 +56,7 @@ void read_coordinate_weights(const YamlValue& in, const Model& model,
     term.weight.setOnes();
   }
   // Forces without a motor are not effort; kUnactuatedForce makes them vanish.
-  if (term.quantity == Quantity::kAppliedForce)
+  if (term.quantity == Quantity::kAppliedForce || term.quantity == Quantity::kEffortLimits)
     for (Eigen::Index i = 0; i < model.nv(); ++i)
       if (!motors[static_cast<std::size_t>(i)]) term.weight[i] = 0.0;
   scale_weights(in, model, term.weight);
@@ -63,7 +64,15 @@ void read_coordinate_weights(const YamlValue& in, const Model& model,
 
 void read_coordinate_target(const YamlValue& in, const Model& model, const VectorX& start,
                             const VectorX& goal, Term& term) {
-  if (term.quantity == Quantity::kConfiguration) {
+  if (in.has("ahead")) {
+    const YamlValue ahead = in.at("ahead");
+    if (term.quantity != Quantity::kConfiguration || in.has("target"))
+      ahead.fail("'ahead' is the target of a configuration, counted from the start");
+    term.offset.setZero(model.nv());
+    read_by_velocity(ahead, model, term.offset);
+    term.target = start;
+    integrate_configuration(model, start, term.offset, 1.0, term.target);
+  } else if (term.quantity == Quantity::kConfiguration) {
     term.target = start;
     if (!in.has("target") || in.at("target").is_text("start")) return;
     const YamlValue target = in.at("target");
@@ -136,7 +145,7 @@ std::vector<Term> read_body_terms(const YamlValue& in, const Model& model, const
 std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const VectorX& start,
                              const VectorX& goal) {
   const Model& model = *problem.model;
-  in.expect_map({"quantity", "name", "weight", "over", "target", "frames", "condition", "lever",
+  in.expect_map({"quantity", "name", "weight", "over", "target", "ahead", "frames", "condition", "lever",
                  "link", "links", "point", "points", "radius", "length", "axis", "rpy",
                  "late_weight"});
   Term term;

@@ -23,6 +23,11 @@ class Damping {
     growth_ = 2.0;
   }
   void set(double value) { value_ = value; }
+  /// Sets a lower bound of the damping.
+  void set_least(double least) {
+    least_ = least;
+    value_ = std::max(value_, least);
+  }
   void limit(double most) { value_ = std::min(value_, most); }
   /// Increased damping after a factorization that was not positive definite with `value`.
   static double stronger(double value) { return std::max(10.0 * value, kLeast); }
@@ -37,14 +42,14 @@ class Damping {
   void accept(double decrease, double expected) {
     const double gain = decrease / std::max(expected, 1e-300);
     const double factor = std::clamp(1.0 - std::pow(2.0 * gain - 1.0, 3), 0.1, 2.0);
-    value_ = std::max(kLeast, value_ * factor);
+    value_ = std::max(least_, value_ * factor);
     growth_ = 2.0;
   }
 
  private:
   static constexpr double kLeast = 1e-15, kMost = 1e8, kFirst = 1e-3;
 
-  double value_ = kFirst, growth_ = 2.0;
+  double value_ = kFirst, growth_ = 2.0, least_ = kLeast;
 };
 
 }  // namespace counterpoint::optimization

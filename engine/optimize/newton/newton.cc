@@ -67,6 +67,10 @@ double Newton::evaluate(std::vector<InstantValues>& values) {
     evaluators_[static_cast<std::size_t>(thread)]->evaluate(layout_, frames_, stage_, t,
                                                             multipliers_[i], values[i], nullptr);
   });
+  return cost_of(values);
+}
+
+double Newton::cost_of(const std::vector<InstantValues>& values) {
   double sum = 0.0;
   for (const InstantValues& v : values) sum += 0.5 * v.residual.squaredNorm();
   return std::isfinite(sum) ? sum : kInfinity;
@@ -78,6 +82,7 @@ void Newton::linearize() {
     evaluators_[static_cast<std::size_t>(thread)]->evaluate(
         layout_, frames_, stage_, t, multipliers_[i], values_[i], &normal_[i]);
   });
+  cost_ = cost_of(values_);
   assemble();
 }
 
@@ -134,12 +139,12 @@ double Newton::try_step(double bound, Iteration& iteration) {
     step_ *= bound / iteration.step;
     iteration.step = bound;
   }
-  const std::vector<VectorX> before = frames_.variables();
+  kept_ = frames_.variables();
   frames_.move(step_);
   const double cost = evaluate(trial_values_);
   const double decrease = cost_ - cost;
   if (!(decrease > 0.0)) {
-    frames_.set_variables(before);
+    frames_.set_variables(kept_);
     damping_.reject();
     return 0.0;
   }

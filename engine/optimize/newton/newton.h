@@ -32,7 +32,8 @@ class Newton {
   void begin(const Stage& stage, bool scale = true);
   /// Cost of the current motion; infinite if inverse dynamics fails.
   double cost() const { return cost_; }
-  /// Takes one iteration: linearizes, and tries steps until one lowers the cost.
+  /// Takes one iteration: linearizes, and tries steps until one lowers the cost. The frames may have
+  /// been changed since the last one. Does not allocate after the first iteration.
   Iteration iterate();
 
   /// Violation of all conditions over the instants.
@@ -50,14 +51,16 @@ class Newton {
   /// Restores the penalty that restored multipliers refer to.
   void restore_penalty(double penalty) { stage_.penalty = penalty; }
   void set_damping(double mu) { damping_.set(mu); }
+  void set_least_damping(double mu) { damping_.set_least(mu); }
   double damping() const { return damping_.value(); }
-  /// Fills J'J and J'r; public for tests.
+  /// Fills J'J and J'r, and sets the cost; public for tests.
   void linearize();
   const BlockCholesky& system() const { return system_; }
   const MatrixX& gradient() const { return gradient_; }
 
  private:
   double evaluate(std::vector<InstantValues>& values);
+  static double cost_of(const std::vector<InstantValues>& values);
   void assemble();
   void add_to_system(int instant);
   double try_step(double bound, Iteration& iteration);
@@ -73,6 +76,7 @@ class Newton {
   std::vector<VectorX> multipliers_;                    ///< one per instant: lambda by row
   BlockCholesky system_;
   MatrixX gradient_, shift_, step_;  ///< nv x slots
+  std::vector<VectorX> kept_;        ///< the variables before a trial
   double cost_ = 0.0;
   Damping damping_;
 };

@@ -1,9 +1,9 @@
 // Worker threads that are kept waiting, since starting a thread takes longer than an inverse step.
 #pragma once
 
-#include <condition_variable>
+#include <atomic>
+#include <cstdint>
 #include <exception>
-#include <functional>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -20,20 +20,30 @@ class ThreadPool {
 
   int size() const { return static_cast<int>(threads_.size()) + 1; }
   /// Calls task(i, thread) for i = 0 ... count - 1, each once, on any thread, and returns when all
-  /// are done. If tasks throw, rethrows one of the exceptions.
-  void run(int count, const std::function<void(int, int)>& task);
+  /// are done. Does not wait for threads that have no task yet. If tasks throw, rethrows one of the
+  /// exceptions. Does not allocate.
+  template <class Task>
+  void run(int count, const Task& task) {
+    run_calls(count, &task, [](const void* called, int i, int thread) {
+      (*static_cast<const Task*>(called))(i, thread);
+    });
+  }
 
  private:
+  using Call = void (*)(const void*, int, int);
+  void run_calls(int count, const void* task, Call call);
   void work(int thread);
   void take(int thread);
 
   std::vector<std::thread> threads_;
+  const void* task_ = nullptr;
+  Call call_ = nullptr;
+  /// Number of the round in the upper half, and of the tasks not yet taken in the lower half: a
+  /// thread can only take a task of the round it has seen.
+  std::atomic<std::uint64_t> open_{0};
+  std::atomic<int> unfinished_{0};
+  std::atomic<bool> quit_{false};
   std::mutex mutex_;
-  std::condition_variable start_, done_;
-  const std::function<void(int, int)>* task_ = nullptr;
-  int count_ = 0, next_ = 0, busy_ = 0;
-  long round_ = 0;
-  bool quit_ = false;
   std::exception_ptr error_;
 };
 

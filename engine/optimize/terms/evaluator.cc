@@ -11,7 +11,19 @@ namespace counterpoint::optimization {
 namespace {
 
 bool of_forces(Quantity quantity) {
-  return quantity == Quantity::kAppliedForce || quantity == Quantity::kUnactuatedForce;
+  return quantity == Quantity::kAppliedForce || quantity == Quantity::kEffortLimits ||
+         quantity == Quantity::kUnactuatedForce;
+}
+
+/// Excess of each force over the effort limit of its joint; 0 within it.
+void effort_excess(const Model& model, const VectorX& force, VectorX& out) {
+  out.setZero(model.nv());
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    const double limit = model.joint(i - 1).effort_limit;
+    for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k)
+      out[k] = force[k] - std::clamp(force[k], -limit, limit);
+  }
 }
 
 /// Excess of each limited coordinate over the limits tightened by `length`; 0 within them.
@@ -66,15 +78,15 @@ Evaluator::Evaluator(const Problem& problem)
 
 void Evaluator::gather(const Frames& frames, int instant, bool step) {
   const double h = problem_->h();
-  q_before_ = frames.at(instant - 1);
-  q_ = frames.at(instant);
+  frames.read(instant - 1, q_before_);
+  frames.read(instant, q_);
   configuration_difference(*model_, q_before_, q_, difference_);
   v_ = difference_ / h;
   differentiate_difference(difference_, rotations_, v_by_before_, v_by_at_);
   v_by_before_ *= 1.0 / h;
   v_by_at_ *= 1.0 / h;
   if (!step) return;
-  q_next_ = frames.at(instant + 1);
+  frames.read(instant + 1, q_next_);
   configuration_difference(*model_, q_, q_next_, difference_);
   w_ = difference_ / h;
   differentiate_difference(difference_, rotations_, w_by_at_, w_by_next_);
@@ -100,7 +112,7 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
     normal->gram.setZero(3 * nv, 3 * nv);
     normal->gradient.setZero(3 * nv);
   }
-  out.applied_force.resize(0);
+  if (!step) out.applied_force.resize(0);
   bool poses = false;
   for (const Span& span : layout.spans(instant)) {
     const Quantity quantity = problem_->terms[static_cast<std::size_t>(span.term)].quantity;
@@ -159,19 +171,25 @@ void Evaluator::set_rows(const Term& term, const Span& span, double factor,
 
 void Evaluator::evaluate_forces(const Term& term, const Span& span, double factor,
                                 const VectorX& multiplier, InstantValues& out, bool derivatives) {
-  value_ = inverse_.applied_force;
+  const bool limits = term.quantity == Quantity::kEffortLimits;
+  if (limits) {
+    effort_excess(*model_, inverse_.applied_force, value_);
+  } else {
+    value_ = inverse_.applied_force;
+  }
+  weight_ = factor * term.weight;
+  if (limits) weight_ = (value_.array() == 0.0).select(0.0, weight_);
   set_rows(term, span, factor, multiplier, out);
   if (!derivatives) return;
-  const VectorX weight = factor * term.weight;
-  force_weight2_ += weight.cwiseAbs2();
-  force_gradient_ += weight.cwiseProduct(out.residual.segment(span.first, span.rows));
+  force_weight2_ += weight_.cwiseAbs2();
+  force_gradient_ += weight_.cwiseProduct(out.residual.segment(span.first, span.rows));
 }
 
 void Evaluator::evaluate_coordinates(const Term& term, const Span& span, double factor,
                                      const VectorX& multiplier, InstantValues& out,
                                      NormalEquations* normal) {
   const TangentMap* maps[3] = {nullptr, nullptr, nullptr};
-  VectorX weight = factor * term.weight;
+  weight_ = factor * term.weight;
   switch (term.quantity) {
     case Quantity::kConfiguration:
       value_.resize(model_->nv());
@@ -189,7 +207,7 @@ void Evaluator::evaluate_coordinates(const Term& term, const Span& span, double 
       by_q_.set_identity(model_->nv(), rotations_.size());
       maps[1] = &by_q_;
       for (Eigen::Index i = 0; i < value_.size(); ++i)
-        if (value_[i] == 0.0) weight[i] = 0.0;
+        if (value_[i] == 0.0) weight_[i] = 0.0;
       break;
     default: {  // kAcceleration
       const double rate = 1.0 / problem_->h();
@@ -208,7 +226,7 @@ void Evaluator::evaluate_coordinates(const Term& term, const Span& span, double 
     }
   }
   set_rows(term, span, factor, multiplier, out);
-  if (normal != nullptr) add_coordinate_rows(weight, span, out, maps, *normal);
+  if (normal != nullptr) add_coordinate_rows(weight_, span, out, maps, *normal);
 }
 
 void Evaluator::add_coordinate_rows(const VectorX& weight, const Span& span,
@@ -262,7 +280,7 @@ void Evaluator::add_dense_rows(NormalEquations& normal) {
     add_product(derivatives_.dv_next, w_by_at_, rotations_, at);
     add_product(derivatives_.dv_next, w_by_next_, rotations_, force_rows_.rightCols(nv));
     normal.gradient.noalias() += force_rows_.transpose() * force_gradient_;
-    force_rows_ = force_weight2_.cwiseSqrt().asDiagonal() * force_rows_;
+    for (Eigen::Index i = 0; i < nv; ++i) force_rows_.row(i) *= std::sqrt(force_weight2_[i]);
     forces = nv;
     normal.gram.selfadjointView<Eigen::Lower>().rankUpdate(force_rows_.topRows(forces).transpose());
   }
@@ -307,21 +325,18 @@ void Evaluator::evaluate_dense(const Term& term, const Span& span, const Stage& 
   auto rows = dense_.middleRows(num_dense_, span.rows);
   rows.setZero();
   if (chained) {
-    MatrixX whole = MatrixX::Zero(span.rows, 3 * nv);
-    whole.middleCols(nv, nv) = by_q_v_w_[0];
-    add_product(by_q_v_w_[1], v_by_before_, rotations_, whole.leftCols(nv));
-    add_product(by_q_v_w_[1], v_by_at_, rotations_, whole.middleCols(nv, nv));
+    rows.middleCols(nv, nv) = by_q_v_w_[0];
+    add_product(by_q_v_w_[1], v_by_before_, rotations_, rows.leftCols(nv));
+    add_product(by_q_v_w_[1], v_by_at_, rotations_, rows.middleCols(nv, nv));
     if (of_step(term.quantity)) {
-      add_product(by_q_v_w_[2], w_by_at_, rotations_, whole.middleCols(nv, nv));
-      add_product(by_q_v_w_[2], w_by_next_, rotations_, whole.rightCols(nv));
+      add_product(by_q_v_w_[2], w_by_at_, rotations_, rows.middleCols(nv, nv));
+      add_product(by_q_v_w_[2], w_by_next_, rotations_, rows.rightCols(nv));
     }
-    rows = whole;
   } else {
     rows.leftCols(nv) = by_before_;
     rows.middleCols(nv, nv) = by_at_;
   }
-  const VectorX weight = factor * term.weight;
-  rows = weight.asDiagonal() * rows;
+  for (Eigen::Index i = 0; i < span.rows; ++i) rows.row(i) *= factor * term.weight[i];
   dense_residual_.segment(num_dense_, span.rows) = out.residual.segment(span.first, span.rows);
   num_dense_ += span.rows;
 }

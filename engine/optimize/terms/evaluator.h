@@ -91,7 +91,7 @@ class Evaluator {
   KinematicScratch scratch_;
   VectorX q_before_, q_, q_next_, v_, w_, difference_;
   TangentMap v_by_before_, v_by_at_, w_by_at_, w_by_next_, by_target_, by_q_, sum_;
-  VectorX value_;                           ///< value of the current term
+  VectorX value_, weight_;                  ///< value and weight of the current term
   MatrixX by_before_, by_at_;               ///< rows x nv
   MatrixX by_q_v_w_[3];                     ///< rows x nv: derivatives with respect to q, v, v_next
   VectorX force_weight2_, force_gradient_;  ///< nv: sums over all terms of applied forces

@@ -26,9 +26,9 @@ Frames::Frames(const Problem& problem, const std::vector<VectorX>& frames) : pro
   if (problem.goal_q) set_goal(*problem.goal_q);
 }
 
-void Frames::set_start(const VectorX& q) {
+void Frames::set_start(const VectorX& q, const VectorX& v) {
   start_ = before_start_ = q;
-  integrate_configuration(*problem_->model, q, problem_->start_v, -problem_->h(), before_start_);
+  integrate_configuration(*problem_->model, q, v, -problem_->h(), before_start_);
 }
 
 void Frames::set_goal(const VectorX& q) {
@@ -46,8 +46,8 @@ FrameSource Frames::source(int frame) const {
   return {frame < 0 ? frame + n : frame - n, problem_->mirror.has_value()};
 }
 
-VectorX Frames::image(const VectorX& q, double sign) const {
-  VectorX out = q;
+void Frames::write_image(const VectorX& q, double sign, VectorX& out) const {
+  out = q;
   if (problem_->mirror) {
     const Mirror& mirror = *problem_->mirror;
     for (Eigen::Index i = 0; i < q.size(); ++i)
@@ -58,21 +58,25 @@ VectorX Frames::image(const VectorX& q, double sign) const {
     if (body.joint_type == JointType::kFloating)
       out.segment<3>(body.q_index) += sign * problem_->displacement;
   }
-  return out;
 }
 
-VectorX Frames::at(int frame) const {
+void Frames::read(int frame, VectorX& q) const {
   const FrameSource from = source(frame);
   const int n = problem_->steps;
-  if (problem_->periodic) {
-    const VectorX& q = slots_[static_cast<std::size_t>(from.slot)];
-    if (frame < 0) return image(q, -1.0);
-    return frame >= n ? image(q, 1.0) : q;
+  if (from.slot >= 0) {
+    const VectorX& own = slots_[static_cast<std::size_t>(from.slot)];
+    if (!problem_->periodic || (frame >= 0 && frame < n)) {
+      q = own;
+    } else {
+      write_image(own, frame < 0 ? -1.0 : 1.0, q);
+    }
+    return;
   }
-  if (from.slot >= 0) return slots_[static_cast<std::size_t>(from.slot)];
-  if (frame < 0) return before_start_;
-  if (frame == 0) return start_;
-  return frame >= n ? goal_ : before_goal_;
+  if (frame <= 0) {
+    q = frame < 0 ? before_start_ : start_;
+  } else {
+    q = frame >= n ? goal_ : before_goal_;
+  }
 }
 
 std::vector<VectorX> Frames::all() const {

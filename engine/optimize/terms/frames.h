@@ -25,24 +25,37 @@ class Frames {
   /// Number of instants that may have terms: frames 0 ... N - 1, and N if not periodic.
   int num_instants() const { return problem_->periodic ? problem_->steps : problem_->steps + 1; }
   FrameSource source(int frame) const;
-  /// Configuration (nq) of a frame, -1 ... N.
-  VectorX at(int frame) const;
+  /// Writes the configuration (nq) of a frame, -1 ... N. Does not allocate if q has that size.
+  void read(int frame, VectorX& q) const;
+  VectorX at(int frame) const {
+    VectorX q;
+    read(frame, q);
+    return q;
+  }
   /// q_0 ... q_N.
   std::vector<VectorX> all() const;
 
   /// Sets the fixed frames at the start (0 and -1) or at the goal (N and N - 1), for example to
-  /// settled poses (settle.h).
-  void set_start(const VectorX& q);
+  /// settled poses (settle.h). v: velocity of frame 0; default: the problem's.
+  void set_start(const VectorX& q) { set_start(q, problem_->start_v); }
+  void set_start(const VectorX& q, const VectorX& v);
   void set_goal(const VectorX& q);
 
   /// Moves all variables by a step (nv x slots).
   void move(const MatrixX& step);
   const std::vector<VectorX>& variables() const { return slots_; }
-  void set_variables(std::vector<VectorX> q) { slots_ = std::move(q); }
+  /// Replaces all variables. Does not allocate if their sizes stay the same.
+  void set_variables(const std::vector<VectorX>& q) { slots_ = q; }
   /// Image of q one period later (sign 1) or earlier (-1) in a periodic motion.
-  VectorX image(const VectorX& q, double sign) const;
+  VectorX image(const VectorX& q, double sign) const {
+    VectorX out;
+    write_image(q, sign, out);
+    return out;
+  }
 
  private:
+  void write_image(const VectorX& q, double sign, VectorX& out) const;
+
   const Problem* problem_;
   std::vector<VectorX> slots_;
   VectorX start_, before_start_;  ///< frames 0 and -1

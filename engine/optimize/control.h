@@ -1,0 +1,168 @@
+// Control with the optimizer in the loop: the plan is made anew many times a second from the
+// present state, and never restarted (docs/guide/control.md).
+//
+//   ControlFile file = load_control("walk.yaml");
+//   Planner planner(file.problem, file.planner);
+//   planner.replan(time, q, v);
+//   planner.force(time, q, v, u);
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "counterpoint/engine/optimize/optimize.h"
+#include "counterpoint/engine/simulator.h"
+
+namespace counterpoint::optimization {
+
+// ---- The planner: receding horizon, with one smoothing and one penalty for ever.
+//
+// Conditions count penalty / 2 |c|^2; there are no multipliers. Each replan shifts the frames in
+// time, holds the last one beyond the end, sets frame 0 and its velocity to the present state, and
+// takes a fixed number of Gauss-Newton steps. Kurtz, Castro, Oncul and Lin, "Inverse Dynamics
+// Trajectory Optimization for Contact-Implicit Model Predictive Control" (2023), section VI.
+
+struct PlannerSettings {
+  double smoothing = 1e-2;           ///< of all contacts of the plan [m]
+  double compliance_per_metre = 10;  ///< compliance over smoothing [1/m], as in Continuation
+  double margin_per_smoothing = 0;   ///< as in Continuation
+  double penalty = 100.0;            ///< of conditions
+  int iterations = 2;                ///< Gauss-Newton steps of a replan
+  int first_iterations = 50;         ///< of the first plan, and of one made anew
+  int threads = 1;                   ///< 0: one per core; the plan does not depend on it
+  double least_damping = 1e-6;       ///< relative to the diagonal, kept from replan to replan
+  /// A plan whose mean violation exceeds this after a replan is made anew from rest.
+  double lost_above = 10.0;
+};
+
+/// Gains of the joints' feedback towards the plan (nv each); zero without a motor.
+struct FeedbackGains {
+  VectorX stiffness;  ///< [N m/rad, N/m]
+  VectorX damping;    ///< [N m s/rad, N s/m]
+};
+
+struct ReplanReport {
+  double cost = 0.0;
+  Spread violation;  ///< of the conditions, in weights of the trees for forces without a motor
+  int iterations = 0;
+  bool restarted = false;  ///< the plan was lost and made anew
+};
+
+class Planner {
+ public:
+  /// The problem must not be periodic nor have a fixed goal; its model must outlive the planner.
+  /// @throws InputError as check_problem.
+  Planner(const Problem& problem, const PlannerSettings& settings);
+  ~Planner();
+  Planner(Planner&&) noexcept;
+  Planner& operator=(Planner&&) noexcept;
+
+  /// Plans from the state (q: nq, v: nv) at `time` [s]. The first call plans from rest. Does not
+  /// allocate after the second call. The same calls give the same bits with any number of threads.
+  ReplanReport replan(double time, const VectorX& q, const VectorX& v);
+  /// Forgets the plan: the next replan() starts from rest.
+  void forget();
+
+  /// Frames 0 ... N of the plan; frame 0 is the state of the last replan.
+  const std::vector<VectorX>& frames() const;
+  /// Writes configuration (nq), velocity (nv) and applied force (nv) of the plan at a time [s];
+  /// beyond its end, those of the last frame at rest.
+  void sample(double time, VectorX& q, VectorX& v, VectorX& force) const;
+  /// Writes the force [N, N m] (nv) at a state: the plan's, plus feedback towards it, within effort
+  /// limits; zero without a motor.
+  void force(double time, const FeedbackGains& gains, const VectorX& q, const VectorX& v,
+             VectorX& out);
+  const Problem& problem() const;
+  /// Changes the target of a term by its name, for commands such as a speed.
+  /// @throws InputError if no term has this name, or sizes differ.
+  void set_target(const std::string& term, const VectorX& target);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// ---- Control problems in YAML: a problem file with the key `control`
+// (docs/reference/optimization-format.md).
+
+/// A force on a link during a time.
+struct Push {
+  int body = 0;
+  Vector3 force = Vector3::Zero();  ///< at the centre of mass, in W [N]
+  double start = 0.0, duration = 0.1;
+};
+
+/// Demand on the run: a coordinate, or its mean rate, lies within a range.
+struct SuccessTest {
+  std::string name;  ///< of the coordinate, a column of a trajectory ("trunk.z")
+  int q_index = 0;
+  bool rate = false;    ///< mean change per second between `from` and the end [m/s, rad/s]
+  bool always = false;  ///< at all times from `from` on, not only at the end
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  double from = 0.0;  ///< [s]
+  /// Distance of a value from the middle of the range, if it has one, else from the range [m, rad].
+  double error(double value) const;
+  /// Largest error of a value that passes.
+  double allowed() const;
+};
+
+/// Standard deviations of the perturbed start.
+struct Perturbation {
+  double position = 0.05;       ///< of joints [m, rad]
+  double velocity = 0.2;        ///< of joints [m/s, rad/s]
+  double base_velocity = 0.1;   ///< of floating joints [m/s, rad/s]
+  VectorX extra;                ///< nv: of single coordinates, in place of these [m, rad]
+};
+
+struct ControlFile {
+  ProblemFile file;
+  PlannerSettings planner;
+  FeedbackGains gains;
+  double interval = 0.02;   ///< between replans [s]
+  double plant_step = 1e-3; ///< of the simulated world [s]
+  double duration = 5.0;    ///< [s]
+  std::vector<Push> pushes;
+  std::vector<SuccessTest> success;
+  Perturbation perturbation;
+};
+
+/// Loads a control problem. @throws InputError naming file, line, element and the expected value.
+ControlFile load_control(const std::filesystem::path& file);
+
+// ---- The loop: planner and simulated world.
+
+/// What is wrong with the world, as the planner does not know it.
+struct WorldErrors {
+  double delay = 0.0;           ///< from a measurement to the use of its plan [s]
+  double position_noise = 0.0;  ///< standard deviation of measured joint positions [rad, m]
+  double velocity_noise = 0.0;  ///< standard deviation of measured velocities [rad/s, m/s]
+};
+
+struct ControlRun {
+  std::vector<State> states;          ///< one per plant step, and the last one
+  std::vector<VectorX> applied_force; ///< one per plant step
+  std::vector<double> replan_seconds; ///< processor time of each replan
+  double violation_mean = 0.0;        ///< mean over the replans
+  int restarts = 0;
+  bool stopped = false;               ///< keep_on() returned false
+  Fault fault;                        ///< of the plant step that failed, if any
+  double world_seconds = 0.0;         ///< processor time of the plant
+  /// Per success test: whether it holds, and its error.
+  std::vector<char> passed;
+  std::vector<double> error;
+  bool success() const;
+};
+
+/// Runs the loop. world: a scene with the model's bodies and coordinates; its masses and materials
+/// may differ. seed: of the perturbed start and of noise; 0: the plain start.
+ControlRun run_control(const ControlFile& control, const Scene& world, std::uint64_t seed,
+                       const WorldErrors& errors, const std::function<bool(double)>& keep_on = {});
+
+}  // namespace counterpoint::optimization

@@ -1,0 +1,235 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/optimize/control.h"
+#include "counterpoint/engine/optimize/newton/newton.h"
+#include "counterpoint/engine/optimize/settle.h"
+
+namespace counterpoint::optimization {
+namespace {
+
+/// Damping of a plan that starts from rest, relative to the diagonal.
+constexpr double kFirstDamping = 1e-3;
+
+Stage stage_of(const Problem& problem, const PlannerSettings& planner) {
+  Settings settings;
+  settings.continuation.start = planner.smoothing;
+  settings.continuation.compliance_per_metre = planner.compliance_per_metre;
+  settings.continuation.margin_per_smoothing = planner.margin_per_smoothing;
+  Stage stage = stage_at(problem, settings, planner.smoothing);
+  stage.penalty = planner.penalty;
+  return stage;
+}
+
+const Problem& checked(const Problem& problem) {
+  check_problem(problem);
+  if (problem.periodic || problem.goal_q)
+    throw InputError("control: the problem must not be periodic, and its goal not fixed");
+  return problem;
+}
+
+std::vector<VectorX> at_rest(const Problem& problem) {
+  return std::vector<VectorX>(static_cast<std::size_t>(problem.steps) + 1, problem.start_q);
+}
+
+/// Height [m] (nq, zero elsewhere) by which floating trees stand higher in the plan than in the
+/// world: smoothed contacts carry a body at a distance, or let it sink.
+VectorX lift_of(const Problem& problem, const Stage& stage) {
+  const Model& model = *problem.model;
+  VectorX lift = VectorX::Zero(model.nq());
+  if (!problem.settle) return lift;
+  Workspace workspace(model);
+  const auto standing = [&](const SimulationOptions& options) {
+    return settled(model, options, problem.motors, problem.start_q, workspace);
+  };
+  const VectorX apart = standing(stage.options) - standing(problem.options);
+  for (const Tree& tree : model.trees()) {
+    const Body& base = model.body(tree.body_begin);
+    if (base.joint_type == JointType::kFloating) lift[base.q_index + 2] = apart[base.q_index + 2];
+  }
+  return lift;
+}
+
+}  // namespace
+
+struct Planner::Impl {
+  Impl(const Problem& given, const PlannerSettings& planner)
+      : problem(checked(given)),
+        settings(planner),
+        stage(stage_of(problem, planner)),
+        newton(problem, at_rest(problem), planner.threads),
+        lift(lift_of(problem, stage)),
+        shifted(newton.frames().variables()),
+        frames(at_rest(problem)),
+        q(problem.start_q),
+        start(problem.start_q),
+        v(problem.start_v),
+        force(problem.start_v),
+        difference(problem.start_v) {
+    newton.set_least_damping(planner.least_damping);
+    newton.begin(stage);
+  }
+
+  const Model& model() const { return *problem.model; }
+  int last() const { return problem.steps; }
+  const VectorX& frame(int t) const { return frames[static_cast<std::size_t>(t)]; }
+
+  /// Velocity of the plan at a frame (nv), the difference to the frame before it.
+  void write_velocity(int t, VectorX& out) const {
+    if (t == 0) {
+      out = start_v;
+      return;
+    }
+    configuration_difference(model(), frame(t - 1), frame(t), out);
+    out /= problem.h();
+  }
+
+  void hold(const VectorX& pose) {
+    for (VectorX& slot : shifted) slot = pose;
+    newton.frames().set_variables(shifted);
+    newton.set_damping(kFirstDamping);
+  }
+
+  /// Moves the frames on by `duration` [s]; beyond the last frame the plan holds it.
+  void shift(double duration) {
+    const double h = problem.h();
+    for (std::size_t i = 0; i < shifted.size(); ++i) {
+      const double s = static_cast<double>(i + 1) + duration / h;
+      const int k = static_cast<int>(std::min(std::floor(s), static_cast<double>(last())));
+      newton.frames().read(k, q);
+      shifted[i] = q;
+      if (k == last()) continue;
+      newton.frames().read(k + 1, next);
+      configuration_difference(model(), q, next, difference);
+      integrate_configuration(model(), q, difference, s - k, shifted[i]);
+    }
+    newton.frames().set_variables(shifted);
+  }
+
+  void set_relative_targets() {
+    for (Term& term : problem.terms)
+      if (term.offset.size() > 0)
+        integrate_configuration(model(), start, term.offset, 1.0, term.target);
+  }
+
+  void iterate(int count, ReplanReport& report) {
+    for (int i = 0; i < count; ++i) {
+      const Iteration step = newton.iterate();
+      ++report.iterations;
+      if (!step.accepted) break;
+    }
+    report.cost = newton.cost();
+    report.violation = newton.violation();
+  }
+
+  void keep_frames() {
+    for (int t = 0; t <= last(); ++t) {
+      VectorX& out = frames[static_cast<std::size_t>(t)];
+      newton.frames().read(t, out);
+      out -= lift;
+    }
+  }
+
+  Problem problem;
+  PlannerSettings settings;
+  Stage stage;
+  Newton newton;
+  VectorX lift;
+  std::vector<VectorX> shifted;  ///< variables of the shifted plan
+  std::vector<VectorX> frames;   ///< the plan, in the world
+  VectorX q, next, start, v, force, difference, start_v;
+  double time = 0.0;  ///< of frame 0 [s]
+  bool planned = false, lost = false;
+};
+
+Planner::Planner(const Problem& problem, const PlannerSettings& settings)
+    : impl_(std::make_unique<Impl>(problem, settings)) {
+  impl_->start_v = problem.start_v;
+}
+Planner::~Planner() = default;
+Planner::Planner(Planner&&) noexcept = default;
+Planner& Planner::operator=(Planner&&) noexcept = default;
+
+ReplanReport Planner::replan(double time, const VectorX& q, const VectorX& v) {
+  Impl& p = *impl_;
+  ReplanReport report;
+  p.start = q + p.lift;
+  p.start_v = v;
+  if (p.planned) {
+    p.shift(time - p.time);
+  } else {
+    p.hold(p.start);
+  }
+  p.newton.frames().set_start(p.start, v);
+  p.set_relative_targets();
+  p.iterate(p.planned ? p.settings.iterations : p.settings.first_iterations, report);
+  const bool lost = !(report.violation.mean <= p.settings.lost_above);
+  if (lost && p.planned && !p.lost) {
+    p.hold(p.start);
+    p.iterate(p.settings.first_iterations, report);
+    report.restarted = true;
+  }
+  p.lost = lost;
+  p.planned = true;
+  p.time = time;
+  p.keep_frames();
+  return report;
+}
+
+void Planner::forget() { impl_->planned = impl_->lost = false; }
+
+const std::vector<VectorX>& Planner::frames() const { return impl_->frames; }
+
+const Problem& Planner::problem() const { return impl_->problem; }
+
+void Planner::set_target(const std::string& term, const VectorX& target) {
+  for (Term& known : impl_->problem.terms) {
+    if (known.name != term) continue;
+    if (known.target.size() != target.size())
+      throw InputError(fmt::format("control: the target of '{}' has {} entries, {} are given", term,
+                                   known.target.size(), target.size()));
+    known.target = target;
+    return;
+  }
+  throw InputError(fmt::format("control: the problem has no term '{}'", term));
+}
+
+void Planner::sample(double time, VectorX& q, VectorX& v, VectorX& force) const {
+  Impl& p = *impl_;
+  const double s = std::max(0.0, (time - p.time) / p.problem.h());
+  const int k = static_cast<int>(std::min(std::floor(s), static_cast<double>(p.last())));
+  const int step = std::min(k, p.last() - 1);
+  force = p.newton.values()[static_cast<std::size_t>(step)].applied_force;
+  q = p.frame(k);
+  if (k == p.last()) {
+    v.setZero(p.model().nv());
+    return;
+  }
+  p.write_velocity(k, v);
+  p.write_velocity(k + 1, p.difference);
+  integrate_configuration(p.model(), p.frame(k), p.difference, (s - k) * p.problem.h(), q);
+  v += (s - k) * (p.difference - v);
+}
+
+void Planner::force(double time, const FeedbackGains& gains, const VectorX& q, const VectorX& v,
+                    VectorX& out) {
+  Impl& p = *impl_;
+  sample(time, p.q, p.v, out);
+  configuration_difference(p.model(), q, p.q, p.difference);
+  const Model& model = p.model();
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    const double limit = model.joint(i - 1).effort_limit;
+    for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k) {
+      const double wanted =
+          out[k] + gains.stiffness[k] * p.difference[k] + gains.damping[k] * (p.v[k] - v[k]);
+      out[k] = p.problem.motors[static_cast<std::size_t>(k)] ? std::clamp(wanted, -limit, limit)
+                                                             : 0.0;
+    }
+  }
+}
+
+}  // namespace counterpoint::optimization
