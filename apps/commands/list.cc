@@ -15,6 +15,7 @@ struct Kind {
 constexpr Kind kKinds[] = {{"scenes", "scenes", ".yaml"},
                            {"robots", "robots", ".urdf"},
                            {"problems", "scenes/optimize", ".yaml"},
+                           {"control", "scenes/control", ".yaml"},
                            {"maps", "maps", ".yaml"},
                            {"studies", "studies", ".yaml"}};
 
@@ -24,13 +25,15 @@ struct ListArguments {
 };
 
 int list(const ListArguments& arguments) {
-  const bool scenes = arguments.kind == "scenes", problems = arguments.kind == "problems";
+  const bool scenes = arguments.kind == "scenes";
+  const bool problems = arguments.kind == "problems" || arguments.kind == "control";
   for (const Kind& kind : kKinds) {
     if (arguments.kind != kind.word) continue;
     for (const Bundled& bundled : bundled_in(kind.folder, kind.ending)) {
       const bool nested = bundled.name.find('/') != std::string::npos;
       if (nested && (problems || !arguments.all)) continue;
-      if (scenes && bundled.name.rfind("optimize/", 0) == 0) continue;
+      if (scenes && (bundled.name.rfind("optimize/", 0) == 0 || bundled.name.rfind("control/", 0) == 0))
+        continue;
       if (bundled.about.empty())
         fmt::print("{}\n", bundled.name);
       else
@@ -48,8 +51,8 @@ void add_list(CommandLine& line) {
                               "Example:\n  counterpoint list scenes\n  counterpoint simulate "
                               "humanoid_drop --view fall.html",
                               list);
-  command.add("KIND scenes|robots|problems|studies|maps", arguments.kind,
-              "scenes, robots, problems (of optimize), studies (of sweep) or maps", required);
+  command.add("KIND scenes|robots|problems|control|studies|maps", arguments.kind,
+              "scenes, robots, problems (of optimize), control (problems of it), studies (of sweep) or maps", required);
   command.add("--all", arguments.all, "Those in folders too: hard/arch_falls");
 }
 

@@ -123,6 +123,9 @@ struct Perturbation {
 
 struct ControlFile {
   ProblemFile file;
+  /// The world's scene, which may have other contacts and ground than the plan's, with the same
+  /// coordinates; default: that of the plan.
+  std::shared_ptr<const Scene> world;
   PlannerSettings planner;
   FeedbackGains gains;
   double interval = 0.02;   ///< between replans [s]
@@ -159,6 +162,10 @@ struct ControlRun {
   std::vector<double> error;
   bool success() const;
 };
+
+/// Returns a copy of a scene with all masses and inertias, and all coefficients of friction,
+/// multiplied by factors.
+Scene scaled_world(const Scene& scene, double mass_factor, double friction_factor);
 
 /// Runs the loop. world: a scene with the model's bodies and coordinates; its masses and materials
 /// may differ. seed: of the perturbed start and of noise; 0: the plain start.

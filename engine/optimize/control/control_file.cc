@@ -53,7 +53,8 @@ class ControlReader {
     const YamlValue in = root_.at("control");
     in.expect_map({"smoothing", "compliance_per_metre", "margin_per_smoothing", "penalty",
                    "iterations", "first_iterations", "least_damping", "lost_above", "replan_interval",
-                   "world_step", "duration", "feedback", "perturbation", "pushes", "success"});
+                   "world_step", "duration", "feedback", "perturbation", "pushes", "success", "world"});
+    read_world(in);
     read_planner(in);
     const auto read = [&](const char* key, double& value) {
       if (in.has(key)) value = in.at(key).positive();
@@ -71,6 +72,16 @@ class ControlReader {
 
  private:
   const Model& model() const { return *out_.file.problem.model; }
+
+  void read_world(const YamlValue& in) {
+    out_.world = out_.file.scene;
+    if (!in.has("world")) return;
+    const YamlValue value = in.at("world");
+    const std::filesystem::path file = out_.file.file.parent_path() / value.text();
+    out_.world = std::make_shared<const Scene>(load_scene(file));
+    if (coordinate_names(out_.world->model).q != coordinate_names(model()).q)
+      value.fail("the world's coordinates differ from those of the plan's scene");
+  }
 
   void read_planner(const YamlValue& in) {
     PlannerSettings& planner = out_.planner;

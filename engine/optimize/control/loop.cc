@@ -6,6 +6,7 @@
 #include "counterpoint/engine/optimize/control/normal.h"
 #include "counterpoint/engine/optimize/newton/wall_clock.h"
 #include "counterpoint/engine/optimize/settle.h"
+#include "counterpoint/model/model_builder.h"
 
 namespace counterpoint::optimization {
 namespace {
@@ -201,6 +202,22 @@ double SuccessTest::allowed() const {
 
 bool ControlRun::success() const {
   return std::all_of(passed.begin(), passed.end(), [](char one) { return one != 0; });
+}
+
+Scene scaled_world(const Scene& scene, double mass_factor, double friction_factor) {
+  ModelEditor editor(scene.model);
+  for (int i = 1; i < scene.model.num_bodies(); ++i) {
+    const double mass = scene.model.body(i).inertia.mass;
+    if (mass > 0.0) editor.set_mass(i, mass_factor * mass);
+  }
+  for (std::size_t g = 0; g < scene.model.geometries().size(); ++g) {
+    Material material = scene.model.geometries()[g].material;
+    material.friction *= friction_factor;
+    editor.set_material(static_cast<int>(g), material);
+  }
+  Scene out = scene;
+  out.model = editor.take();
+  return out;
 }
 
 ControlRun run_control(const ControlFile& control, const Scene& world, std::uint64_t seed,
