@@ -3,8 +3,7 @@
 
 #include <string>
 
-struct mjModel_;
-struct mjData_;
+#include "mujoco.h"
 
 namespace counterpoint::peers {
 
@@ -17,8 +16,8 @@ std::string guarded_step(const mjModel_* m, mjData_* d);
 /// Calls mj_step `count` times; otherwise the same.
 std::string guarded_steps(const mjModel_* m, mjData_* d, long count);
 
-/// MJCF name of the integrator that is implicit in velocity and most accurate in this version.
-const char* implicit_integrator();
+/// Sets the options and the softness of all constraints; the time step must be set.
+void apply_settings(MujocoSettings settings, mjModel_* m);
 
 /// Compiles MJCF from memory; the caller deletes the model. @throws NotExpressible
 mjModel_* compile(const std::string& document);

@@ -40,6 +40,7 @@ struct Mujoco::Impl {
 
   /// Sets the second anchors and the lengths of rods, which MJCF would derive from the start pose.
   void set_closures();
+  void set_servos();
 
   /// Sets the linear drag of free bodies about their origin, as damping of their joint.
   void set_drag();
@@ -68,6 +69,7 @@ struct Mujoco::Impl {
 
   Model model;
   EffectSet on;
+  MujocoSettings chosen;
   std::string document;
   std::size_t body_of_line = 0;
   int max_contacts = 0;
