@@ -43,8 +43,6 @@ void keep_quiet() {
   mju_user_warning = on_warning;
 }
 
-std::string guarded_step(const mjModel* m, mjData* d) { return guarded_steps(m, d, 1); }
-
 std::string guarded_steps(const mjModel* m, mjData* d, long count) {
   std::jmp_buf here;
   escape = &here;
@@ -86,6 +84,17 @@ void apply_settings(MujocoSettings settings, mjModel* m) {
   soften(m->neq, m->eq_solref, m->eq_solimp);
   soften(m->njnt, m->jnt_solref, m->jnt_solimp);
   soften(m->nv, m->dof_solref, m->dof_solimp);
+}
+
+std::vector<Pose> poses_of(const mjModel* m, mjData* d) {
+  mj_kinematics(m, d);
+  std::vector<Pose> X_WB;
+  for (int i = 0; i < m->nbody; ++i) {
+    using RowMajor = Eigen::Matrix<mjtNum, 3, 3, Eigen::RowMajor>;
+    X_WB.push_back(
+        {Eigen::Map<const RowMajor>(d->xmat + 9 * i), Eigen::Map<const Vector3>(d->xpos + 3 * i)});
+  }
+  return X_WB;
 }
 
 mjModel* compile(const std::string& document) {

@@ -50,7 +50,7 @@ struct Mujoco::Impl {
 
   /// True if MuJoCo gave one of these warnings since the last reset.
   bool warned(std::initializer_list<int> kinds) const;
-  std::string try_step(const Input& input);
+  std::string try_steps(const Input& input, long count);
 
   /// True if the step failed for lack of memory; then the size for the next build is doubled.
   bool needs_room(const std::string& failure);
