@@ -35,12 +35,12 @@ void Mujoco::Impl::clear() {
 void Mujoco::Impl::build() {
   clear();
   m = compile_with_room();
-  m->opt.timestep = time_step;
   apply_settings(chosen, m);
   number_alike();
   set_closures();
   set_servos();
   set_drag();
+  m->opt.timestep = time_step;
   d = mj_makeData(m);
   if (!d) throw NotExpressible("MuJoCo has not enough memory for it");
 }

@@ -14,7 +14,7 @@ void keep_quiet();
 /// not be stepped again.
 std::string guarded_steps(const mjModel_* m, mjData_* d, long count);
 
-/// Sets the options and the softness of all constraints; the time step must be set.
+/// Sets the options and the softness of all constraints, which depends on the model's time step.
 void apply_settings(MujocoSettings settings, mjModel_* m);
 
 /// Returns the poses X_WB of all bodies, the world first, at the coordinates in the data.
