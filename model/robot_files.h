@@ -248,12 +248,32 @@ struct Exported {
   std::vector<Note> lost;           ///< parts of the scene that the format cannot express
 };
 
-/// Returns the MJCF of the whole scene, with its initial state as keyframe "start". Contacts are as
-/// stiff as MuJoCo's solver handles well (solref 2 h, solimp 0.9999, elliptic cones, impratio 100);
-/// the contact models of the two engines differ. `apart`: pairs of geometries that do not collide
-/// in addition to those that the model excludes (collision::Collider::overlapping_pairs). @throws
-/// InputError for a plane that is not fixed to the world.
-Exported export_mjcf(const Scene& scene, const std::vector<std::pair<int, int>>& apart = {});
+/// The weight that is carried for all links of a body together; MJCF carries it at the centre of
+/// mass of the body.
+struct CarriedWeight {
+  double mass = 0.0;      ///< [kg]
+  bool at_center = true;  ///< true to 1e-9 of the distances
+};
+CarriedWeight carried_weight(const Model& model, int body);
+
+/// Choices of export_mjcf.
+struct MjcfExport {
+  /// Pairs of geometries that do not collide, in addition to those that the model excludes
+  /// (collision::Collider::overlapping_pairs).
+  std::vector<std::pair<int, int>> apart;
+  EffectSet effects = EffectSet::all();     ///< the others are left out
+  std::string integrator = "implicitfast";  ///< known to MuJoCo 2.3.5 and later
+  bool start = true;                        ///< writes the initial state as keyframe "start"
+  bool frames = true;                       ///< writes the frames of links as sites
+  /// True: if surfaces differ, all pairs that may touch are listed, each with the friction that it
+  /// has here. False: MuJoCo takes the larger friction of the two, which is noted as lost.
+  bool pair_surfaces = false;
+};
+
+/// Returns the MJCF of the whole scene. Contacts are as stiff as MuJoCo's solver handles well
+/// (solref 2 h, solimp 0.9999, elliptic cones, impratio 100); the contact models of the two engines
+/// differ. @throws InputError for a plane that is not fixed to the world.
+Exported export_mjcf(const Scene& scene, const MjcfExport& how = {});
 
 /// Returns the URDF of one robot: the trees connected to the world by joints, or one floating tree.
 /// It has neither the initial state nor the environment. `mesh_folder`: folder of the meshes (OBJ,

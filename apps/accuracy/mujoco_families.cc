@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "measure/thread_clock.h"
+#include "measure/clocks.h"
 #include "peers/mujoco.h"
 
 namespace counterpoint::apps::accuracy {

@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "counterpoint/engine/dynamics.h"
+#include "measure/turns.h"
 #include "peer_robot.h"
-#include "timing.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -27,11 +27,7 @@ class OurAlgorithms {
         M_(model.nv(), model.nv()) {}
 
   void run(PinocchioAlgorithm algorithm, const States& states, int evaluations) {
-    std::size_t i = 0;
-    for (int k = 0; k < evaluations; ++k) {
-      evaluate(algorithm, states, i);
-      if (++i == states.q.size()) i = 0;
-    }
+    run_in_turn(evaluations, [&](std::size_t i) { evaluate(algorithm, states, i); });
   }
 
   void evaluate(PinocchioAlgorithm algorithm, const States& states, std::size_t i) {

@@ -4,8 +4,8 @@
 #include <stdexcept>
 
 #include "counterpoint/engine/dynamics.h"
+#include "measure/turns.h"
 #include "peer_robot.h"
-#include "timing.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -25,11 +25,7 @@ class OurDerivatives {
       : dynamics_(model), zero_(VectorX::Zero(model.nv())) {}
 
   void run(PinocchioAlgorithm algorithm, const States& states, int evaluations) {
-    std::size_t i = 0;
-    for (int k = 0; k < evaluations; ++k) {
-      evaluate(algorithm, states, i);
-      if (++i == states.q.size()) i = 0;
-    }
+    run_in_turn(evaluations, [&](std::size_t i) { evaluate(algorithm, states, i); });
   }
 
   void evaluate(PinocchioAlgorithm algorithm, const States& states, std::size_t i) {

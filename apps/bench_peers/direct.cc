@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <string>
 #include <vector>
 
 #include "counterpoint/engine/optimize/newton/newton.h"
 #include "counterpoint/engine/optimize/optimize.h"
+#include "measure/clocks.h"
 #include "peers/mujoco_direct.h"
 
 namespace counterpoint::apps {
@@ -26,10 +26,6 @@ constexpr double kBaseWeight = 30.0;  ///< weight of the base's force over the s
 constexpr double kMotorWeight = 2.0;  ///< weight of joint forces over effort limits
 /// Smoothing [m] and compliance that make contacts about as soft as MuJoCo's defaults.
 constexpr double kSmoothing = 1e-3, kCompliance = 0.1;
-
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 /// Progress of a method, iteration by iteration, and its final result.
 struct Course {
@@ -89,13 +85,13 @@ Course ours(const opt::ProblemFile& file, const peers::DirectTask& task) {
   stage.options = problem.options;
   newton.begin(stage);
   Course course;
-  const double start = now();
+  const double start = wall_seconds();
   for (int i = 0; i < kMost; ++i) {
     const opt::Iteration step = newton.iterate();
     course.cost.push_back(newton.cost());
     if (!step.accepted || step.decrease < 1e-8) break;
   }
-  course.seconds = now() - start;
+  course.seconds = wall_seconds() - start;
   const opt::Verification found = opt::verify(*problem.model, problem.options, problem.motors,
                                               newton.frames().all(), problem.start_v);
   course.base = found.unactuated_max;
@@ -116,9 +112,10 @@ Course theirs(const peers::DirectTask& task, double weight) {
   course.forward = by_steps.forward_check();
   // Repeated in a single call to measure its time.
   peers::MujocoDirect in_one(task);
-  const double start = now();
+  const double start = wall_seconds();
   const int done = in_one.iterate(static_cast<int>(course.cost.size()));
-  course.seconds = (now() - start) * static_cast<double>(course.cost.size()) / std::max(done, 1);
+  course.seconds =
+      (wall_seconds() - start) * static_cast<double>(course.cost.size()) / std::max(done, 1);
   return course;
 }
 

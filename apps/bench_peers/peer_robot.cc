@@ -126,10 +126,12 @@ VectorX Pair::mapped_back(const VectorX& q, const VectorX& x) const {
   return out;
 }
 
-std::filesystem::path find_below(const std::filesystem::path& folder, const std::string& name) {
+std::filesystem::path find_robot(const PeerOptions& options, const std::string& name) {
   std::error_code none;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder, none))
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(options.robots, none))
     if (entry.path().filename() == name) return entry.path();
+  fmt::print("Skipped: {} is not below the folder of robots ({}).\n", name,
+             options.robots.empty() ? "--robots was not given" : options.robots.string());
   return {};
 }
 
@@ -141,12 +143,8 @@ void for_each_robot(
     return;
   }
   for (const Robot& robot : kRobots) {
-    const std::filesystem::path urdf = find_below(options.robots, robot.urdf);
-    if (urdf.empty()) {
-      fmt::print("Skipped: {} is not below the folder of robots ({}).\n", robot.urdf,
-                 options.robots.empty() ? "--robots was not given" : options.robots.string());
-      continue;
-    }
+    const std::filesystem::path urdf = find_robot(options, robot.urdf);
+    if (urdf.empty()) continue;
     SceneOverrides overrides;
     overrides.base = robot.floating ? Base::kFloating : Base::kFixed;
     const Scene scene = load_scene(urdf, overrides);

@@ -23,6 +23,12 @@ struct States {
 
 States random_states(const Model& model);
 
+/// Calls evaluate(i) for states taken in turn.
+template <class Evaluate>
+void run_in_turn(int evaluations, const Evaluate& evaluate) {
+  for (int k = 0; k < evaluations; ++k) evaluate(static_cast<std::size_t>(k % kStates));
+}
+
 /// The same robot in both engines, and the map between their coordinates: theirs are T ours, with
 /// the linear velocity of a free base in the body-fixed frame.
 class Pair {

@@ -103,9 +103,8 @@ void compare_robots(const PeerOptions& options, PeerTable& table) {
 }
 
 void compare_softness(const PeerOptions& options, PeerTable& table) {
-  const std::vector<std::string> known = {"humanoid_drop", "stack_5", "pyramid_5", "grid_5",
-                                          "pack_4"};
-  for (std::vector<Named> scenes : {bundled(options, known), piles(options), robots(options)}) {
+  for (std::vector<Named> scenes :
+       {bundled(options, kKnownScenes), piles(options), robots(options)}) {
     for (Named& n : scenes) make_soft(n.scene);
     compare(scenes, "softness", options, table);
   }

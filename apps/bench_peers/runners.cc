@@ -11,8 +11,7 @@
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/simulator.h"
-#include "measure/median.h"
-#include "measure/thread_clock.h"
+#include "measure/clocks.h"
 #include "peers/mujoco.h"
 
 namespace counterpoint::apps {
@@ -198,6 +197,9 @@ std::unique_ptr<Runner> our_runner(const Scene& scene) {
   return std::make_unique<OurRunner>(scene);
 }
 
+namespace {
+
+/// Seconds per step of each runner, for one trajectory that all run in turns of a few steps.
 std::vector<double> one_round(const Runners& runners, int steps, const Work& work) {
   std::vector<double> seconds(runners.size(), 0.0);
   for (int done = 0; done < steps; done += kChunk) {
@@ -212,26 +214,29 @@ std::vector<double> one_round(const Runners& runners, int steps, const Work& wor
   return seconds;
 }
 
+}  // namespace
+
+Timing time_rounds(const Runners& runners, int steps, int rounds, const Work& work) {
+  std::vector<std::vector<double>> seconds;
+  for (int round = 0; round < rounds; ++round) {
+    for (const auto& runner : runners) runner->reset();
+    seconds.push_back(one_round(runners, steps, work));
+  }
+  return medians(seconds);
+}
+
 namespace {
 
 void time_them(const Runners& runners, const Wanted& wanted, const std::string& quantity, int nv,
                const Work& work, PeerTable& table) {
-  std::vector<std::vector<double>> seconds(runners.size()), ratio(runners.size());
   std::vector<double> iterations;
   for (const auto& runner : runners)
     iterations.push_back(static_cast<double>(runner->iterations) / std::max(wanted.steps, 1));
-  for (int round = 0; round < wanted.rounds; ++round) {
-    for (const auto& runner : runners) runner->reset();
-    const std::vector<double> once = one_round(runners, wanted.steps, work);
-    for (std::size_t i = 0; i < runners.size(); ++i) {
-      seconds[i].push_back(once[i]);
-      ratio[i].push_back(once[0] / once[i]);
-    }
-  }
+  const Timing timing = time_rounds(runners, wanted.steps, wanted.rounds, work);
   const bool inverse = quantity == "inverse";
   for (std::size_t i = 0; i < runners.size(); ++i)
-    table.add({wanted.table, wanted.label, quantity, runners[i]->name(), median(seconds[i]),
-               median(ratio[i]), inverse ? "unexplained force" : "overlap [m]",
+    table.add({wanted.table, wanted.label, quantity, runners[i]->name(), timing.seconds[i],
+               1.0 / timing.ratio[i], inverse ? "unexplained force" : "overlap [m]",
                inverse ? runners[i]->inverse_error() : runners[i]->penetration, nv,
                inverse ? "" : runners[i]->failure,
                inverse ? std::numeric_limits<double>::quiet_NaN() : iterations[i]});

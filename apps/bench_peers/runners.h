@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "counterpoint/model/scene.h"
+#include "measure/turns.h"
 #include "tables.h"
 
 namespace counterpoint::apps {
@@ -47,8 +48,8 @@ using Work = std::function<void(Runner&, int begin, int count)>;
 
 std::unique_ptr<Runner> our_runner(const Scene& scene);
 
-/// Seconds per step of each runner, for one trajectory that all run in turns of a few steps.
-std::vector<double> one_round(const Runners& runners, int steps, const Work& work);
+/// Times one step of each runner; in every round all run the trajectory in turns of a few steps.
+Timing time_rounds(const Runners& runners, int steps, int rounds, const Work& work);
 
 struct Wanted {
   std::string table = "steps", label;

@@ -9,9 +9,9 @@
 #include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/simulator.h"
 #include "measure/median.h"
+#include "measure/turns.h"
 #include "peers/mujoco_derivatives.h"
 #include "runners.h"
-#include "timing.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -232,12 +232,8 @@ void compare_both(const Scene& scene, const std::string& label, const PeerOption
 
 void compare_step_derivatives(const PeerOptions& options, PeerTable& table) {
   compare_both(load_scene(options.scenes / "humanoid_drop.yaml"), "humanoid_drop", options, table);
-  const char* name = "solo12.urdf";
-  const std::filesystem::path urdf = find_below(options.robots, name);
-  if (urdf.empty())
-    fmt::print("Skipped: {} is not below the folder of robots.\n", name);
-  else
-    compare_both(dropped(urdf), urdf.stem().string(), options, table);
+  const std::filesystem::path urdf = find_robot(options, "solo12.urdf");
+  if (!urdf.empty()) compare_both(dropped(urdf), urdf.stem().string(), options, table);
 }
 
 }  // namespace counterpoint::apps

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <fstream>
 
-#include "measure/median.h"
 #include "runners.h"
 
 namespace counterpoint::apps {
@@ -51,16 +50,13 @@ Scene boxes(const PeerOptions& options, int count) {
 }  // namespace
 
 void compare_steps(const PeerOptions& options, PeerTable& table) {
-  for (const char* name : {"humanoid_drop", "stack_5", "pyramid_5", "grid_5", "pack_4"}) {
-    const Scene scene = load_scene(options.scenes / (std::string(name) + ".yaml"));
+  for (const std::string& name : kKnownScenes) {
+    const Scene scene = load_scene(options.scenes / (name + ".yaml"));
     try_scene(scene, {"steps", name, steps_of(scene, options), options.step_rounds}, table);
   }
   for (const char* name : {"anymal.urdf", "solo12.urdf", "go2.urdf"}) {
-    const std::filesystem::path urdf = find_below(options.robots, name);
-    if (urdf.empty()) {
-      fmt::print("Skipped: {} is not below the folder of robots.\n", name);
-      continue;
-    }
+    const std::filesystem::path urdf = find_robot(options, name);
+    if (urdf.empty()) continue;
     const Scene scene = dropped(urdf);
     try_scene(scene, {"steps", urdf.stem().string(), steps_of(scene, options), options.step_rounds},
               table);
@@ -76,19 +72,12 @@ void compare_sizes(const char* what, const std::vector<int>& counts, int steps,
                    PeerTable& table) {
   Runners runners;
   for (const int count : counts) runners.push_back(our_runner(make(options, count)));
-  std::vector<std::vector<double>> seconds(runners.size()), growth(runners.size());
-  for (int round = 0; round < options.step_rounds; ++round) {
-    for (const auto& runner : runners) runner->reset();
-    const std::vector<double> once =
-        one_round(runners, steps, [](Runner& runner, int, int count) { runner.steps(count); });
-    for (std::size_t i = 0; i < runners.size(); ++i) {
-      seconds[i].push_back(once[i] / counts[i]);
-      growth[i].push_back(seconds[i].back() / seconds[0].back());
-    }
-  }
+  const Timing timing = time_rounds(runners, steps, options.step_rounds,
+                                    [](Runner& runner, int, int count) { runner.steps(count); });
   for (std::size_t i = 0; i < runners.size(); ++i)
     table.add({"growth", fmt::format("{} {}", counts[i], what), "step of one", runners[i]->name(),
-               median(seconds[i]), 1.0, "over the first", median(growth[i]), 0, ""});
+               timing.seconds[i] / counts[i], 1.0, "over the first",
+               timing.ratio[i] * counts[0] / counts[i], 0, ""});
 }
 
 }  // namespace

@@ -79,7 +79,12 @@ void compare_robots(const PeerOptions& options, PeerTable& table);
 /// compliance 0.1, convex friction.
 void compare_softness(const PeerOptions& options, PeerTable& table);
 
-/// Path of a file with this name anywhere below `folder`, or empty.
-std::filesystem::path find_below(const std::filesystem::path& folder, const std::string& name);
+/// Path of a file with this name anywhere below options.robots; empty, with a message, if there is
+/// none.
+std::filesystem::path find_robot(const PeerOptions& options, const std::string& name);
+
+/// Scenes of data/scenes that steps are compared on.
+inline const std::vector<std::string> kKnownScenes = {"humanoid_drop", "stack_5", "pyramid_5",
+                                                      "grid_5", "pack_4"};
 
 }  // namespace counterpoint::apps

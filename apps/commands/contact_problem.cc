@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "counterpoint/contact/solver.h"
 #include "counterpoint/model/spatial.h"
 #include "input/problem_file.h"
+#include "measure/clocks.h"
 #include "report/report.h"
 
 namespace counterpoint::apps {
@@ -63,10 +63,10 @@ Json solve(const std::string& name, const contact::ContactSpaceProblem& problem,
            const ContactProblemArguments& arguments, bool coulomb, bool& all_solved) {
   contact::ContactSpaceOptions options = arguments.options;
   options.coulomb = coulomb;
-  const auto start = std::chrono::steady_clock::now();
+  const double start = wall_seconds();
   const contact::ContactSpaceSolution solution =
       solve_contact_space(problem, options, arguments.settings);
-  const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+  const double milliseconds = 1e3 * (wall_seconds() - start);
   // Residuals are checked against the symmetric part of A, for which the problem was solved, and
   // against A as given.
   contact::ContactSpaceProblem symmetric = problem;
@@ -78,14 +78,14 @@ Json solve(const std::string& name, const contact::ContactSpaceProblem& problem,
   arguments.report.print(
       "{:<38} {:>4} {:<8} {:<17} {:>5} {:>9.2f} {:>9.1e} {:>9.1e} {:>9.1e} {:>9.1e} {:>9.1e}\n",
       name, problem.num_contacts(), coulomb ? "coulomb" : "convex", status,
-      solution.report.iterations, time.count(), residuals.primal, residuals.dual,
+      solution.report.iterations, milliseconds, residuals.primal, residuals.dual,
       residuals.complementarity, std::max(given.dual, given.complementarity), solution.asymmetry);
   return {{"name", name},
           {"contacts", problem.num_contacts()},
           {"friction_model", coulomb ? "coulomb" : "convex"},
           {"status", status},
           {"iterations", solution.report.iterations},
-          {"time_ms", time.count()},
+          {"time_ms", milliseconds},
           {"rank", solution.rank},
           {"asymmetry", solution.asymmetry},
           {"primal", residuals.primal},

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <optional>
 
@@ -12,6 +11,7 @@
 #include "counterpoint/engine/trajectory.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"
+#include "measure/clocks.h"
 #include "measure/median.h"
 #include "report/report.h"
 
@@ -120,7 +120,7 @@ class DerivativesRun {
     const Model& model = scene_.model;
     const auto q = trajectory.q.col(k), q_next = trajectory.q.col(k + 1), v = trajectory.v.col(k),
                v_next = trajectory.v.col(k + 1);
-    const auto begin = std::chrono::steady_clock::now();
+    const double begin = wall_seconds();
     if (arguments_.forward) {
       singular_ += !step_forward_derivatives(model, options, q, v, q_next, v_next, known,
                                              workspace_, inverse_, exact_, forward_);
@@ -128,8 +128,7 @@ class DerivativesRun {
       step_inverse_derivatives(model, options, q, v, q_next, v_next, known, workspace_, inverse_,
                                exact_);
     }
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-    times_us.push_back(1e6 * took.count());
+    times_us.push_back(1e6 * (wall_seconds() - begin));
     if (inverse_.fault.any()) return inverse_.fault;
     by_differences += exact_.by_differences;
     const NamedBlock blocks[] = {

@@ -30,7 +30,7 @@ int export_scene(ExportArguments& arguments) {
   const std::string meshes = output.stem().string() + "_meshes";
   const Exported out =
       arguments.to == "mjcf"
-          ? export_mjcf(scene, collision::Collider(scene.model).overlapping_pairs())
+          ? export_mjcf(scene, {collision::Collider(scene.model).overlapping_pairs()})
           : export_urdf(scene, meshes);
   for (const ExportedFile& file : out.files)
     write_with_folder(output.parent_path() / file.name, file.text);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <limits>
 #include <sstream>
 
@@ -43,7 +42,7 @@ Run run_on(Engine engine, const HardCase& hard_case, const CaseSettings& setting
   trial.stop_when(settings.stop);
   if (ours) keep_files(settings, hard_case, trial);
   trial.chart.title = hard_case.name;
-  const auto start = std::chrono::steady_clock::now();
+  const double start = wall_seconds();
   try {
     hard_case.run(trial);
     if (trial.checks.empty()) run.failure = "nothing was measured";
@@ -54,8 +53,7 @@ Run run_on(Engine engine, const HardCase& hard_case, const CaseSettings& setting
   } catch (const std::exception& error) {
     run.failure = error.what();
   }
-  run.wall_seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  run.wall_seconds = wall_seconds() - start;
   try {
     run.replay = trial.write_replay();
   } catch (const InputError& error) {  // does not fail the case

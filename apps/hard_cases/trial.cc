@@ -49,8 +49,7 @@ void Trial::step(Runner& sim) {
     throw StepFailure(fmt::format("{}: step at {:.6g} s: {}", sim.scene().name, sim.state().time,
                                   metrics.failure));
   }
-  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
-  if (spent.count() > allowed_) {
+  if (wall_seconds() - start_ > allowed_) {
     throw StepFailure(fmt::format("{}: stopped at {:.6g} s after {:g} s of wall time",
                                   sim.scene().name, sim.state().time, allowed_));
   }

@@ -1,7 +1,6 @@
 // A hard case: a scene, known facts about its motion, and the measured quantities.
 #pragma once
 
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "counterpoint/engine/dynamics.h"
+#include "measure/clocks.h"
 #include "report/chart.h"
 #include "runner.h"
 #include "view/clip.h"
@@ -127,7 +127,7 @@ class Trial : public Figures {
   double allowed_;  ///< [s]
   std::function<bool()> stop_wanted_;
   std::filesystem::path state_file_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  double start_ = wall_seconds();
   std::vector<std::unique_ptr<Runner>> runners_;
   std::filesystem::path replay_file_;
   std::string replay_scene_;

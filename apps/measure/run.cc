@@ -1,10 +1,9 @@
 #include "measure/run.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
-#include "measure/thread_clock.h"
+#include "measure/clocks.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -18,12 +17,11 @@ bool stops(const RunHooks& hooks, RunTally& tally) {
 /// `seconds` [s].
 template <class Step>
 auto timed(RunTally& tally, double& seconds, Step step) {
-  const auto start = std::chrono::steady_clock::now();
+  const double start = wall_seconds();
   const double busy = thread_seconds();
   auto report = step();
   seconds = thread_seconds() - busy;
-  tally.wall_seconds +=
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  tally.wall_seconds += wall_seconds() - start;
   return report;
 }
 

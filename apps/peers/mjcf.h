@@ -1,12 +1,11 @@
-// A scene as MJCF, MuJoCo's own format: bodies b1, b2, ... and geometries g0, g1, ... by index,
-// joints in the order of the model, so that coordinates have the same indices.
+// A scene as MJCF, MuJoCo's own format, by the names of the scene. The joints have the order of the
+// model, so that coordinates have the same indices.
 #pragma once
 
 #include <string>
 
 #include "counterpoint/engine/step.h"
 #include "counterpoint/model/scene.h"
-#include "mujoco.h"
 
 namespace counterpoint::peers {
 
@@ -17,9 +16,9 @@ EffectSet effects_of(const Scene& scene);
 /// and a ball.
 bool is_free(const Body& body);
 
-/// The whole document except <size>, which is inserted after its first line. `integrator`: name of
-/// the integrator for kBest in this version of MuJoCo. Free bodies start where the scene puts them,
-/// other joints at zero. @throws NotExpressible
-std::string mjcf(const Scene& scene, MujocoSettings settings, const std::string& integrator);
+/// Returns the document. <size> is left out, to be inserted after the first line, and so are the
+/// values that are set in the compiled model: settings of the solver, effort limits, second anchors
+/// and lengths of closures, drag. @throws NotExpressible
+std::string mjcf(const Scene& scene);
 
 }  // namespace counterpoint::peers

@@ -102,9 +102,9 @@ bool Mujoco::Impl::warned(std::initializer_list<int> kinds) const {
                      [&](int kind) { return d->warning[kind].number > 0; });
 }
 
-std::string Mujoco::Impl::try_step(const Input& input) {
+std::string Mujoco::Impl::try_steps(const Input& input, long count) {
   apply(input);
-  const std::string error = guarded_step(m, d);
+  const std::string error = guarded_steps(m, d, count);
   if (!error.empty()) return "MuJoCo: " + error;
   if (warned({mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC}))
     return "MuJoCo: not finite or beyond 1e10, it starts anew";
@@ -126,12 +126,12 @@ MujocoStep Mujoco::Impl::step(const Input& input) {
   constexpr int kMostTries = 12;
   const std::vector<mjtNum> warm(d->qacc_warmstart, d->qacc_warmstart + m->nv);
   MujocoStep report;
-  report.failure = try_step(input);
+  report.failure = try_steps(input, 1);
   for (int tries = 0; tries < kMostTries && needs_room(report.failure); ++tries) {
     build();
     set_state(State(state));
     std::copy(warm.begin(), warm.end(), d->qacc_warmstart);
-    report.failure = try_step(input);
+    report.failure = try_steps(input, 1);
   }
   if (report.failure.empty() && warned({mjWARN_CONTACTFULL, mjWARN_CNSTRFULL}))
     report.failure = "MuJoCo: too many contacts";
@@ -148,11 +148,8 @@ MujocoStep Mujoco::Impl::step(const Input& input) {
 }
 
 std::string Mujoco::Impl::run(long count) {
-  apply({});
-  const std::string error = guarded_steps(m, d, count);
-  if (!error.empty()) return "MuJoCo: " + error;
-  if (warned({mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC}))
-    return "MuJoCo: not finite or beyond 1e10, it starts anew";
+  std::string failure = try_steps({}, count);
+  if (!failure.empty()) return failure;
   if (warned({mjWARN_CONTACTFULL, mjWARN_CNSTRFULL})) return "MuJoCo: too many contacts";
   return {};
 }
@@ -300,13 +297,7 @@ const std::vector<ClosureForce>& Mujoco::closures() const {
 
 std::vector<Pose> Mujoco::poses() const {
   impl_->read_forces();  // needs the poses at the start of the step
-  mj_kinematics(impl_->m, impl_->d);
-  std::vector<Pose> X_WB;
-  for (int i = 0; i < impl_->m->nbody; ++i) {
-    const Eigen::Map<const Eigen::Matrix<mjtNum, 3, 3, Eigen::RowMajor>> R(impl_->d->xmat + 9 * i);
-    X_WB.push_back({R, vector(impl_->d->xpos + 3 * i)});
-  }
-  return X_WB;
+  return poses_of(impl_->m, impl_->d);
 }
 
 std::vector<Motion> Mujoco::velocities() const {

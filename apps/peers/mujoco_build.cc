@@ -11,10 +11,13 @@
 
 namespace counterpoint::peers {
 Mujoco::Impl::Impl(const Scene& scene, MujocoSettings settings)
-    : model(scene.model), on(effects_of(scene)) {
+    : model(scene.model), on(effects_of(scene)), chosen(settings) {
   keep_quiet();
-  document = mjcf(scene, settings, implicit_integrator());
+  document = mjcf(scene);
   body_of_line = document.find('\n') + 1;
+  // Enabled here, because the flag's bit depends on the version; options may be given twice.
+  if (settings == MujocoSettings::kBest)
+    document.insert(body_of_line, "<option><flag multiccd='enable'/></option>\n");
   max_contacts = 100 + static_cast<int>(model.geometries().size());
   time_step = scene.options.time_step;
   build();
@@ -32,8 +35,10 @@ void Mujoco::Impl::clear() {
 void Mujoco::Impl::build() {
   clear();
   m = compile_with_room();
+  apply_settings(chosen, m);
   number_alike();
   set_closures();
+  set_servos();
   set_drag();
   m->opt.timestep = time_step;
   d = mj_makeData(m);
@@ -83,14 +88,14 @@ std::string Mujoco::Impl::size_element() const {
 
 void Mujoco::Impl::number_alike() {
   for (int i = 1; i < model.num_bodies(); ++i) {
-    if (mj_name2id(m, mjOBJ_BODY, fmt::format("b{}", i).c_str()) != i)
+    if (mj_name2id(m, mjOBJ_BODY, model.joint(i - 1).link.c_str()) != i)
       throw NotExpressible("MuJoCo numbers its bodies otherwise");
   }
   if (m->nq != model.nq() || m->nv != model.nv())
     throw NotExpressible("MuJoCo counts its coordinates otherwise");
   geometry_of.assign(static_cast<std::size_t>(m->ngeom), -1);
   for (std::size_t i = 0; i < model.geometries().size(); ++i) {
-    const int id = mj_name2id(m, mjOBJ_GEOM, fmt::format("g{}", i).c_str());
+    const int id = mj_name2id(m, mjOBJ_GEOM, model.geometries()[i].name.c_str());
     if (id >= 0) geometry_of[static_cast<std::size_t>(id)] = static_cast<int>(i);
   }
 }
@@ -100,7 +105,7 @@ void Mujoco::Impl::set_closures() {
   closure_of.assign(static_cast<std::size_t>(m->neq), -1);
   for (std::size_t i = 0; on.has(Effect::kClosures) && i < model.closures().size(); ++i) {
     const Closure& c = model.closures()[i];
-    const int id = mj_name2id(m, mjOBJ_EQUALITY, fmt::format("c{}", i).c_str());
+    const int id = mj_name2id(m, mjOBJ_EQUALITY, c.name.c_str());
     closure_of[static_cast<std::size_t>(id)] = static_cast<int>(i);
     mjtNum* data = m->eq_data + id * mjNEQDATA;
     if (c.type == ClosureType::kBall) {
@@ -109,9 +114,22 @@ void Mujoco::Impl::set_closures() {
       set_numbers(swapped ? c.X_AC.translation : c.X_BC.translation, data + 3);
     }
     if (c.type == ClosureType::kDistance) {
-      const int tendon = mj_name2id(m, mjOBJ_TENDON, fmt::format("t{}", i).c_str());
+      const int tendon = mj_name2id(m, mjOBJ_TENDON, c.name.c_str());
       data[0] = c.length - m->tendon_length0[tendon];
     }
+  }
+}
+
+/// Sets the servos: force = control - kp q - kd w, within the effort limit.
+void Mujoco::Impl::set_servos() {
+  for (int i = 0; i < m->nu; ++i) {
+    const double limit =
+        model.joint(model.servos()[static_cast<std::size_t>(i)].joint).effort_limit;
+    m->actuator_gainprm[i * mjNGAIN] = 1.0;
+    if (!on.has(Effect::kEffortLimits) || !std::isfinite(limit)) continue;
+    m->actuator_forcelimited[i] = 1;
+    m->actuator_forcerange[2 * i] = -limit;
+    m->actuator_forcerange[2 * i + 1] = limit;
   }
 }
 

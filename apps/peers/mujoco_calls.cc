@@ -26,6 +26,13 @@ void on_error(const char* message) {
   std::abort();
 }
 
+/// The integrator that is implicit in velocity and most accurate in this version.
+#if mjVERSION_HEADER >= 235
+constexpr int kMostAccurate = mjINT_IMPLICITFAST;
+#else
+constexpr int kMostAccurate = mjINT_IMPLICIT;
+#endif
+
 /// Does nothing; MuJoCo's default writes a file.
 void on_warning(const char*) {}
 
@@ -35,8 +42,6 @@ void keep_quiet() {
   mju_user_error = on_error;
   mju_user_warning = on_warning;
 }
-
-std::string guarded_step(const mjModel* m, mjData* d) { return guarded_steps(m, d, 1); }
 
 std::string guarded_steps(const mjModel* m, mjData* d, long count) {
   std::jmp_buf here;
@@ -50,12 +55,46 @@ std::string guarded_steps(const mjModel* m, mjData* d, long count) {
   return {};
 }
 
-const char* implicit_integrator() {
-#if mjVERSION_HEADER >= 235
-  return "implicitfast";
-#else
-  return "implicit";
-#endif
+void apply_settings(MujocoSettings settings, mjModel* m) {
+  mjOption usual;
+  mj_defaultOption(&usual);
+  mjtNum reference[mjNREF], impedance[mjNIMP];
+  mj_defaultSolRefImp(reference, impedance);
+  mjOption& option = m->opt;
+  option.integrator = settings == MujocoSettings::kRungeKutta4 ? mjINT_RK4 : usual.integrator;
+  option.cone = settings == MujocoSettings::kElliptic ? mjCONE_ELLIPTIC : usual.cone;
+  option.impratio = usual.impratio;
+  if (settings == MujocoSettings::kBest) {
+    option.integrator = kMostAccurate;
+    option.cone = mjCONE_ELLIPTIC;
+    option.impratio = 100.0;
+    option.tolerance = 1e-12;
+    option.iterations = 1000;
+    reference[0] = 2.0 * option.timestep;
+    impedance[0] = impedance[1] = 0.9999;
+  }
+  const auto soften = [&](int count, mjtNum* solref, mjtNum* solimp) {
+    for (int i = 0; i < count; ++i) {
+      std::copy(reference, reference + mjNREF, solref + i * mjNREF);
+      std::copy(impedance, impedance + mjNIMP, solimp + i * mjNIMP);
+    }
+  };
+  soften(m->ngeom, m->geom_solref, m->geom_solimp);
+  soften(m->npair, m->pair_solref, m->pair_solimp);
+  soften(m->neq, m->eq_solref, m->eq_solimp);
+  soften(m->njnt, m->jnt_solref, m->jnt_solimp);
+  soften(m->nv, m->dof_solref, m->dof_solimp);
+}
+
+std::vector<Pose> poses_of(const mjModel* m, mjData* d) {
+  mj_kinematics(m, d);
+  std::vector<Pose> X_WB;
+  for (int i = 0; i < m->nbody; ++i) {
+    using RowMajor = Eigen::Matrix<mjtNum, 3, 3, Eigen::RowMajor>;
+    X_WB.push_back(
+        {Eigen::Map<const RowMajor>(d->xmat + 9 * i), Eigen::Map<const Vector3>(d->xpos + 3 * i)});
+  }
+  return X_WB;
 }
 
 mjModel* compile(const std::string& document) {

@@ -3,22 +3,22 @@
 
 #include <string>
 
-struct mjModel_;
-struct mjData_;
+#include "mujoco.h"
 
 namespace counterpoint::peers {
 
-/// Installs handlers: errors are returned by guarded_step, warnings are read from mjData.
+/// Installs handlers: errors are returned by guarded_steps, warnings are read from mjData.
 void keep_quiet();
 
-/// Calls mj_step. Returns MuJoCo's error message, or ""; after an error the data must not be
-/// stepped again.
-std::string guarded_step(const mjModel_* m, mjData_* d);
-/// Calls mj_step `count` times; otherwise the same.
+/// Calls mj_step `count` times. Returns MuJoCo's error message, or ""; after an error the data must
+/// not be stepped again.
 std::string guarded_steps(const mjModel_* m, mjData_* d, long count);
 
-/// MJCF name of the integrator that is implicit in velocity and most accurate in this version.
-const char* implicit_integrator();
+/// Sets the options and the softness of all constraints, which depends on the model's time step.
+void apply_settings(MujocoSettings settings, mjModel_* m);
+
+/// Returns the poses X_WB of all bodies, the world first, at the coordinates in the data.
+std::vector<Pose> poses_of(const mjModel_* m, mjData_* d);
 
 /// Compiles MJCF from memory; the caller deletes the model. @throws NotExpressible
 mjModel_* compile(const std::string& document);

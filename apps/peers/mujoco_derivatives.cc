@@ -7,8 +7,6 @@
 
 namespace counterpoint::peers {
 
-#if mjVERSION_HEADER >= 300
-
 namespace {
 
 constexpr double kAdvised = 1e-6;  ///< step of the differences in MuJoCo's documentation
@@ -116,18 +114,5 @@ double MujocoDerivatives::transition_error(const MujocoMoment& moment, bool cent
   transition(moment, centered);
   return error(reference, 1);
 }
-
-#else
-
-MujocoDerivatives::MujocoDerivatives(Mujoco& mujoco)
-    : m_(mujoco.own_model()), d_(mujoco.own_data()) {
-  throw NotExpressible("MuJoCo is older than 3: it has no mjd_inverseFD");
-}
-void MujocoDerivatives::inverse(const MujocoMoment&) {}
-void MujocoDerivatives::transition(const MujocoMoment&, bool) {}
-double MujocoDerivatives::inverse_error(const MujocoMoment&) { return 0.0; }
-double MujocoDerivatives::transition_error(const MujocoMoment&, bool) { return 0.0; }
-
-#endif
 
 }  // namespace counterpoint::peers

@@ -26,9 +26,10 @@ struct ModelDeleter {
 std::string with_sensors(std::string document, const Model& model) {
   std::string sensors = "<sensor>";
   for (int group = 0; group < 2; ++group) {
-    sensors += "<framepos objtype='xbody' objname='b1'/><framequat objtype='xbody' objname='b1'/>";
+    for (const char* what : {"framepos", "framequat"})
+      sensors += fmt::format("<{} objtype='xbody' objname='{}'/>", what, model.joint(0).link);
     for (int i = 1; i < model.num_joints(); ++i)
-      sensors += fmt::format("<jointpos joint='j{}_0'/>", i);
+      sensors += fmt::format("<jointpos joint='{}'/>", model.joint(i).name);
   }
   return document.replace(document.rfind("</mujoco>"), 9, sensors + "</sensor></mujoco>");
 }
@@ -88,8 +89,8 @@ void MujocoDirect::Impl::set_weights(const DirectTask& task) {
 }
 
 MujocoDirect::MujocoDirect(const DirectTask& task) : impl_(std::make_unique<Impl>()) {
-  const std::string document = mjcf(*task.scene, MujocoSettings::kDefault, implicit_integrator());
-  impl_->model.reset(compile(with_sensors(document, task.scene->model)));
+  impl_->model.reset(compile(with_sensors(mjcf(*task.scene), task.scene->model)));
+  apply_settings(MujocoSettings::kDefault, impl_->model.get());
   impl_->frames = static_cast<int>(task.targets.size()) + 1;
   impl_->direct = std::make_unique<mjpc::Direct>(impl_->model.get(), impl_->frames);
   impl_->set_targets(task);

@@ -30,14 +30,7 @@ std::vector<Pose> play_mjcf(const std::string& path, double seconds) {
   const std::string failure =
       guarded_steps(m.get(), d.get(), std::lround(seconds / m->opt.timestep));
   if (!failure.empty()) throw NotExpressible(fmt::format("{}: {}", path, failure));
-  mj_kinematics(m.get(), d.get());
-  std::vector<Pose> X_WB;
-  for (int i = 0; i < m->nbody; ++i) {
-    using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-    X_WB.push_back({Eigen::Map<const RowMajor>(d->xmat + 9 * i),
-                    Vector3(Eigen::Map<const Vector3>(d->xpos + 3 * i))});
-  }
-  return X_WB;
+  return poses_of(m.get(), d.get());
 }
 
 }  // namespace counterpoint::peers

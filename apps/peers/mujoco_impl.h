@@ -40,6 +40,7 @@ struct Mujoco::Impl {
 
   /// Sets the second anchors and the lengths of rods, which MJCF would derive from the start pose.
   void set_closures();
+  void set_servos();
 
   /// Sets the linear drag of free bodies about their origin, as damping of their joint.
   void set_drag();
@@ -49,7 +50,7 @@ struct Mujoco::Impl {
 
   /// True if MuJoCo gave one of these warnings since the last reset.
   bool warned(std::initializer_list<int> kinds) const;
-  std::string try_step(const Input& input);
+  std::string try_steps(const Input& input, long count);
 
   /// True if the step failed for lack of memory; then the size for the next build is doubled.
   bool needs_room(const std::string& failure);
@@ -68,6 +69,7 @@ struct Mujoco::Impl {
 
   Model model;
   EffectSet on;
+  MujocoSettings chosen;
   std::string document;
   std::size_t body_of_line = 0;
   int max_contacts = 0;

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 
-#include "counterpoint/model/export/mjcf_shape.h"
+#include "counterpoint/model/export/mjcf_parts.h"
 #include "counterpoint/model/export/numbers.h"
 #include "counterpoint/model/model.h"
 #include "counterpoint/model/robot_files.h"
@@ -15,9 +14,18 @@ namespace {
 
 class MjcfWriter {
  public:
-  MjcfWriter(const Scene& scene, const std::vector<std::pair<int, int>>& apart)
-      : scene_(scene), model_(scene.model), apart_(apart.begin(), apart.end()) {
-    for (const auto& pair : model_.excluded_geometry_pairs()) apart_.insert(pair);
+  MjcfWriter(const Scene& scene, const MjcfExport& how)
+      : scene_(scene), model_(scene.model), how_(how) {
+    if (on(Effect::kClosures)) closures_ = model_.closures();
+    if (on(Effect::kMimics)) mimics_ = model_.mimics();
+    if (on(Effect::kServos)) servos_ = model_.servos();
+    const auto friction = [&](const Geometry& g) {
+      return acting_surface(g.material, how.effects).friction;
+    };
+    const auto& all = model_.geometries();
+    unlike_ = std::any_of(all.begin(), all.end(),
+                          [&](const Geometry& g) { return friction(g) != friction(all.front()); });
+    by_pair_ = how.pair_surfaces && (unlike_ || !model_.pair_materials().empty());
   }
 
   Exported write() {
@@ -26,11 +34,11 @@ class MjcfWriter {
     write_options();
     write_meshes();
     write_bodies();
-    write_exclusions();
+    if (on(Effect::kContacts)) write_contacts();
     write_equalities();
     write_rods();
     write_actuators();
-    write_start();
+    if (how_.start) write_start();
     xml_.CloseElement();
     note_forces();
     out_.text = xml_.CStr();
@@ -40,6 +48,13 @@ class MjcfWriter {
  private:
   void set(const char* name, const std::string& value) { xml_.PushAttribute(name, value.c_str()); }
   void set(const char* name, double value) { set(name, export_number(value)); }
+  /// Writes an element without children.
+  void element(const char* name,
+               std::initializer_list<std::pair<const char*, std::string>> attributes) {
+    xml_.OpenElement(name);
+    for (const auto& [key, value] : attributes) set(key, value);
+    xml_.CloseElement();
+  }
   void lose(const std::string& where, const std::string& what) {
     out_.lost.push_back({where, what});
   }
@@ -58,30 +73,23 @@ class MjcfWriter {
   static bool is_free(const Body& body) {
     return body.joint_type == JointType::kFloating && body.parent == 0;
   }
+  bool on(Effect effect) const { return how_.effects.has(effect); }
   Pose start_of(const Body& body) const {
     return joint_pose(body.X_PJ, body.joint_type, scene_.q.data() + body.q_index);
   }
 
   void write_options() {
-    xml_.OpenElement("compiler");
-    set("angle", "radian");
-    set("inertiafromgeom", "false");
-    xml_.CloseElement();
-    xml_.OpenElement("option");
-    set("timestep", scene_.options.time_step);
-    set("gravity", export_numbers(model_.gravity()));
-    set("integrator", "implicitfast");
-    set("cone", "elliptic");
-    set("impratio", "100");
-    xml_.CloseElement();
+    element("compiler", {{"angle", "radian"}, {"inertiafromgeom", "false"}});
+    const Vector3 gravity = on(Effect::kGravity) ? model_.gravity() : Vector3(0, 0, 0);
+    element("option", {{"timestep", export_number(scene_.options.time_step)},
+                       {"gravity", export_numbers(gravity)},
+                       {"integrator", how_.integrator},
+                       {"cone", "elliptic"},
+                       {"impratio", "100"}});
     const std::string reference = export_numbers({2.0 * scene_.options.time_step, 1.0});
     xml_.OpenElement("default");
-    for (const char* what : {"geom", "equality"}) {
-      xml_.OpenElement(what);
-      set("solref", reference);
-      set("solimp", "0.9999 0.9999 0.001");
-      xml_.CloseElement();
-    }
+    for (const char* what : {"geom", "equality"})
+      element(what, {{"solref", reference}, {"solimp", "0.9999 0.9999 0.001"}});
     xml_.CloseElement();
   }
 
@@ -93,10 +101,7 @@ class MjcfWriter {
       meshes_[g.shape.mesh.get()] = name;
       std::string vertices;
       for (const Vector3& v : g.shape.mesh->vertices) vertices += export_numbers(v) + " ";
-      xml_.OpenElement("mesh");
-      set("name", name);
-      set("vertex", vertices);
-      xml_.CloseElement();
+      element("mesh", {{"name", name}, {"vertex", vertices}});
     }
     xml_.CloseElement();
   }
@@ -122,15 +127,11 @@ class MjcfWriter {
   }
 
   void write_compensation(int body) {
-    double mass = 0.0;
-    for (const GravityCompensation& c : model_.gravity_compensations()) {
-      if (c.body != body) continue;
-      mass += c.mass;
-      if (!c.center.isApprox(model_.body(body).inertia.center, 1e-12))
-        lose("link '" + body_name(body) + "'",
-             "gravity compensation of a part of it: written as of the whole");
-    }
-    if (mass != 0.0) set("gravcomp", mass / model_.body(body).inertia.mass);
+    const CarriedWeight carried = carried_weight(model_, body);
+    if (carried.mass != 0.0) set("gravcomp", carried.mass / model_.body(body).inertia.mass);
+    if (!carried.at_center)
+      lose("link '" + body_name(body) + "'",
+           "gravity compensation of a part of it: written as of the whole");
   }
 
   /// Writes the inertia in principal axes if it is not diagonal: MuJoCo's own diagonalization has a
@@ -144,11 +145,10 @@ class MjcfWriter {
       axes.rotation = principal.axes;
       moments = principal.moments;
     }
-    xml_.OpenElement("inertial");
-    place(axes);
-    set("mass", inertia.mass);
-    set("diaginertia", export_numbers(moments));
-    xml_.CloseElement();
+    element("inertial", {{"pos", export_numbers(axes.translation)},
+                         {"quat", export_quaternion(axes.rotation)},
+                         {"mass", export_number(inertia.mass)},
+                         {"diaginertia", export_numbers(moments)}});
   }
 
   /// Writes shapes, frames of merged links and anchors of rods.
@@ -156,8 +156,9 @@ class MjcfWriter {
     for (const Geometry& g : model_.geometries())
       if (g.body == body) write_geometry(g);
     for (const Frame& frame : model_.frames())
-      if (frame.body == body && frame.name != body_name(body)) write_site(frame.name, frame.X_BF);
-    for (const Closure& c : model_.closures()) {
+      if (how_.frames && frame.body == body && frame.name != body_name(body))
+        write_site(frame.name, frame.X_BF);
+    for (const Closure& c : closures_) {
       if (c.type != ClosureType::kDistance) continue;
       if (c.body_a == body) write_site(c.name + "/a", c.X_AC);
       if (c.body_b == body) write_site(c.name + "/b", c.X_BC);
@@ -165,10 +166,9 @@ class MjcfWriter {
   }
 
   void write_site(const std::string& name, const Pose& pose) {
-    xml_.OpenElement("site");
-    set("name", name);
-    place(pose);
-    xml_.CloseElement();
+    element("site", {{"name", name},
+                     {"pos", export_numbers(pose.translation)},
+                     {"quat", export_quaternion(pose.rotation)}});
   }
 
   void write_geometry(const Geometry& g) {
@@ -180,16 +180,15 @@ class MjcfWriter {
     if (!size.empty()) set("size", size);
     if (g.shape.type == ShapeType::kConvexMesh) set("mesh", meshes_.at(g.shape.mesh.get()));
     place(g.X_BG);
-    const Material& m = g.material;
-    const int dimensions = m.rolling_friction > 0.0     ? 6
-                           : m.torsional_friction > 0.0 ? 4
-                           : m.friction > 0.0           ? 3
-                                                        : 1;
-    set("condim", fmt::format("{}", dimensions));
+    if (by_pair_ || !on(Effect::kContacts)) {
+      set("contype", "0");
+      set("conaffinity", "0");
+    }
+    const Material m = acting_surface(g.material, how_.effects);
+    set("condim", mjcf_dimensions(m));
     set("friction", export_numbers({m.friction, m.torsional_friction, m.rolling_friction}));
     xml_.CloseElement();
     if (m.restitution > 0.0) lose("geometry '" + g.name + "'", "restitution");
-    differs_ = differs_ || m.friction != model_.geometries().front().material.friction;
   }
 
   void write_joints(int body) {
@@ -205,13 +204,12 @@ class MjcfWriter {
       case JointType::kSpherical:
         return write_joint(body, 0, "ball", nullptr);
       case JointType::kFloating:
-        break;
+        if (is_free(model_.body(body))) return write_joint(body, 0, "free", nullptr);
+        write_joint(body, 0, "slide", "1 0 0");
+        write_joint(body, 1, "slide", "0 1 0");
+        write_joint(body, 2, "slide", "0 0 1");
+        return write_joint(body, 3, "ball", nullptr);
     }
-    if (is_free(model_.body(body))) return write_joint(body, 0, "free", nullptr);
-    write_joint(body, 0, "slide", "1 0 0");
-    write_joint(body, 1, "slide", "0 1 0");
-    write_joint(body, 2, "slide", "0 0 1");
-    write_joint(body, 3, "ball", nullptr);
   }
 
   void write_joint(int body, int part, const char* type, const char* axis) {
@@ -221,74 +219,69 @@ class MjcfWriter {
     set("name", joint_name(i, part));
     set("type", type);
     if (axis) set("axis", axis);
-    const auto set_unless_zero = [&](const char* name, double value) {
-      if (value != 0.0) set(name, value);
+    const auto set_if = [&](Effect effect, const char* name, double value) {
+      if (on(effect) && value != 0.0) set(name, value);
     };
-    set_unless_zero("damping", model_.damping()[v]);
-    set_unless_zero("armature", model_.armature()[v]);
-    set_unless_zero("frictionloss", model_.dry_friction()[v]);
+    set_if(Effect::kDamping, "damping", model_.damping()[v]);
+    set_if(Effect::kArmature, "armature", model_.armature()[v]);
+    set_if(Effect::kDryFriction, "frictionloss", model_.dry_friction()[v]);
     for (const JointSpring& spring : model_.springs()) {
       if (spring.joint != i) continue;
-      set("stiffness", spring.stiffness);
-      set_unless_zero("springref", spring.reference);
+      set_if(Effect::kSprings, "stiffness", spring.stiffness);
+      set_if(Effect::kSprings, "springref", spring.reference);
     }
-    if (std::isfinite(info.lower) || std::isfinite(info.upper)) {
+    if (on(Effect::kLimits) && (std::isfinite(info.lower) || std::isfinite(info.upper))) {
       constexpr double kBeyond = 1e9;  // stands for no limit: MJCF has both limits or none
       set("limited", "true");
       set("range", export_numbers({std::max(info.lower, -kBeyond), std::min(info.upper, kBeyond)}));
     }
-    if (std::isfinite(info.effort_limit) && joint_nv(model_.body(body).joint_type) == 1) {
+    if (on(Effect::kEffortLimits) && std::isfinite(info.effort_limit) &&
+        joint_nv(model_.body(body).joint_type) == 1) {
       set("actuatorfrclimited", "true");
       set("actuatorfrcrange", export_numbers({-info.effort_limit, info.effort_limit}));
     }
     xml_.CloseElement();
-    velocity_limits_ += part == 0 && std::isfinite(info.velocity_limit);
+    velocity_limits_ +=
+        on(Effect::kVelocityLimits) && part == 0 && std::isfinite(info.velocity_limit);
   }
 
-  /// Writes pairs of bodies without any collision; MuJoCo excludes parent and child itself.
-  void write_exclusions() {
-    std::map<std::pair<int, int>, int> of_bodies;
-    for (const auto& [a, b] : apart_) {
-      const int i = model_.geometries()[a].body, j = model_.geometries()[b].body;
-      if (i != j) ++of_bodies[std::minmax(i, j)];
-    }
-    std::vector<int> count(model_.bodies().size());
-    for (const Geometry& g : model_.geometries()) ++count[g.body];
+  void write_contacts() {
+    IndexPairs apart(how_.apart.begin(), how_.apart.end());
+    const auto& never = model_.excluded_geometry_pairs();
+    apart.insert(never.begin(), never.end());
+    const MjcfPairs pairs = list_mjcf_pairs(model_, apart, by_pair_);
     xml_.OpenElement("contact");
-    for (const auto& [bodies, excluded] : of_bodies) {
-      const auto [i, j] = bodies;
-      if (excluded < count[i] * count[j]) {
-        lose(fmt::format("links '{}' and '{}'", body_name(i), body_name(j)),
-             fmt::format("{} of {} pairs of their geometries do not collide; in the file all do",
-                         excluded, count[i] * count[j]));
-        continue;
-      }
-      xml_.OpenElement("exclude");
-      set("body1", body_name(i));
-      set("body2", body_name(j));
-      xml_.CloseElement();
-    }
-    for (const auto& [a, b] : model_.included_geometry_pairs()) {
-      xml_.OpenElement("pair");
-      set("geom1", model_.geometries()[a].name);
-      set("geom2", model_.geometries()[b].name);
-      xml_.CloseElement();
-    }
+    for (const auto& [i, j] : pairs.excluded_bodies)
+      element("exclude", {{"body1", body_name(i)}, {"body2", body_name(j)}});
+    for (const auto& [a, b] : pairs.listed) write_pair(a, b);
     xml_.CloseElement();
-    if (!model_.pair_materials().empty()) lose("scene", "surface values of pairs of geometries");
-    if (differs_)
+    const auto& given = model_.pair_materials();
+    const auto is_listed = [&](const PairMaterial& p) {
+      return pairs.listed.count({p.geometry_a, p.geometry_b}) > 0;
+    };
+    if (!std::all_of(given.begin(), given.end(), is_listed))
+      lose("scene", "surface values of pairs of geometries");
+    if (unlike_ && !by_pair_)
       lose("scene", "friction of unlike surfaces is their mean here, the larger one in MuJoCo");
+  }
+
+  void write_pair(int a, int b) {
+    const Material m = acting_surface(model_.pair_material(a, b), how_.effects);
+    // MuJoCo requires a positive coefficient even where it has no effect.
+    const double slide = m.friction > 0.0 ? m.friction : 1.0;
+    const double spin = m.torsional_friction, roll = m.rolling_friction;
+    element("pair", {{"geom1", model_.geometries()[a].name},
+                     {"geom2", model_.geometries()[b].name},
+                     {"condim", mjcf_dimensions(m)},
+                     {"friction", export_numbers({slide, slide, spin, roll, roll})}});
   }
 
   void write_equalities() {
     xml_.OpenElement("equality");
-    for (const Closure& c : model_.closures()) {
+    for (const Closure& c : closures_) {
       const bool swapped = c.body_a == 0;  // MuJoCo accepts the world as the second body only
       if (c.type == ClosureType::kDistance) {
-        xml_.OpenElement("tendon");
-        set("name", c.name);
-        set("tendon1", c.name);
-        xml_.CloseElement();
+        element("tendon", {{"name", c.name}, {"tendon1", c.name}});
         continue;
       }
       const bool ball = c.type == ClosureType::kBall;
@@ -304,12 +297,11 @@ class MjcfWriter {
       }
       xml_.CloseElement();
     }
-    for (const Mimic& mimic : model_.mimics()) {
-      xml_.OpenElement("joint");
-      set("joint1", joint_name(mimic.joint));
-      set("joint2", joint_name(mimic.master));
-      set("polycoef", export_numbers({mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0}));
-      xml_.CloseElement();
+    for (const Mimic& mimic : mimics_) {
+      element("joint",
+              {{"joint1", joint_name(mimic.joint)},
+               {"joint2", joint_name(mimic.master)},
+               {"polycoef", export_numbers({mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0})}});
     }
     xml_.CloseElement();
   }
@@ -317,15 +309,11 @@ class MjcfWriter {
   /// Writes distance closures as tendons; write_equalities fixes their length.
   void write_rods() {
     xml_.OpenElement("tendon");
-    for (const Closure& c : model_.closures()) {
+    for (const Closure& c : closures_) {
       if (c.type != ClosureType::kDistance) continue;
       xml_.OpenElement("spatial");
       set("name", c.name);
-      for (const char* end : {"/a", "/b"}) {
-        xml_.OpenElement("site");
-        set("site", c.name + end);
-        xml_.CloseElement();
-      }
+      for (const char* end : {"/a", "/b"}) element("site", {{"site", c.name + end}});
       xml_.CloseElement();
     }
     xml_.CloseElement();
@@ -334,14 +322,12 @@ class MjcfWriter {
   /// Writes servos as actuators with force kp (control - q) - kd w.
   void write_actuators() {
     xml_.OpenElement("actuator");
-    for (const JointServo& servo : model_.servos()) {
-      xml_.OpenElement("general");
-      set("name", model_.joint(servo.joint).name);
-      set("joint", joint_name(servo.joint));
-      set("gainprm", export_numbers({servo.stiffness, 0.0, 0.0}));
-      set("biastype", "affine");
-      set("biasprm", export_numbers({0.0, -servo.stiffness, -servo.damping}));
-      xml_.CloseElement();
+    for (const JointServo& servo : servos_) {
+      element("general", {{"name", model_.joint(servo.joint).name},
+                          {"joint", joint_name(servo.joint)},
+                          {"gainprm", export_numbers({servo.stiffness, 0.0, 0.0})},
+                          {"biastype", "affine"},
+                          {"biasprm", export_numbers({0.0, -servo.stiffness, -servo.damping})}});
       if (servo.velocity != 0.0)
         lose("joint '" + model_.joint(servo.joint).name + "'", "the target velocity of its servo");
     }
@@ -364,7 +350,7 @@ class MjcfWriter {
       v += export_numbers(Vector3(body.X_PJ.rotation * scene_.v.segment<3>(body.v_index))) + " " +
            export_numbers(Vector3(scene_.v.segment<3>(body.v_index + 3))) + " ";
     }
-    for (const JointServo& servo : model_.servos()) append(control, servo.position);
+    for (const JointServo& servo : servos_) append(control, servo.position);
     xml_.OpenElement("keyframe");
     xml_.OpenElement("key");
     set("name", "start");
@@ -378,23 +364,28 @@ class MjcfWriter {
   void note_forces() {
     if (velocity_limits_ > 0)
       lose("scene", fmt::format("velocity limits of {} joints", velocity_limits_));
+    if (!on(Effect::kDrag)) return;
     for (const BodyDrag& drag : model_.drags()) lose("link '" + body_name(drag.body) + "'", "drag");
   }
 
   const Scene& scene_;
   const Model& model_;
-  std::set<std::pair<int, int>> apart_;
+  const MjcfExport& how_;
+  std::vector<Closure> closures_;
+  std::vector<Mimic> mimics_;
+  std::vector<JointServo> servos_;
+  bool unlike_ = false;   ///< some surfaces differ in friction
+  bool by_pair_ = false;  ///< only the listed pairs collide
   std::map<const ConvexMesh*, std::string> meshes_;
   int velocity_limits_ = 0;
-  bool differs_ = false;  ///< true if some surfaces differ in friction
   tinyxml2::XMLPrinter xml_;
   Exported out_;
 };
 
 }  // namespace
 
-Exported export_mjcf(const Scene& scene, const std::vector<std::pair<int, int>>& apart) {
-  return MjcfWriter(scene, apart).write();
+Exported export_mjcf(const Scene& scene, const MjcfExport& how) {
+  return MjcfWriter(scene, how).write();
 }
 
 }  // namespace counterpoint

@@ -25,7 +25,7 @@ class ExportedToMujoco : public ::testing::Test {
   /// Largest distance [m] between MuJoCo's and our body origins after `seconds`.
   double difference(Scene scene, double time_step, double seconds) const {
     scene.options.time_step = time_step;
-    const Exported out = export_mjcf(scene, collision::Collider(scene.model).overlapping_pairs());
+    const Exported out = export_mjcf(scene, {collision::Collider(scene.model).overlapping_pairs()});
     for (const ExportedFile& file : out.files) folder_.write(file.name, file.text);
     folder_.write("scene.xml", out.text);
     const std::vector<Pose> theirs = peers::play_mjcf(folder_.path("scene.xml"), seconds);

@@ -126,6 +126,36 @@ TEST_F(ExportTest, PairsThatTouchInAnyCaseAreWritten) {
   EXPECT_TRUE(back.model.excluded_geometry_pairs().empty());
 }
 
+/// Two spheres with unlike friction on one body, near the ball of another.
+Scene spheres_of_two_bodies(const test::TempFolder& folder) {
+  return load_scene(folder.write("c.xml", R"(<mujoco><worldbody>
+    <body name="a"><freejoint/><geom name="a0" size="0.1" friction="0.9 0 0"/>
+      <geom name="a1" size="0.1" pos="1 0 0" friction="0.4 0 0"/></body>
+    <body name="b" pos="0 0 3"><freejoint/><geom name="b" size="0.1" friction="0.4 0 0"/></body>
+    </worldbody></mujoco>)"));
+}
+
+TEST_F(ExportTest, PairsBesideOneThatIsApartAreWritten) {
+  const Scene scene = spheres_of_two_bodies(folder_);
+  const Scene back = load_scene(folder_.write("d.xml", export_mjcf(scene, {{{0, 2}}}).text));
+  const std::vector<std::pair<int, int>> apart = {{0, 2}}, together = {{1, 2}};
+  EXPECT_EQ(back.model.excluded_geometry_pairs(), apart);
+  EXPECT_EQ(back.model.included_geometry_pairs(), together);
+}
+
+TEST_F(ExportTest, ChosenEffectsAndSurfacesOfPairsAreWritten) {
+  const Scene scene = spheres_of_two_bodies(folder_);
+  MjcfExport how;
+  how.effects = EffectSet::all().without({Effect::kGravity});
+  how.pair_surfaces = true;
+  const Exported out = export_mjcf(scene, how);
+  EXPECT_TRUE(out.lost.empty());
+  const Scene back = load_scene(folder_.write("e.xml", out.text));
+  EXPECT_EQ(back.model.gravity(), Vector3(0, 0, 0));
+  for (const int a : {0, 1})
+    EXPECT_EQ(back.model.pair_material(a, 2).friction, scene.model.pair_material(a, 2).friction);
+}
+
 TEST_F(ExportTest, SeveralFloatingRobotsAreNoUrdf) {
   EXPECT_THROW(export_urdf(bundled("scenes/box_stack.yaml")), InputError);
 }

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "counterpoint/engine/simulator.h"
-#include "measure/thread_clock.h"
+#include "measure/clocks.h"
 #include "stepping_adapter.h"
 
 namespace counterpoint::apps::accuracy {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "engine_adapter.h"
-#include "measure/thread_clock.h"
+#include "measure/clocks.h"
 #include "report/failure.h"
 
 namespace counterpoint::apps::accuracy {

@@ -1,7 +1,8 @@
-#include "timing.h"
+#include "turns.h"
 
 #include <algorithm>
 
+#include "measure/clocks.h"
 #include "measure/median.h"
 
 namespace counterpoint::apps {
@@ -27,22 +28,29 @@ int times_in(const Contender& contender, double slice) {
 
 }  // namespace
 
-Timing take_turns(const std::vector<Contender>& contenders, int rounds, double slice) {
-  const std::size_t n = contenders.size();
-  std::vector<int> counts;
-  for (const Contender& contender : contenders) counts.push_back(times_in(contender, slice));
-  std::vector<std::vector<double>> seconds(n), ratio(n);
-  for (int round = 0; round < rounds; ++round) {
-    for (std::size_t i = 0; i < n; ++i)
-      seconds[i].push_back(seconds_each(contenders[i], counts[i]));
-    for (std::size_t i = 0; i < n; ++i) ratio[i].push_back(seconds[i].back() / seconds[0].back());
-  }
+Timing medians(const std::vector<std::vector<double>>& rounds) {
   Timing timing;
-  for (std::size_t i = 0; i < n; ++i) {
-    timing.seconds.push_back(median(seconds[i]));
-    timing.ratio.push_back(median(ratio[i]));
+  for (std::size_t i = 0; i < rounds.front().size(); ++i) {
+    std::vector<double> seconds, ratio;
+    for (const std::vector<double>& round : rounds) {
+      seconds.push_back(round[i]);
+      ratio.push_back(round[i] / round[0]);
+    }
+    timing.seconds.push_back(median(seconds));
+    timing.ratio.push_back(median(ratio));
   }
   return timing;
+}
+
+Timing take_turns(const std::vector<Contender>& contenders, int rounds, double slice) {
+  std::vector<int> counts;
+  for (const Contender& contender : contenders) counts.push_back(times_in(contender, slice));
+  std::vector<std::vector<double>> seconds(static_cast<std::size_t>(rounds));
+  for (std::vector<double>& round : seconds) {
+    for (std::size_t i = 0; i < contenders.size(); ++i)
+      round.push_back(seconds_each(contenders[i], counts[i]));
+  }
+  return medians(seconds);
 }
 
 }  // namespace counterpoint::apps

@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "measure/thread_clock.h"
-
 namespace counterpoint::apps {
 
 /// One of them: `run(count)` repeats it `count` times.
@@ -16,14 +14,17 @@ struct Contender {
   std::function<void(int)> run;
 };
 
-/// Median seconds per evaluation of each contender, and the median of its ratio to the first
-/// contender.
+/// Median seconds of each contender, and the median of its ratio to the first contender within a
+/// round.
 struct Timing {
   std::vector<double> seconds, ratio;
 };
 
+/// Returns the medians over `rounds`, each with the seconds of every contender.
+Timing medians(const std::vector<std::vector<double>>& rounds);
+
 /// In every round each contender runs once for about `slice` seconds, after an initial round that
-/// is not counted; ratios are taken within a round.
+/// is not counted. Returns times of one evaluation.
 Timing take_turns(const std::vector<Contender>& contenders, int rounds, double slice);
 
 }  // namespace counterpoint::apps
