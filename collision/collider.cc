@@ -67,14 +67,21 @@ void Collider::Impl::find_moving_contacts(int a, int b, PairQuery query, const P
 }
 
 // Adds contacts of the core balls that keep the middle of a fast slender body on its side
-// (core_ball).
+// (core_ball). On a plane the contacts of all corners in `manifold` imply that of the middle, which
+// moves as their mean, unless a corner has turned deep into the plane; a contact more would carry a
+// share of the load at some speeds and not at others.
 void Collider::Impl::add_core_contacts(int a, int b, double margin, double travel,
                                        std::vector<Candidate>& out) {
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < manifold.size; ++i) least = std::min(least, manifold.points[i].gap);
   for (const bool of_a : {true, false}) {
     const int mine = of_a ? a : b, other = of_a ? b : a;
     const auto ball = core_ball(geometries[mine].shape, enclosures[mine], X_WG[mine], travel);
     if (!ball) continue;
     const Shape& shape = geometries[other].shape;
+    if (shape.type == ShapeType::kPlane && geometries[mine].shape.type != ShapeType::kConvexMesh &&
+        least > -ball->shape.size[0])
+      continue;
     double sign = of_a ? 1.0 : -1.0;
     if (shape.type == ShapeType::kTerrain) {
       terrain_contacts.find(*shape.terrain, X_WG[other], ball->shape, enclose(ball->shape), ball->X,
