@@ -133,8 +133,8 @@ size_t checked(const RolloutHandle& r, size_t motion) {
 }
 
 /// View of the columns begin ... begin + size - 1 of the states.
-py::object part(const RolloutHandle& r, int begin, int size) {
-  return r.states[py::make_tuple(py::ellipsis(), py::slice(begin, begin + size, 1))];
+py::array part(const RolloutHandle& r, int begin, int size) {
+  return py::array(r.states[py::make_tuple(py::ellipsis(), py::slice(begin, begin + size, 1))]);
 }
 
 void bind_rollout(py::module_& m) {

@@ -2,11 +2,12 @@
 #include <pybind11/stl.h>
 
 #include "objects/handles.h"
+#include "objects/typed.h"
 
 namespace counterpoint::python {
 namespace {
 
-void add_wrench(InputHandle& input, const py::object& link, const Array& force, const Array& torque,
+void add_wrench(InputHandle& input, const Key& link, const Array& force, const Array& torque,
                 const Array& point) {
   const Model& model = input.model->model;
   std::vector<std::string> names;
@@ -114,7 +115,7 @@ void bind_inputs(py::module_& m) {
       .def_property(
           "softening",
           [](const InputHandle& i) {
-            return py::make_tuple(i.value().softening.factor, i.value().softening.tree);
+            return std::pair(i.value().softening.factor, i.value().softening.tree);
           },
           [](InputHandle& i, const std::pair<double, int>& s) {
             i.value().softening = {s.first, s.second};

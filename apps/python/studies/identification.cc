@@ -6,6 +6,8 @@
 
 #include "counterpoint/engine/estimate/parameter_estimate.h"
 #include "objects/handles.h"
+#include "objects/properties.h"
+#include "objects/typed.h"
 #include "recordings/estimation.h"
 
 namespace counterpoint::python {
@@ -128,16 +130,16 @@ void bind_found(py::module_& r) {
       .def_readonly("name", &F::name, "KIND or KIND:ELEMENT.")
       .def_readonly("unit", &F::unit, "SI.")
       .def_readonly("scene", &F::scene, "What the scene had.")
-      .def_property_readonly(
-          "value", [](const F& f) { return f.found.value; }, "What was found.")
+      .def_property_readonly("value", through(&F::found, &FittedParameter::value),
+                             "What was found.")
       .def_property_readonly(
           "interval", [](const F& f) { return bounds(f.found.interval); },
           "95 %, by derivatives: (lower, upper); None where it cannot be identified.")
       .def_property_readonly(
           "bootstrap", [](const F& f) { return bounds(f.found.bootstrap); },
           "95 %, percentiles of the refits: (lower, upper), or None.")
-      .def_property_readonly(
-          "at_bound", [](const F& f) { return f.found.at_bound; }, "Is it as far as it may go?")
+      .def_property_readonly("at_bound", through(&F::found, &FittedParameter::at_bound),
+                             "Is it as far as it may go?")
       .def("__repr__", [](const F& f) {
         return py::str("<FoundParameter {}: {:.6g} {} (scene {:.6g})>")
             .format(f.name, f.found.value, f.unit, f.scene);
@@ -148,16 +150,13 @@ void bind_found(py::module_& r) {
       .def_readonly("parameters", &I::parameters, "List of FoundParameter.")
       .def_property_readonly(
           "scene", [](const I& i) { return i.scene; }, "Scene with these figures.")
-      .def_property_readonly(
-          "start_cost", [](const I& i) { return i.fit.start_cost; },
-          "Sum of the loss over the recordings, as the scene was.")
-      .def_property_readonly(
-          "cost", [](const I& i) { return i.fit.cost; }, "The same, as found.")
-      .def_property_readonly(
-          "evaluations", [](const I& i) { return i.fit.evaluations; }, "Of all residuals.")
-      .def_property_readonly(
-          "linearizations", [](const I& i) { return i.fit.linearizations; },
-          "Of all residuals, with exact derivatives.")
+      .def_property_readonly("start_cost", through(&I::fit, &Fit::start_cost),
+                             "Sum of the loss over the recordings, as the scene was.")
+      .def_property_readonly("cost", through(&I::fit, &Fit::cost), "The same, as found.")
+      .def_property_readonly("evaluations", through(&I::fit, &Fit::evaluations),
+                             "Of all residuals.")
+      .def_property_readonly("linearizations", through(&I::fit, &Fit::linearizations),
+                             "Of all residuals, with exact derivatives.")
       .def_property_readonly(
           "correlation", [](const I& i) { return copy_matrix(i.fit.correlation); },
           "Of the estimates, shape (n, n).")
@@ -201,8 +200,8 @@ exact : bool
     Exact derivatives where steps have closed forms; else differences of all.
 difference : float
     Last step of the differences, as a share of the range.
-progress : callable, optional
-    Called with (done, total).
+progress : Callable[[int, int], object], optional
+    Called with the numbers of what is done and of all.
 
 Returns
 -------
@@ -225,7 +224,7 @@ void bind_identification(py::module_& r) {
         const Scene scene = handle.scene();
         const std::vector<Parameter> parameters = apps::parse_parameters(text, scene);
         const VectorX values = apps::parameter_values(parameters, scene);
-        py::dict out;
+        NumbersByName out;
         for (size_t i = 0; i < parameters.size(); ++i)
           out[py::str(parameters[i].name)] = values[static_cast<Eigen::Index>(i)];
         return out;

@@ -5,6 +5,7 @@
 #include "counterpoint/engine/estimate/motion_follower.h"
 #include "objects/arrays.h"
 #include "objects/handles.h"
+#include "objects/typed.h"
 #include "recordings/estimation.h"
 
 namespace counterpoint::python {
@@ -15,6 +16,7 @@ using apps::MotionEstimate;
 using apps::MotionEstimateOptions;
 using apps::Recording;
 using apps::RecordingErrors;
+using Explained = Typed<py::dict, "_MotionEstimate">;
 
 std::optional<RecordingErrors> errors_of(const std::optional<std::string>& errors) {
   if (!errors) return std::nullopt;
@@ -38,26 +40,8 @@ py::dict contact_forces_of(const MotionEstimate& estimate) {
   return out;
 }
 
-py::dict dict_of(const MotionEstimate& found);
-
-py::dict estimate(const SceneHandle& handle, const ColumnMap& map, const Recording& recording,
-                  const std::optional<std::string>& errors, int threads) {
-  MotionEstimateOptions options;
-  options.threads = threads;
-  options.errors = errors_of(errors);
-  for (const ColumnMap::ContactForce& force : map.contact_forces)
-    options.sums.push_back({force.name, force.bodies});
-  const Scene scene = handle.scene();
-  MotionEstimate found;
-  {
-    const py::gil_scoped_release release;
-    found = apps::estimate_motion(scene, map, recording, options);
-  }
-  return dict_of(found);
-}
-
-py::dict dict_of(const MotionEstimate& found) {
-  py::dict out;
+Explained dict_of(const MotionEstimate& found) {
+  Explained out;
   out["file"] = found.file;
   out["time"] = py::array_t<double>(static_cast<py::ssize_t>(found.time.size()), found.time.data());
   out["q"] = copy_matrix(found.q, true);
@@ -81,6 +65,22 @@ py::dict dict_of(const MotionEstimate& found) {
   return out;
 }
 
+Explained estimate(const SceneHandle& handle, const ColumnMap& map, const Recording& recording,
+                   const std::optional<std::string>& errors, int threads) {
+  MotionEstimateOptions options;
+  options.threads = threads;
+  options.errors = errors_of(errors);
+  for (const ColumnMap::ContactForce& force : map.contact_forces)
+    options.sums.push_back({force.name, force.bodies});
+  const Scene scene = handle.scene();
+  MotionEstimate found;
+  {
+    const py::gil_scoped_release release;
+    found = apps::estimate_motion(scene, map, recording, options);
+  }
+  return dict_of(found);
+}
+
 constexpr const char* kEstimateDoc = R"(
 The motion behind a noisy recording, and its forces with standard deviations, as
 `counterpoint explain` finds them (docs/explanation/explaining.md).
@@ -90,8 +90,8 @@ Parameters
 scene : Scene
 columns : ColumnMap
 recording : Recording
-errors : str, optional
-    Errors of recorded positions, 'white' or 'slow'; default: found from the recording.
+errors : {'white', 'slow'}, optional
+    Errors of recorded positions; default: found from the recording.
 threads : int
     0: one a core; the result does not depend on it.
 
@@ -125,8 +125,8 @@ scene : Scene
 columns : ColumnMap
 window, lag : int
     Rows explained together, and rows that follow before one is told.
-errors : str, optional
-    'white' or 'slow'; default: found from the first rows.
+errors : {'white', 'slow'}, optional
+    Default: found from the first rows.
 threads : int
     0: one a core; the result does not depend on it.
 )";

@@ -3,6 +3,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "objects/exceptions.h"
+#include "objects/typed.h"
 #include "optimization.h"
 
 namespace counterpoint::python {
@@ -115,7 +116,7 @@ void set_frame(const ModelHandle& model, const std::string& link, const Pose& ta
 
 void add_term(ProblemHandle& p, const std::string& word, const py::object& weight,
               const py::object& target, const std::string& link, const Array& point,
-              const py::object& orientation, const Array& axis, double radius, double length,
+              const PoseLike& orientation, const Array& axis, double radius, double length,
               std::pair<int, int> frames, std::optional<bool> condition, double late_weight,
               const std::string& name) {
   const auto quantity = opt::quantity_from_name(word);
@@ -227,11 +228,12 @@ Adds a term, 1/2 |weight (value - target)|^2 over frames, or a condition (docs/r
 
 Parameters
 ----------
-quantity : str
-    configuration, velocity, applied_force, position, center_of_mass ...
-weight : float, array_like or dict of str to float
+quantity : {'configuration', 'velocity', 'joint_limits', 'acceleration', 'applied_force',
+            'unactuated_force', 'position', 'orientation', 'point_velocity', 'clearance', 'sliding',
+            'tilt', 'center_of_mass', 'momentum', 'angular_momentum', 'contact_force'}
+weight : float, array_like or dict of str to float, optional
     For all rows, by row, or by coordinate ('elbow.u'), the others zero; default 1.
-target : float, array_like or dict, optional
+target : float, array_like or dict of str to float, optional
     As weight; of configuration q, shape (nq,), by default the start. Else zero.
 link : str
     What the term is about, of quantities of points and bodies.
