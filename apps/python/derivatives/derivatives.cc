@@ -16,10 +16,9 @@ py::tuple of_inverse(const ModelPtr& model, const SimulationOptions& options, co
                      const InputPtr& known, const WorkspacePtr& given, const std::string& method,
                      double difference_step) {
   const DerivativeMethod how = method_from(method);
-  const WorkspacePtr w = workspace_for(model, given);
+  const WorkspacePtr w = given_or_new(given, model, "workspace");
   const Guard::Lock lock(w->guard, "Workspace");
-  w->set_motion(q, v, q_next, v_next);
-  w->set_input(known);
+  w->set_motion(q, v, q_next, v_next, known);
   auto inverse = std::make_shared<InverseHandle>();
   inverse->model = model;
   auto out = std::make_shared<InverseDerivatives>();
@@ -36,10 +35,9 @@ Advanced of_forward(const ModelPtr& model, const SimulationOptions& options, con
                     const Array& v, const Array& v_next, const py::object& q_next,
                     const InputPtr& known, const WorkspacePtr& given, const std::string& method) {
   const DerivativeMethod how = method_from(method);
-  const WorkspacePtr w = workspace_for(model, given);
+  const WorkspacePtr w = given_or_new(given, model, "workspace");
   const Guard::Lock lock(w->guard, "Workspace");
-  w->set_motion(q, v, q_next, v_next);
-  w->set_input(known);
+  w->set_motion(q, v, q_next, v_next, known);
   auto out = std::make_shared<ForwardDerivatives>();
   Inverse inverse;
   InverseDerivatives of_the_inverse;

@@ -21,19 +21,12 @@ OfRnea rnea_derivatives(const ModelPtr& model, const Array& q, const Array& v, c
   return out;
 }
 
-[[noreturn]] void throw_singular(const Model& m, int body) {
-  throw py::value_error((body > 0 ? "what joint '" + m.joint(body - 1).name + "' moves"
-                                  : std::string("what a joint moves")) +
-                        " has no inertia along it: give it mass, or armature in `diagonal`");
-}
-
 OfAba aba_derivatives(const ModelPtr& model, const Array& q, const Array& v, const Array& tau,
                       const py::object& diagonal, const DataPtr& data) {
   const Model& m = model->model;
   const auto qs = vector(q, m.nq(), "q"), vs = vector(v, m.nv(), "v"),
              taus = vector(tau, m.nv(), "tau");
-  const VectorX added = diagonal.is_none() ? VectorX(VectorX::Zero(m.nv()))
-                                           : VectorX(vector(Array(diagonal), m.nv(), "diagonal"));
+  const VectorX added = vector_or(diagonal, VectorX::Zero(m.nv()), "diagonal");
   auto out = std::make_shared<AbaDerivatives>();
   int singular = -1;
   bool solved = false;

@@ -105,11 +105,10 @@ py::tuple inverse_by_parameters(DerivatorHandle& d, const SimulationOptions& opt
                                 const InputPtr& known, const WorkspacePtr& given,
                                 const std::string& method) {
   const DerivativeMethod how = method_from(method);
-  const WorkspacePtr w = workspace_for(d.model, given);
+  const WorkspacePtr w = given_or_new(given, d.model, "workspace");
   const Guard::Lock own_lock(d.guard, "ParameterDerivator");
   const Guard::Lock lock(w->guard, "Workspace");
-  w->set_motion(q, v, py::none(), v_next);
-  w->set_input(known);
+  w->set_motion(q, v, py::none(), v_next, known);
   auto out = std::make_shared<InverseHandle>();
   out->model = d.model;
   auto found = std::make_shared<InverseParameterDerivatives>();

@@ -24,19 +24,7 @@ struct QueryHandle {
   const std::string& name(int geometry) const {
     return model->model.geometries()[static_cast<size_t>(geometry)].name;
   }
-  int geometry(const py::handle& key) const {
-    const auto& all = model->model.geometries();
-    const auto find = [&](const std::string& wanted) {
-      for (size_t i = 0; i < all.size(); ++i)
-        if (all[i].name == wanted) return static_cast<int>(i);
-      return -1;
-    };
-    return index_from(key, static_cast<int>(all.size()), "geometry", find, [&] {
-      std::vector<std::string> names;
-      for (const Geometry& g : all) names.push_back(g.name);
-      return names;
-    });
-  }
+  int geometry(const Key& key) const { return geometry_index(*model, key); }
 };
 using QueryPtr = std::shared_ptr<QueryHandle>;
 constexpr const char* kWhat = "SceneQuery";

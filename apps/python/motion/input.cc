@@ -10,11 +10,10 @@ namespace {
 void add_wrench(InputHandle& input, const Key& link, const Array& force, const Array& torque,
                 const Array& point) {
   const Model& model = input.model->model;
-  std::vector<std::string> names;
-  for (const Frame& frame : model.frames()) names.push_back(frame.name);
   const int index = index_from(
-      link, static_cast<int>(names.size()), "link",
-      [&](const std::string& name) { return model.find_frame(name); }, [&] { return names; });
+      link, static_cast<int>(model.frames().size()), "link",
+      [&](const std::string& name) { return model.find_frame(name); },
+      [&] { return names_of(model.frames()); });
   const Frame& frame = model.frames()[static_cast<size_t>(index)];
   ExternalWrench wrench;
   wrench.body = frame.body;

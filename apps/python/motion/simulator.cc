@@ -217,8 +217,7 @@ void bind_simulator(py::module_& m) {
   simulator
       .def(py::init([](const SceneHandle& scene) { return std::make_shared<S>(scene); }),
            py::arg("scene"))
-      .def_property_readonly(
-          "model", [](const S& s) { return s.model; }, "Model.")
+      .def_readonly("model", &S::model, "Model.")
       .def_property_readonly(
           "options", [](S& s) -> SimulationOptions& { return s.simulator.options(); },
           py::return_value_policy::reference_internal, "SimulationOptions, live.")

@@ -66,7 +66,7 @@ StatePtr make_state(const py::object& model, const py::object& q, const py::obje
     state.q = model.cast<ModelPtr>()->model.default_q();
   else
     throw py::type_error("State: q is missing");
-  state.v = v.is_none() ? VectorX(VectorX::Zero(nv)) : VectorX(vector(Array(v), nv, "v"));
+  state.v = vector_or(v, VectorX::Zero(nv), "v");
   if (!memory.is_none()) state.memory = memory_from(Array(memory));
   return std::make_shared<StateHandle>(std::move(names), std::move(state), false);
 }
@@ -240,9 +240,7 @@ void bind_state(py::module_& m) {
             s.set_memory(memory_from(a));
           },
           "Forces of the last step, shape (n, 12), a copy: kind, a, b, place, force, torque.")
-      .def_property_readonly(
-          "coordinates", [](const StateHandle& s) { return s.coordinates; },
-          "Names of the coordinates.");
+      .def_readonly("coordinates", &StateHandle::coordinates, "Names of the coordinates.");
   bind_state_access(state);
   using S = StateHandle;
   make_fast<S>(state, "q", [](S& s) { return new_reference(s.q); });

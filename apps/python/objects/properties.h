@@ -26,14 +26,16 @@ auto copy_of(Value Object::*member) {
 /// `through(&ReportHandle::report, &StepReport::contacts)`.
 template <class Object, class Part, class Member>
 auto through(Part Object::*part, Member member) {
-  return
-      [part, member](const Object& object) { return for_python(std::invoke(member, object.*part)); };
+  return [part, member](const Object& object) {
+    return for_python(std::invoke(member, object.*part));
+  };
 }
 /// The same of a part that a function finds.
 template <class Object, class Part, class Member>
 auto through(const Part& (*part)(const Object&), Member member) {
-  return
-      [part, member](const Object& object) { return for_python(std::invoke(member, part(object))); };
+  return [part, member](const Object& object) {
+    return for_python(std::invoke(member, part(object)));
+  };
 }
 
 /// Getter of an array that shows a vector or matrix of an object that is no longer changed by C++.

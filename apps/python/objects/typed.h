@@ -10,7 +10,7 @@ namespace counterpoint::python {
 /// The text of a type, as a template argument.
 template <size_t N>
 struct TypeText {
-  // NOLINTNEXTLINE(google-explicit-constructor): written as a literal
+  // Implicit, since it is written as a literal.
   constexpr TypeText(const char (&given)[N]) { std::copy_n(given, N, text); }
   char text[N];
 };
@@ -21,7 +21,7 @@ class Typed : public Object {
  public:
   using Object::Object;
   Typed() = default;
-  // NOLINTNEXTLINE(google-explicit-constructor): the same object
+  // Implicit, since it is the same object.
   Typed(const Object& same) : Object(same) {}
   static bool check_(py::handle given) { return py::isinstance<Object>(given); }
 };

@@ -34,13 +34,6 @@ std::string body_name(const Model& model, int body) {
   return body == 0 ? "world" : model.joint(body - 1).link;
 }
 
-template <class List>
-std::vector<std::string> names_of(const List& list) {
-  std::vector<std::string> names;
-  for (const auto& item : list) names.push_back(item.name);
-  return names;
-}
-
 template <class P>
 std::vector<P> parts(const ModelPtr& model, size_t count) {
   std::vector<P> out;
@@ -226,14 +219,7 @@ void bind_access(py::class_<ModelHandle, ModelPtr>& model) {
       .def(
           "geometry",
           [](const ModelPtr& m, const Key& key) {
-            const auto& all = m->model.geometries();
-            const auto find = [&](const std::string& name) {
-              for (size_t i = 0; i < all.size(); ++i)
-                if (all[i].name == name) return static_cast<int>(i);
-              return -1;
-            };
-            return GeometryPart{m, index_from(key, static_cast<int>(all.size()), "geometry", find,
-                                              [&] { return names_of(all); })};
+            return GeometryPart{m, geometry_index(*m, key)};
           },
           py::arg("key"), "The Geometry of this name or index.");
 }
@@ -245,13 +231,7 @@ std::vector<std::pair<std::string, std::string>> notes(const ModelHandle& m) {
 }
 
 Material pair_material(const ModelHandle& m, const std::string& a, const std::string& b) {
-  const auto index = [&](const std::string& name) {
-    const auto& all = m.model.geometries();
-    for (size_t i = 0; i < all.size(); ++i)
-      if (all[i].name == name) return static_cast<int>(i);
-    throw py::key_error("no geometry '" + name + "'");
-  };
-  return m.model.pair_material(index(a), index(b));
+  return m.model.pair_material(geometry_index(m, py::str(a)), geometry_index(m, py::str(b)));
 }
 
 void bind_lists(py::class_<ModelHandle, ModelPtr>& model) {

@@ -10,7 +10,7 @@ namespace {
 
 using EffectNames = Typed<py::frozenset, "FrozenSet[str]">;
 
-EffectNames names_of(const EffectSet& effects) {
+EffectNames effect_names(const EffectSet& effects) {
   py::set names;
   for (int i = 0; i < kNumEffects; ++i)
     if (effects.has(static_cast<Effect>(i))) names.add(effect_name(static_cast<Effect>(i)));
@@ -134,7 +134,7 @@ void bind_effects(py::class_<SimulationOptions>& options) {
   using O = SimulationOptions;
   options
       .def_property(
-          "effects", [](const O& o) { return names_of(o.effects); },
+          "effects", [](const O& o) { return effect_names(o.effects); },
           [](O& o, const Typed<py::iterable, "Iterable[str]">& names) {
             EffectSet set;
             for (const py::handle name : names)

@@ -37,13 +37,6 @@ Bounds bounds(const std::optional<apps::Interval>& interval) {
   return std::pair(interval->lower, interval->upper);
 }
 
-/// Handle of a scene with changed parameters; the model needs a new handle.
-ScenePtr handle_of(Scene&& scene) {
-  return std::make_shared<SceneHandle>(
-      SceneHandle{scene.name, std::make_shared<ModelHandle>(std::move(scene.model)), scene.q,
-                  scene.v, scene.options});
-}
-
 /// Returns a function, called from time to time, that checks for signals and calls the user's
 /// function.
 std::function<void(int, int)> watch(const py::object& progress) {
@@ -148,8 +141,7 @@ void bind_found(py::module_& r) {
   py::class_<I, std::shared_ptr<I>>(r, "Identification",
                                     "Figures found, and the scene that has them.")
       .def_readonly("parameters", &I::parameters, "List of FoundParameter.")
-      .def_property_readonly(
-          "scene", [](const I& i) { return i.scene; }, "Scene with these figures.")
+      .def_readonly("scene", &I::scene, "Scene with these figures.")
       .def_property_readonly("start_cost", through(&I::fit, &Fit::start_cost),
                              "Sum of the loss over the recordings, as the scene was.")
       .def_property_readonly("cost", through(&I::fit, &Fit::cost), "The same, as found.")

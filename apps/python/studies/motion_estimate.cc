@@ -25,6 +25,12 @@ std::optional<RecordingErrors> errors_of(const std::optional<std::string>& error
   throw py::value_error("errors: expected 'white', 'slow' or None, not '" + *errors + "'");
 }
 
+template <class Options>
+void set_sums(const ColumnMap& map, Options& options) {
+  for (const ColumnMap::ContactForce& force : map.contact_forces)
+    options.sums.push_back({force.name, force.bodies});
+}
+
 /// Contact forces on links, by the name of their sum.
 py::dict contact_forces_of(const MotionEstimate& estimate) {
   py::dict out;
@@ -70,8 +76,7 @@ Explained estimate(const SceneHandle& handle, const ColumnMap& map, const Record
   MotionEstimateOptions options;
   options.threads = threads;
   options.errors = errors_of(errors);
-  for (const ColumnMap::ContactForce& force : map.contact_forces)
-    options.sums.push_back({force.name, force.bodies});
+  set_sums(map, options);
   const Scene scene = handle.scene();
   MotionEstimate found;
   {
@@ -141,8 +146,7 @@ void bind_motion_estimate(py::module_& r) {
              options.lag = lag;
              options.threads = threads;
              options.errors = errors_of(errors);
-             for (const ColumnMap::ContactForce& force : map.contact_forces)
-               options.sums.push_back({force.name, force.bodies});
+             set_sums(map, options);
              return std::make_unique<MotionFollower>(handle.scene(), map, options);
            }),
            py::arg("scene"), py::arg("columns"), py::kw_only(), py::arg("window") = 30,

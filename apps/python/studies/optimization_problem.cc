@@ -31,20 +31,11 @@ ProblemPtr load_problem(const std::filesystem::path& file, std::optional<int> st
   return out;
 }
 
-VectorX vector_or(const py::object& given, Eigen::Index size, const char* name,
-                  const VectorX& otherwise) {
-  return given.is_none() ? otherwise : VectorX(vector(Array(given), size, name));
-}
-
 void set_passive(const std::vector<std::string>& joints, const Model& model,
                  std::vector<char>& motors) {
   for (const std::string& name : joints) {
     const int joint = model.find_joint(name);
-    if (joint < 0) {
-      std::vector<std::string> names;
-      for (int i = 0; i + 1 < model.num_bodies(); ++i) names.push_back(model.joint(i).name);
-      throw_unknown("joint", name, names);
-    }
+    if (joint < 0) throw_unknown("joint", name, names_of(model.joints()));
     const Body& body = model.body(joint + 1);
     for (int k = 0; k < joint_nv(body.joint_type); ++k)
       motors[static_cast<size_t>(body.v_index + k)] = 0;
@@ -66,10 +57,10 @@ ProblemPtr make_problem(const SceneHandle& scene, int steps, const py::object& s
   p.model = &out->scene->model->model;
   p.options = scene.options;
   p.steps = steps;
-  p.start_q = vector_or(start_q, model.nq(), "start_q", scene.q);
-  p.start_v = vector_or(start_v, model.nv(), "start_v", still);
-  if (!goal_q.is_none()) p.goal_q = vector_or(goal_q, model.nq(), "goal_q", scene.q);
-  p.goal_v = vector_or(goal_v, model.nv(), "goal_v", still);
+  p.start_q = vector_or(start_q, scene.q, "start_q");
+  p.start_v = vector_or(start_v, still, "start_v");
+  if (!goal_q.is_none()) p.goal_q = vector_or(goal_q, scene.q, "goal_q");
+  p.goal_v = vector_or(goal_v, still, "goal_v");
   p.settle = settle;
   p.periodic = periodic;
   p.displacement = vector3(displacement, "displacement");
@@ -137,7 +128,7 @@ void add_term(ProblemHandle& p, const std::string& word, const py::object& weigh
     for (Eigen::Index i = 0; i < term.weight.size(); ++i)
       if (!problem.motors[static_cast<size_t>(i)]) term.weight[i] = 0.0;
   if (*quantity == opt::Quantity::kConfiguration)
-    term.target = vector_or(target, model.model.nq(), "target", problem.start_q);
+    term.target = vector_or(target, problem.start_q, "target");
   else if (!target.is_none() || *quantity == opt::Quantity::kClearance)
     term.target = by_row(model, *quantity, target.is_none() ? py::float_(0.0) : target, "target");
   term.point = vector3(point, "point");
@@ -274,9 +265,8 @@ void bind_problem(py::module_& o) {
            kTermDoc)
       .def_property_readonly(
           "name", [](const P& p) { return p.file.name; }, "The file's, or the scene's.")
-      .def_property_readonly(
-          "scene", [](const P& p) { return p.scene; },
-          "Scene, with the time step between frames; changing it has no effect here.")
+      .def_readonly("scene", &P::scene,
+                    "Scene, with the time step between frames; changing it has no effect here.")
       .def_property_readonly(
           "model", [](const P& p) { return p.scene->model; }, "Model.")
       .def_property_readonly(
@@ -286,13 +276,7 @@ void bind_problem(py::module_& o) {
       .def_property_readonly(
           "periodic", [](const P& p) { return p.file.problem.periodic; }, "Is it a cycle?")
       .def_property_readonly(
-          "terms",
-          [](const P& p) {
-            std::vector<std::string> names;
-            for (const opt::Term& term : p.file.problem.terms) names.push_back(term.name);
-            return names;
-          },
-          "Their names.")
+          "terms", [](const P& p) { return names_of(p.file.problem.terms); }, "Their names.")
       .def_property_readonly(
           "motors",
           [](const P& p) {

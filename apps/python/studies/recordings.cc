@@ -92,12 +92,7 @@ std::vector<Explanation> explain(const SceneHandle& handle, const ColumnMap& map
 void bind_map_and_recording(py::module_& r) {
   py::class_<ColumnMap, MapPtr>(r, "ColumnMap", "Which column of a recording is which coordinate.")
       .def_property_readonly(
-          "names",
-          [](const ColumnMap& map) {
-            std::vector<std::string> names;
-            for (const ColumnMap::Entry& entry : map.entries) names.push_back(entry.name);
-            return names;
-          },
+          "names", [](const ColumnMap& map) { return names_of(map.entries); },
           "Coordinates that the recording feeds, as in a trajectory.")
       .def_property_readonly(
           "compared",
