@@ -14,7 +14,7 @@ import counterpoint as cp
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs/reference/python.md"
-STUBS = ROOT / "apps" / "python" / "counterpoint"
+STUBS = pathlib.Path(cp.__file__).parent
 MODULES = [("counterpoint", cp, "__init__")] + [
     (f"counterpoint.{name}", getattr(cp, name), name) for name in ("collision", "contact", "optimization", "recordings", "view")]
 WIDTH = 116
@@ -66,7 +66,7 @@ def code(lines):
 
 def sections(text):
     """Converts a docstring in NumPy's style to Markdown."""
-    out, lines, i = [], text.splitlines(), 0
+    out, lines, i = [], re.sub(r"\n *(?=[^{}]*\})", " ", text).splitlines(), 0
     while i < len(lines):
         if i + 1 < len(lines) and lines[i + 1] and set(lines[i + 1]) == {"-"}:
             out += ["", f"*{lines[i]}*", ""]

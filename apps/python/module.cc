@@ -4,7 +4,8 @@
 PYBIND11_MODULE(_core, m) {
   using namespace counterpoint::python;
   py::options options;
-  options.disable_function_signatures();  // the stubs have them
+  // The stubs have the signatures: make_stubs.py reads them from docstrings, users do not.
+  if (!has_signatures()) options.disable_function_signatures();
   m.doc() = "Rigid-body physics with convex, smooth, invertible contact.";
   m.attr("__version__") = COUNTERPOINT_VERSION;
   // A default argument is converted when its function is bound, so its type must be bound before.
@@ -13,8 +14,9 @@ PYBIND11_MODULE(_core, m) {
   bind_shapes(m);
   bind_options(m);
   bind_contact(m);
-  bind_state(m);
+  bind_coordinates(m);
   bind_model(m);
+  bind_state(m);
   bind_builder(m);
   bind_scene(m);
   bind_reports(m);

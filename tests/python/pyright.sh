@@ -1,6 +1,6 @@
 #!/bin/sh
-# pyright.sh PYTHON BUILD: checks the stubs and the examples with pyright's strict rules. pyright comes from npm,
-# pinned in pyright/package-lock.json. Exit code 77: skipped, with the reason.
+# pyright.sh PYTHON BUILD: checks the stubs, the examples and pyright/expected_types.py with pyright's strict rules.
+# pyright comes from npm, pinned in pyright/package-lock.json. Exit code 77: skipped, with the reason.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -20,10 +20,11 @@ fi
 # Uses copies, since pyright checks files below its project only and does not follow links.
 rm -rf "$work/source"
 mkdir -p "$work/source/counterpoint"
-cp "$root"/apps/python/counterpoint/*.pyi "$root"/apps/python/counterpoint/py.typed "$work/source/counterpoint"
-cp "$root"/apps/python/examples/*.py "$work/source"
+cp "$2"/python/counterpoint/*.pyi "$2"/python/counterpoint/py.typed "$work/source/counterpoint"
+cp "$root"/apps/python/examples/*.py "$here/pyright/expected_types.py" "$work/source"
 rm "$work/source/tables.py"  # pandas and matplotlib may be missing
 cat >"$work/pyrightconfig.json" <<END
-{"include": ["source"], "extraPaths": ["source"], "typeCheckingMode": "strict", "pythonVersion": "3.11"}
+{"include": ["source"], "extraPaths": ["source"], "typeCheckingMode": "strict",
+ "reportUnnecessaryTypeIgnoreComment": "error", "pythonVersion": "3.11"}
 END
 "$work/node_modules/.bin/pyright" --project "$work/pyrightconfig.json" --pythonpath "$1"

@@ -223,6 +223,16 @@ def test_the_fast_calls_are_methods_and_properties_like_others(load):
         cp.State.__new__(cp.State).q
 
 
+def test_effects_are_taken_from_any_iterable(load):
+    options = load("cube_drop").options
+    options.effects = options.effects - {"gravity"}
+    assert "gravity" not in options.effects and "contacts" in options.effects
+    options.effects = (name for name in ("gravity", "contacts"))
+    assert options.effects == {"gravity", "contacts"}
+    with pytest.raises(ValueError, match="gravitation"):
+        options.effects = ["gravitation"]
+
+
 def test_what_is_no_array_says_so_and_nothing_is_a_batch(load):
     scene = load("pendulum")
     for wrong in (lambda: cp.rollout(scene, "x", steps=1), lambda: cp.rollout(scene, [scene.state()], "x"),

@@ -19,7 +19,7 @@ struct ForwardBlocks {
 };
 
 /// Returns column-major blocks as (row, column) arrays without a copy.
-py::object as_rows(const Blocks& blocks) { return blocks.attr("swapaxes")(1, 2); }
+py::array as_rows(const Blocks& blocks) { return py::array(blocks.attr("swapaxes")(1, 2)); }
 
 /// Copies of a call's arguments, made before the GIL is released.
 struct Steps {
@@ -127,7 +127,7 @@ method : {'analytic', 'central_differences', 'extrapolated'}
 
 Returns
 -------
-inverse : InverseDerivativesBatch
+inverse : InverseDerivativesBatch or None
     None for runge_kutta_4, which has no inverse.
 forward : ForwardDerivativesBatch
     NaN where a step has none.

@@ -1,6 +1,7 @@
 // Derivatives of a step and of its inverse.
 #include "motion/reports.h"
 #include "objects/derivative_method.h"
+#include "objects/properties.h"
 #include "objects/workspace.h"
 
 namespace counterpoint::python {
@@ -15,10 +16,9 @@ py::tuple of_inverse(const ModelPtr& model, const SimulationOptions& options, co
                      const InputPtr& known, const WorkspacePtr& given, const std::string& method,
                      double difference_step) {
   const DerivativeMethod how = method_from(method);
-  const WorkspacePtr w = workspace_for(model, given);
+  const WorkspacePtr w = given_or_new(given, model, "workspace");
   const Guard::Lock lock(w->guard, "Workspace");
-  w->set_motion(q, v, q_next, v_next);
-  w->set_input(known);
+  w->set_motion(q, v, q_next, v_next, known);
   auto inverse = std::make_shared<InverseHandle>();
   inverse->model = model;
   auto out = std::make_shared<InverseDerivatives>();
@@ -35,10 +35,9 @@ Advanced of_forward(const ModelPtr& model, const SimulationOptions& options, con
                     const Array& v, const Array& v_next, const py::object& q_next,
                     const InputPtr& known, const WorkspacePtr& given, const std::string& method) {
   const DerivativeMethod how = method_from(method);
-  const WorkspacePtr w = workspace_for(model, given);
+  const WorkspacePtr w = given_or_new(given, model, "workspace");
   const Guard::Lock lock(w->guard, "Workspace");
-  w->set_motion(q, v, q_next, v_next);
-  w->set_input(known);
+  w->set_motion(q, v, q_next, v_next, known);
   auto out = std::make_shared<ForwardDerivatives>();
   Inverse inverse;
   InverseDerivatives of_the_inverse;
@@ -111,15 +110,11 @@ void bind_derivatives(py::module_& m) {
   py::class_<I, Inverted>(m, "InverseDerivatives",
                           "Of the applied force that step_inverse recovers (rows), by what it was "
                           "recovered from (columns), nv x nv.")
-      .def_property_readonly(
-          "dq", [](const Inverted& d) { return view(d->dq, py::cast(d), true); },
-          "By a displacement at q [N/m, N/rad, N m/m, N m/rad], shape (nv, nv).")
-      .def_property_readonly(
-          "dv", [](const Inverted& d) { return view(d->dv, py::cast(d), true); },
-          "By v [N s/m, ...], shape (nv, nv).")
-      .def_property_readonly(
-          "dv_next", [](const Inverted& d) { return view(d->dv_next, py::cast(d), true); },
-          "By v_next [N s/m, ...], shape (nv, nv).")
+      .def_property_readonly("dq", view_of(&I::dq),
+                             "By a displacement at q [N/m, N/rad, N m/m, N m/rad], shape (nv, nv).")
+      .def_property_readonly("dv", view_of(&I::dv), "By v [N s/m, ...], shape (nv, nv).")
+      .def_property_readonly("dv_next", view_of(&I::dv_next),
+                             "By v_next [N s/m, ...], shape (nv, nv).")
       .def_readonly("by_differences", &I::by_differences,
                     "Something acts that has no closed form: extrapolated differences.")
       .def("__repr__",
@@ -128,24 +123,15 @@ void bind_derivatives(py::module_& m) {
   py::class_<F, Advanced>(m, "ForwardDerivatives",
                           "Of the state at the end of a step (rows), by that at its start and by "
                           "the applied force (columns), nv x nv.")
-      .def_property_readonly(
-          "dv_dq", [](const Advanced& d) { return view(d->dv_dq, py::cast(d), true); },
-          "Shape (nv, nv).")
-      .def_property_readonly(
-          "dv_dv", [](const Advanced& d) { return view(d->dv_dv, py::cast(d), true); },
-          "Shape (nv, nv).")
-      .def_property_readonly(
-          "dv_du", [](const Advanced& d) { return view(d->dv_du, py::cast(d), true); },
-          "Shape (nv, nv).")
-      .def_property_readonly(
-          "dq_dq", [](const Advanced& d) { return view(d->dq_dq, py::cast(d), true); },
-          "Displacements at the end, shape (nv, nv).")
-      .def_property_readonly(
-          "dq_dv", [](const Advanced& d) { return view(d->dq_dv, py::cast(d), true); },
-          "Displacements at the end, shape (nv, nv).")
-      .def_property_readonly(
-          "dq_du", [](const Advanced& d) { return view(d->dq_du, py::cast(d), true); },
-          "Displacements at the end, shape (nv, nv).")
+      .def_property_readonly("dv_dq", view_of(&F::dv_dq), "Shape (nv, nv).")
+      .def_property_readonly("dv_dv", view_of(&F::dv_dv), "Shape (nv, nv).")
+      .def_property_readonly("dv_du", view_of(&F::dv_du), "Shape (nv, nv).")
+      .def_property_readonly("dq_dq", view_of(&F::dq_dq),
+                             "Displacements at the end, shape (nv, nv).")
+      .def_property_readonly("dq_dv", view_of(&F::dq_dv),
+                             "Displacements at the end, shape (nv, nv).")
+      .def_property_readonly("dq_du", view_of(&F::dq_du),
+                             "Displacements at the end, shape (nv, nv).")
       .def("__repr__", [](const F& d) {
         return py::str("<ForwardDerivatives: nv {}>").format(d.dv_dv.rows());
       });

@@ -1,5 +1,6 @@
 // Derivatives of inverse and forward dynamics, and the regressor of the inertial parameters.
 #include "objects/data_handle.h"
+#include "objects/properties.h"
 
 namespace counterpoint::python {
 namespace {
@@ -20,19 +21,12 @@ OfRnea rnea_derivatives(const ModelPtr& model, const Array& q, const Array& v, c
   return out;
 }
 
-[[noreturn]] void throw_singular(const Model& m, int body) {
-  throw py::value_error((body > 0 ? "what joint '" + m.joint(body - 1).name + "' moves"
-                                  : std::string("what a joint moves")) +
-                        " has no inertia along it: give it mass, or armature in `diagonal`");
-}
-
 OfAba aba_derivatives(const ModelPtr& model, const Array& q, const Array& v, const Array& tau,
                       const py::object& diagonal, const DataPtr& data) {
   const Model& m = model->model;
   const auto qs = vector(q, m.nq(), "q"), vs = vector(v, m.nv(), "v"),
              taus = vector(tau, m.nv(), "tau");
-  const VectorX added = diagonal.is_none() ? VectorX(VectorX::Zero(m.nv()))
-                                           : VectorX(vector(Array(diagonal), m.nv(), "diagonal"));
+  const VectorX added = vector_or(diagonal, VectorX::Zero(m.nv()), "diagonal");
   auto out = std::make_shared<AbaDerivatives>();
   int singular = -1;
   bool solved = false;
@@ -129,28 +123,19 @@ ndarray, shape (nv, 10 (num_bodies - 1))
 void bind_dynamics_derivatives(py::module_& m) {
   using R = RneaDerivatives;
   py::class_<R, OfRnea>(m, "RneaDerivatives", "Of joint forces (rows), nv x nv each.")
-      .def_property_readonly(
-          "dq", [](const OfRnea& d) { return view(d->dq, py::cast(d), true); },
-          "By a displacement at q [N/m, N/rad, N m/m, N m/rad], shape (nv, nv).")
-      .def_property_readonly(
-          "dv", [](const OfRnea& d) { return view(d->dv, py::cast(d), true); },
-          "By v [N s/m, ...], shape (nv, nv).")
-      .def_property_readonly(
-          "da", [](const OfRnea& d) { return view(d->da, py::cast(d), true); },
-          "By a: M(q) [kg, kg m, kg m^2], shape (nv, nv).")
+      .def_property_readonly("dq", view_of(&R::dq),
+                             "By a displacement at q [N/m, N/rad, N m/m, N m/rad], shape (nv, nv).")
+      .def_property_readonly("dv", view_of(&R::dv), "By v [N s/m, ...], shape (nv, nv).")
+      .def_property_readonly("da", view_of(&R::da),
+                             "By a: M(q) [kg, kg m, kg m^2], shape (nv, nv).")
       .def("__repr__",
            [](const R& d) { return py::str("<RneaDerivatives: nv {}>").format(d.dq.rows()); });
   using A = AbaDerivatives;
   py::class_<A, OfAba>(m, "AbaDerivatives", "Of accelerations (rows), nv x nv each.")
-      .def_property_readonly(
-          "dq", [](const OfAba& d) { return view(d->dq, py::cast(d), true); },
-          "By a displacement at q, shape (nv, nv).")
-      .def_property_readonly(
-          "dv", [](const OfAba& d) { return view(d->dv, py::cast(d), true); },
-          "By v [1/s, ...], shape (nv, nv).")
-      .def_property_readonly(
-          "dtau", [](const OfAba& d) { return view(d->dtau, py::cast(d), true); },
-          "By tau: inv(M + diag(diagonal)) [1/kg, ...], shape (nv, nv).")
+      .def_property_readonly("dq", view_of(&A::dq), "By a displacement at q, shape (nv, nv).")
+      .def_property_readonly("dv", view_of(&A::dv), "By v [1/s, ...], shape (nv, nv).")
+      .def_property_readonly("dtau", view_of(&A::dtau),
+                             "By tau: inv(M + diag(diagonal)) [1/kg, ...], shape (nv, nv).")
       .def("__repr__",
            [](const A& d) { return py::str("<AbaDerivatives: nv {}>").format(d.dq.rows()); });
   m.def("rnea_derivatives", &rnea_derivatives, py::arg("model"), py::arg("q"), py::arg("v"),

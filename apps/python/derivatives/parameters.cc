@@ -4,6 +4,8 @@
 #include "counterpoint/engine/derivatives.h"
 #include "motion/reports.h"
 #include "objects/derivative_method.h"
+#include "objects/properties.h"
+#include "objects/typed.h"
 #include "objects/workspace.h"
 
 namespace counterpoint::python {
@@ -103,11 +105,10 @@ py::tuple inverse_by_parameters(DerivatorHandle& d, const SimulationOptions& opt
                                 const InputPtr& known, const WorkspacePtr& given,
                                 const std::string& method) {
   const DerivativeMethod how = method_from(method);
-  const WorkspacePtr w = workspace_for(d.model, given);
+  const WorkspacePtr w = given_or_new(given, d.model, "workspace");
   const Guard::Lock own_lock(d.guard, "ParameterDerivator");
   const Guard::Lock lock(w->guard, "Workspace");
-  w->set_motion(q, v, py::none(), v_next);
-  w->set_input(known);
+  w->set_motion(q, v, py::none(), v_next, known);
   auto out = std::make_shared<InverseHandle>();
   out->model = d.model;
   auto found = std::make_shared<InverseParameterDerivatives>();
@@ -133,11 +134,13 @@ One figure of a model or of its laws, of all targets together.
 Parameters
 ----------
 model : Model
-kind : str
+kind : {'inertia', 'friction', 'restitution', 'torsional_friction', 'rolling_friction', 'height',
+        'damping', 'dry_friction', 'armature', 'gravity', 'compliance', 'smoothing', 'stabilization',
+        'max_recovery_speed'}
     inertia, of bodies; friction, restitution, torsional_friction, rolling_friction [m], height [m]
     of geometries; damping, dry_friction, armature of coordinates; without targets gravity
     [m/s^2], compliance, smoothing [m], stabilization, max_recovery_speed [m/s].
-targets : sequence of str or int
+targets : iterable of str or int
     Names or numbers of bodies, geometries, or coordinates of v.
 changes : array_like, shape (targets, 10), optional
     Of 'inertia': what a unit of the parameter adds to inertial_parameters of each target.
@@ -211,7 +214,7 @@ void bind_parameters(py::module_& m) {
   py::class_<I, Self>(m, "InverseParameterDerivatives",
                       "Of the applied force that step_inverse recovers, by parameters.")
       .def_property_readonly(
-          "du", [](const Self& d) { return view(d->du, py::cast(d), true); },
+          "du", view_of(&I::du),
           "[N, N m over the parameter's unit], shape (nv, number of parameters).")
       .def_property_readonly(
           "by_differences",
@@ -235,14 +238,14 @@ void bind_parameters(py::module_& m) {
       });
   m.def(
       "mass_parameter",
-      [](const ModelPtr& model, py::handle body) {
+      [](const ModelPtr& model, const Key& body) {
         return P{model, mass_parameter(model->model, body_index(model, body))};
       },
       py::arg("model"), py::arg("body"),
       "StepParameter: the mass of a body [kg], centre and radii of gyration held.");
   m.def(
       "inertia_scale_parameter",
-      [](const ModelPtr& model, py::handle body) {
+      [](const ModelPtr& model, const Key& body) {
         return P{model, inertia_scale_parameter(model->model, body_index(model, body))};
       },
       py::arg("model"), py::arg("body"),

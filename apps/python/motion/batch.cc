@@ -133,17 +133,16 @@ size_t checked(const RolloutHandle& r, size_t motion) {
 }
 
 /// View of the columns begin ... begin + size - 1 of the states.
-py::object part(const RolloutHandle& r, int begin, int size) {
-  return r.states[py::make_tuple(py::ellipsis(), py::slice(begin, begin + size, 1))];
+py::array part(const RolloutHandle& r, int begin, int size) {
+  return py::array(r.states[py::make_tuple(py::ellipsis(), py::slice(begin, begin + size, 1))]);
 }
 
 void bind_rollout(py::module_& m) {
   using R = RolloutHandle;
   py::class_<R, std::shared_ptr<R>>(m, "Rollout", "What the motions of a rollout came to.")
-      .def_property_readonly(
-          "states", [](const R& r) { return r.states; },
-          "q, then v, after every step, shape (motions, steps, nq + nv); NaN from "
-          "where a step failed.")
+      .def_readonly("states", &R::states,
+                    "q, then v, after every step, shape (motions, steps, nq + nv); NaN from "
+                    "where a step failed.")
       .def_property_readonly(
           "q", [](const R& r) { return part(r, 0, r.model->model.nq()); },
           "Shape (motions, steps, nq), a view of states.")
@@ -252,8 +251,7 @@ void bind_batch(py::module_& m) {
            py::arg("scene"), py::arg("num_threads") = 0)
       .def_property_readonly(
           "num_threads", [](const B& b) { return b.batch.num_threads(); }, "How many there are.")
-      .def_property_readonly(
-          "model", [](const B& b) { return b.model; }, "Model.")
+      .def_readonly("model", &B::model, "Model.")
       .def_property(
           "options", [](const B& b) { return SimulationOptions(b.scene.options); },
           [](B& b, const SimulationOptions& options) {

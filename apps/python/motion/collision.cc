@@ -3,6 +3,8 @@
 
 #include "counterpoint/collision/collider.h"
 #include "objects/handles.h"
+#include "objects/properties.h"
+#include "objects/typed.h"
 
 namespace counterpoint::python {
 namespace {
@@ -22,19 +24,7 @@ struct QueryHandle {
   const std::string& name(int geometry) const {
     return model->model.geometries()[static_cast<size_t>(geometry)].name;
   }
-  int geometry(const py::handle& key) const {
-    const auto& all = model->model.geometries();
-    const auto find = [&](const std::string& wanted) {
-      for (size_t i = 0; i < all.size(); ++i)
-        if (all[i].name == wanted) return static_cast<int>(i);
-      return -1;
-    };
-    return index_from(key, static_cast<int>(all.size()), "geometry", find, [&] {
-      std::vector<std::string> names;
-      for (const Geometry& g : all) names.push_back(g.name);
-      return names;
-    });
-  }
+  int geometry(const Key& key) const { return geometry_index(*model, key); }
 };
 using QueryPtr = std::shared_ptr<QueryHandle>;
 constexpr const char* kWhat = "SceneQuery";
@@ -49,32 +39,24 @@ struct NamedContact {
   std::string geometry_a, geometry_b;
 };
 
-py::array vec(const Vector3& x) { return copy(VectorX(x)); }
-
 void bind_results(py::module_& c) {
   py::class_<Distance>(c, "Distance", "Signed distance of shapes A and B.")
       .def_readonly("gap", &Distance::gap,
                     "[m]; negative: minus the least translation that parts them.")
-      .def_property_readonly(
-          "normal", [](const Distance& d) { return vec(d.normal); },
-          "Unit, from A to B, shape (3,).")
-      .def_property_readonly(
-          "point_a", [](const Distance& d) { return vec(d.point_a); },
-          "On the surface of A, nearest to B [m], shape (3,).")
-      .def_property_readonly(
-          "point_b", [](const Distance& d) { return vec(d.point_b); },
-          "On the surface of B [m], shape (3,).")
+      .def_property_readonly("normal", copy_of(&Distance::normal), "Unit, from A to B, shape (3,).")
+      .def_property_readonly("point_a", copy_of(&Distance::point_a),
+                             "On the surface of A, nearest to B [m], shape (3,).")
+      .def_property_readonly("point_b", copy_of(&Distance::point_b),
+                             "On the surface of B [m], shape (3,).")
       .def("__repr__",
            [](const Distance& d) { return py::str("<Distance: gap {:.9g} m>").format(d.gap); });
   py::class_<NamedHit>(c, "RayHit", "Where a ray first meets a surface.")
-      .def_property_readonly(
-          "distance", [](const NamedHit& h) { return h.hit.distance; },
-          "From the ray's origin [m].")
-      .def_property_readonly(
-          "position", [](const NamedHit& h) { return vec(h.hit.position); }, "[m], shape (3,).")
-      .def_property_readonly(
-          "normal", [](const NamedHit& h) { return vec(h.hit.normal); },
-          "Unit, out of the surface, shape (3,).")
+      .def_property_readonly("distance", through(&NamedHit::hit, &RayHit::distance),
+                             "From the ray's origin [m].")
+      .def_property_readonly("position", through(&NamedHit::hit, &RayHit::position),
+                             "[m], shape (3,).")
+      .def_property_readonly("normal", through(&NamedHit::hit, &RayHit::normal),
+                             "Unit, out of the surface, shape (3,).")
       .def_readonly("geometry", &NamedHit::geometry,
                     "Name of what was hit; empty for a lone shape.")
       .def("__repr__", [](const NamedHit& h) {
@@ -83,30 +65,27 @@ void bind_results(py::module_& c) {
   py::class_<NamedContact>(c, "Contact", "Where two geometries touch, overlap, or come close.")
       .def_readonly("geometry_a", &NamedContact::geometry_a, "Name of the one of lower index.")
       .def_readonly("geometry_b", &NamedContact::geometry_b, "Name of the other one.")
-      .def_property_readonly(
-          "position", [](const NamedContact& n) { return vec(n.contact.position); },
-          "Halfway between the surfaces, in the world [m], shape (3,).")
-      .def_property_readonly(
-          "normal", [](const NamedContact& n) { return vec(n.contact.normal); },
-          "Unit, from A to B, shape (3,).")
-      .def_property_readonly(
-          "gap", [](const NamedContact& n) { return n.contact.gap; },
-          "Along the normal [m]; negative: overlap.")
+      .def_property_readonly("position", through(&NamedContact::contact, &Candidate::position),
+                             "Halfway between the surfaces, in the world [m], shape (3,).")
+      .def_property_readonly("normal", through(&NamedContact::contact, &Candidate::normal),
+                             "Unit, from A to B, shape (3,).")
+      .def_property_readonly("gap", through(&NamedContact::contact, &Candidate::gap),
+                             "Along the normal [m]; negative: overlap.")
       .def("__repr__", [](const NamedContact& n) {
         return py::str("<Contact {} - {}: gap {:.6g} m>")
             .format(n.geometry_a, n.geometry_b, n.contact.gap);
       });
 }
 
-py::object hit_of(const std::optional<RayHit>& hit) {
-  if (!hit) return py::none();
-  return py::cast(NamedHit{*hit, ""});
+std::optional<NamedHit> hit_of(const std::optional<RayHit>& hit) {
+  if (!hit) return std::nullopt;
+  return NamedHit{*hit, ""};
 }
 
 void bind_shape_queries(py::module_& c) {
   c.def(
       "distance",
-      [](const Shape& a, const py::object& X_WA, const Shape& b, const py::object& X_WB) {
+      [](const Shape& a, const PoseLike& X_WA, const Shape& b, const PoseLike& X_WB) {
         const Pose A = pose_from(X_WA, "pose_a"), B = pose_from(X_WB, "pose_b");
         const py::gil_scoped_release release;
         return collision::distance(a, A, b, B);
@@ -126,7 +105,7 @@ Distance or None
 )");
   c.def(
       "overlap",
-      [](const Shape& a, const py::object& X_WA, const Shape& b, const py::object& X_WB) {
+      [](const Shape& a, const PoseLike& X_WA, const Shape& b, const PoseLike& X_WB) {
         const Pose A = pose_from(X_WA, "pose_a"), B = pose_from(X_WB, "pose_b");
         const py::gil_scoped_release release;
         return collision::overlap(a, A, b, B);
@@ -135,7 +114,7 @@ Distance or None
       "True if the shapes share more than their surfaces.");
   c.def(
       "cast_ray",
-      [](const Shape& shape, const py::object& pose, const Array& origin, const Array& direction,
+      [](const Shape& shape, const PoseLike& pose, const Array& origin, const Array& direction,
          double max_distance) {
         return hit_of(collision::cast_ray(shape, pose_from(pose, "pose"), vector3(origin, "origin"),
                                           vector3(direction, "direction"), max_distance));
@@ -185,28 +164,27 @@ py::tuple cast_rays(const QueryHandle& q, const Array& origins, const Array& dir
   return py::make_tuple(distances, geometries);
 }
 
-py::list contacts(QueryHandle& q, double margin) {
+std::vector<NamedContact> contacts(QueryHandle& q, double margin) {
   const Guard::Lock lock(q.guard, kWhat);
   std::vector<Candidate> found;
   {
     const py::gil_scoped_release release;
     found = q.query.contacts(margin);
   }
-  py::list out;
-  for (const Candidate& c : found)
-    out.append(NamedContact{c, q.name(c.geometry_a), q.name(c.geometry_b)});
+  std::vector<NamedContact> out;
+  for (const Candidate& c : found) out.push_back({c, q.name(c.geometry_a), q.name(c.geometry_b)});
   return out;
 }
 
-py::list overlapping_pairs(QueryHandle& q) {
+std::vector<std::pair<std::string, std::string>> overlapping_pairs(QueryHandle& q) {
   const Guard::Lock lock(q.guard, kWhat);
   std::vector<std::pair<int, int>> found;
   {
     const py::gil_scoped_release release;
     found = q.query.overlaps();
   }
-  py::list out;
-  for (const auto& [a, b] : found) out.append(py::make_tuple(q.name(a), q.name(b)));
+  std::vector<std::pair<std::string, std::string>> out;
+  for (const auto& [a, b] : found) out.emplace_back(q.name(a), q.name(b));
   return out;
 }
 
@@ -234,7 +212,7 @@ Returns
 -------
 distances : ndarray, shape (n,)
     [m], inf where nothing is hit.
-geometries : ndarray of int, shape (n,)
+geometries : ndarray of int32, shape (n,)
     Indices into model.geometries, -1 where nothing is hit.
 )";
 
@@ -242,7 +220,7 @@ void bind_pair_questions(py::class_<QueryHandle, QueryPtr>& query) {
   query
       .def(
           "distance",
-          [](QueryHandle& q, const py::object& a, const py::object& b) {
+          [](QueryHandle& q, const Key& a, const Key& b) {
             const Guard::Lock lock(q.guard, kWhat);
             return q.query.distance(q.geometry(a), q.geometry(b));
           },
@@ -250,11 +228,11 @@ void bind_pair_questions(py::class_<QueryHandle, QueryPtr>& query) {
           "Signed Distance of two geometries, by name or index; None for two planes.")
       .def(
           "overlaps",
-          [](QueryHandle& q, const Shape& shape, const py::object& pose) {
+          [](QueryHandle& q, const Shape& shape, const PoseLike& pose) {
             const Guard::Lock lock(q.guard, kWhat);
-            py::list names;
+            std::vector<std::string> names;
             for (const int i : q.query.overlaps(shape, pose_from(pose, "pose")))
-              names.append(q.name(i));
+              names.push_back(q.name(i));
             return names;
           },
           py::arg("shape"), py::arg("pose"),
@@ -282,17 +260,17 @@ void bind_scene_query(py::module_& c) {
           py::arg("q"), "Places the bodies at coordinates, shape (nq,).")
       .def(
           "pose",
-          [](const QueryHandle& q, const py::object& key) { return q.query.pose(q.geometry(key)); },
+          [](const QueryHandle& q, const Key& key) { return q.query.pose(q.geometry(key)); },
           py::arg("geometry"), "X_WG of a geometry, by name or index.")
       .def(
           "cast_ray",
           [](QueryHandle& q, const Array& origin, const Array& direction,
-             double max_distance) -> py::object {
+             double max_distance) -> std::optional<NamedHit> {
             const Guard::Lock lock(q.guard, kWhat);
             const auto hit = q.query.cast_ray(vector3(origin, "origin"),
                                               vector3(direction, "direction"), max_distance);
-            if (!hit) return py::none();
-            return py::cast(NamedHit{*hit, q.name(hit->geometry)});
+            if (!hit) return std::nullopt;
+            return NamedHit{*hit, q.name(hit->geometry)};
           },
           py::arg("origin"), py::arg("direction"),
           py::arg("max_distance") = std::numeric_limits<double>::infinity(),

@@ -3,6 +3,7 @@
 
 #include "counterpoint/contact/solver.h"
 #include "objects/arrays.h"
+#include "objects/properties.h"
 
 namespace counterpoint::python {
 namespace {
@@ -69,22 +70,19 @@ void bind_solution(py::module_& c) {
   using S = ct::ContactSpaceSolution;
   using Self = std::shared_ptr<S>;
   py::class_<S, Self>(c, "ContactSpaceSolution", "Impulses and velocities of a contact problem.")
-      .def_property_readonly(
-          "f", [](const Self& s) { return view(s->f, py::cast(s), true); },
-          "Impulses [N s], shape (3 n,), rows (normal, t1, t2) a contact.")
-      .def_property_readonly(
-          "v", [](const Self& s) { return view(s->v, py::cast(s), true); },
-          "Velocities at which the law gives f to the bit [m/s], shape (3 n,).")
+      .def_property_readonly("f", view_of(&S::f),
+                             "Impulses [N s], shape (3 n,), rows (normal, t1, t2) a contact.")
+      .def_property_readonly("v", view_of(&S::v),
+                             "Velocities at which the law gives f to the bit [m/s], shape (3 n,).")
       .def_property_readonly(
           "status", [](const S& s) { return status_name(s.report.status); },
           "converged, roundoff_floor, or why it failed.")
       .def_property_readonly(
           "succeeded", [](const S& s) { return succeeded(s.report.status); },
           "May the result be used?")
-      .def_property_readonly(
-          "iterations", [](const S& s) { return s.report.iterations; }, "Newton steps.")
-      .def_property_readonly(
-          "residual", [](const S& s) { return s.report.residual; }, "Relative.")
+      .def_property_readonly("iterations", through(&S::report, &ct::Report::iterations),
+                             "Newton steps.")
+      .def_property_readonly("residual", through(&S::report, &ct::Report::residual), "Relative.")
       .def_readonly("rank", &S::rank, "Of A.")
       .def_readonly("asymmetry", &S::asymmetry,
                     "Largest |A - A'| over the largest |A|: what symmetrising changed.")

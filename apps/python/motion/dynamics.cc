@@ -36,8 +36,7 @@ py::array aba_of(const ModelPtr& model, const Array& q, const Array& v, const Ar
   const Model& m = model->model;
   const auto qs = vector(q, m.nq(), "q"), vs = vector(v, m.nv(), "v"),
              taus = vector(tau, m.nv(), "tau");
-  const VectorX added = diagonal.is_none() ? VectorX(VectorX::Zero(m.nv()))
-                                           : VectorX(vector(Array(diagonal), m.nv(), "diagonal"));
+  const VectorX added = vector_or(diagonal, VectorX::Zero(m.nv()), "diagonal");
   auto a = output(out, {m.nv()}, "out");
   Eigen::Map<VectorX> result(a.mutable_data(), m.nv());
   int singular = -1;
@@ -46,10 +45,7 @@ py::array aba_of(const ModelPtr& model, const Array& q, const Array& v, const Ar
     d.set_state(qs, vs);
     solved = d.forward_dynamics(taus, added, result, &singular);
   });
-  if (!solved)
-    throw py::value_error(
-        "what joint '" + m.joint(singular - 1).name +
-        "' moves has no inertia along it: give it mass, or armature in `diagonal`");
+  if (!solved) throw_singular(m, singular);
   return a;
 }
 

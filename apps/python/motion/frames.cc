@@ -1,6 +1,7 @@
 // Poses and velocities of frames, by name.
 #include "counterpoint/engine/dynamics.h"
 #include "objects/handles.h"
+#include "objects/properties.h"
 
 namespace counterpoint::python {
 
@@ -22,14 +23,11 @@ FrameMotion
 void bind_frames(py::module_& m) {
   using F = FrameMotion;
   py::class_<F>(m, "FrameMotion", "Where the frame of a link is, and how it moves, in the world.")
-      .def_property_readonly(
-          "pose", [](const F& f) { return f.X_WF; }, "X_WF: of the frame in the world.")
-      .def_property_readonly(
-          "velocity", [](const F& f) { return copy(VectorX(f.velocity)); },
-          "Of the frame's origin, in world axes [m/s], shape (3,).")
-      .def_property_readonly(
-          "angular_velocity", [](const F& f) { return copy(VectorX(f.angular_velocity)); },
-          "In world axes [rad/s], shape (3,).")
+      .def_readonly("pose", &F::X_WF, "X_WF: of the frame in the world.")
+      .def_property_readonly("velocity", copy_of(&F::velocity),
+                             "Of the frame's origin, in world axes [m/s], shape (3,).")
+      .def_property_readonly("angular_velocity", copy_of(&F::angular_velocity),
+                             "In world axes [rad/s], shape (3,).")
       .def("__repr__", [](const F& f) {
         return py::str("<FrameMotion at {}, {} m/s>")
             .format(copy(VectorX(f.X_WF.translation)), copy(VectorX(f.velocity)));

@@ -2,18 +2,18 @@
 #include <pybind11/stl.h>
 
 #include "objects/handles.h"
+#include "objects/typed.h"
 
 namespace counterpoint::python {
 namespace {
 
-void add_wrench(InputHandle& input, const py::object& link, const Array& force, const Array& torque,
+void add_wrench(InputHandle& input, const Key& link, const Array& force, const Array& torque,
                 const Array& point) {
   const Model& model = input.model->model;
-  std::vector<std::string> names;
-  for (const Frame& frame : model.frames()) names.push_back(frame.name);
   const int index = index_from(
-      link, static_cast<int>(names.size()), "link",
-      [&](const std::string& name) { return model.find_frame(name); }, [&] { return names; });
+      link, static_cast<int>(model.frames().size()), "link",
+      [&](const std::string& name) { return model.find_frame(name); },
+      [&] { return names_of(model.frames()); });
   const Frame& frame = model.frames()[static_cast<size_t>(index)];
   ExternalWrench wrench;
   wrench.body = frame.body;
@@ -114,7 +114,7 @@ void bind_inputs(py::module_& m) {
       .def_property(
           "softening",
           [](const InputHandle& i) {
-            return py::make_tuple(i.value().softening.factor, i.value().softening.tree);
+            return std::pair(i.value().softening.factor, i.value().softening.tree);
           },
           [](InputHandle& i, const std::pair<double, int>& s) {
             i.value().softening = {s.first, s.second};

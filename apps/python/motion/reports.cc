@@ -6,6 +6,7 @@
 #include "counterpoint/model/scene.h"
 #include "counterpoint/model/spatial.h"
 #include "objects/exceptions.h"
+#include "objects/properties.h"
 #include "report/failure.h"
 
 namespace counterpoint::python {
@@ -24,12 +25,10 @@ struct ContactPart {
   }
 };
 
-py::object fault_of(const ModelPtr& model, const Fault& fault) {
-  if (!fault.any()) return py::none();
-  return py::cast(FaultHandle{model, fault});
+std::optional<FaultHandle> fault_of(const ModelPtr& model, const Fault& fault) {
+  if (!fault.any()) return std::nullopt;
+  return FaultHandle{model, fault};
 }
-
-py::tuple softening_of(const Softening& s) { return py::make_tuple(s.factor, s.tree); }
 
 void bind_fault(py::module_& m) {
   const auto text = [](const FaultHandle& f) { return describe(f.model->model, f.fault); };
@@ -44,14 +43,12 @@ void bind_fault(py::module_& m) {
           "reason", [text](const FaultHandle& f) { return text(f).reason; }, "What is wrong.")
       .def_property_readonly(
           "advice", [text](const FaultHandle& f) { return text(f).advice; }, "What to do.")
-      .def_property_readonly(
-          "value", [](const FaultHandle& f) { return f.fault.value; }, "Of what is named, SI.")
-      .def_property_readonly(
-          "bound", [](const FaultHandle& f) { return f.fault.bound; },
-          "In force, SI; 0 where there is none.")
-      .def_property_readonly(
-          "coordinate", [](const FaultHandle& f) { return f.fault.coordinate; },
-          "Index into q for positions, else into v; -1: none.")
+      .def_property_readonly("value", through(&FaultHandle::fault, &Fault::value),
+                             "Of what is named, SI.")
+      .def_property_readonly("bound", through(&FaultHandle::fault, &Fault::bound),
+                             "In force, SI; 0 where there is none.")
+      .def_property_readonly("coordinate", through(&FaultHandle::fault, &Fault::coordinate),
+                             "Index into q for positions, else into v; -1: none.")
       .def("__repr__", [text](const FaultHandle& f) {
         return "<Fault: " + text(f).reason + "; " + text(f).advice + ">";
       });
@@ -63,36 +60,30 @@ void bind_step_report(py::module_& m) {
       .def_property_readonly(
           "status", [](const R& r) { return status_name(r.report.status); },
           "converged, roundoff_floor, softened, or why it failed.")
-      .def_property_readonly(
-          "succeeded", [](const R& r) { return r.report.succeeded(); }, "May the result be used?")
+      .def_property_readonly("succeeded", through(&R::report, &StepReport::succeeded),
+                             "May the result be used?")
       .def("__bool__", [](const R& r) { return r.report.succeeded(); })
+      .def_property_readonly("contacts", through(&R::report, &StepReport::contacts),
+                             "Contact candidates given to the solver.")
+      .def_property_readonly("constraint_rows", through(&R::report, &StepReport::constraint_rows),
+                             "Of contacts, closures, limits, dry friction and mimics.")
+      .def_property_readonly("newton_iterations",
+                             through(&R::report, &StepReport::newton_iterations), "Of the solver.")
+      .def_property_readonly("residual", through(&R::report, &StepReport::residual),
+                             "Relative, see contact.Settings.tolerance.")
+      .def_property_readonly("max_penetration", through(&R::report, &StepReport::max_penetration),
+                             "At the start of the step [m].")
+      .def_property_readonly("sleeping_bodies", through(&R::report, &StepReport::sleeping_bodies),
+                             "Left out: nothing moves there.")
       .def_property_readonly(
-          "contacts", [](const R& r) { return r.report.contacts; },
-          "Contact candidates given to the solver.")
-      .def_property_readonly(
-          "constraint_rows", [](const R& r) { return r.report.constraint_rows; },
-          "Of contacts, closures, limits, dry friction and mimics.")
-      .def_property_readonly(
-          "newton_iterations", [](const R& r) { return r.report.newton_iterations; },
-          "Of the solver.")
-      .def_property_readonly(
-          "residual", [](const R& r) { return r.report.residual; },
-          "Relative, see contact.Settings.tolerance.")
-      .def_property_readonly(
-          "max_penetration", [](const R& r) { return r.report.max_penetration; },
-          "At the start of the step [m].")
-      .def_property_readonly(
-          "sleeping_bodies", [](const R& r) { return r.report.sleeping_bodies; },
-          "Left out: nothing moves there.")
-      .def_property_readonly(
-          "softening", [](const R& r) { return softening_of(r.report.softening); },
+          "softening",
+          [](const R& r) { return std::pair(r.report.softening.factor, r.report.softening.tree); },
           "(factor, tree) of laws softer than their own; factor 1: none.")
       .def_property_readonly(
-          "taut_links", [](const R& r) { return r.report.taut_links; },
+          "taut_links", through(&R::report, &StepReport::taut_links),
           "How many light links under tension turned more slowly than they would.")
-      .def_property_readonly(
-          "largest_inertia", [](const R& r) { return r.report.largest_inertia; },
-          "Of these, times their own.")
+      .def_property_readonly("largest_inertia", through(&R::report, &StepReport::largest_inertia),
+                             "Of these, times their own.")
       .def_property_readonly(
           "fault", [](const R& r) { return fault_of(r.model, r.report.fault); }, "Fault, or None.")
       .def_property_readonly("message", &message_of,
@@ -121,22 +112,20 @@ void bind_controlled_report(py::module_& m) {
             return ReportHandle{r.model, r.report.second};
           },
           "StepReport of the second half, which says whether the step succeeded.")
-      .def_property_readonly(
-          "succeeded", [](const R& r) { return r.report.succeeded(); }, "May the result be used?")
-      .def_property_readonly(
-          "step", [](const R& r) { return r.report.step; }, "Both halves [s].")
-      .def_property_readonly(
-          "error", [](const R& r) { return r.report.error; }, "Over what is allowed [-].")
-      .def_property_readonly(
-          "rejected", [](const R& r) { return r.report.rejected; },
-          "Lengths that were tried before this one.")
-      .def_property_readonly(
-          "evaluations", [](const R& r) { return r.report.evaluations; }, "Steps computed.")
-      .def_property_readonly(
-          "impact", [](const R& r) { return r.report.impact; },
-          "A force was switched on within event_tolerance.")
-      .def_property_readonly(
-          "missed", [](const R& r) { return r.report.missed; }, "Above the tolerance at min_step.")
+      .def_property_readonly("succeeded", through(&R::report, &ControlledReport::succeeded),
+                             "May the result be used?")
+      .def_property_readonly("step", through(&R::report, &ControlledReport::step),
+                             "Both halves [s].")
+      .def_property_readonly("error", through(&R::report, &ControlledReport::error),
+                             "Over what is allowed [-].")
+      .def_property_readonly("rejected", through(&R::report, &ControlledReport::rejected),
+                             "Lengths that were tried before this one.")
+      .def_property_readonly("evaluations", through(&R::report, &ControlledReport::evaluations),
+                             "Steps computed.")
+      .def_property_readonly("impact", through(&R::report, &ControlledReport::impact),
+                             "A force was switched on within event_tolerance.")
+      .def_property_readonly("missed", through(&R::report, &ControlledReport::missed),
+                             "Above the tolerance at min_step.")
       .def("__repr__", [](const R& r) {
         return py::str("<ControlledReport: {:.6g} s, error {:.3g}>")
             .format(r.report.step, r.report.error);
@@ -170,11 +159,10 @@ void bind_contact_force(py::module_& m) {
       .def_property_readonly(
           "gap", [](const C& c) { return c.contact.contact.gap; },
           "Along the normal [m]; negative: overlap.")
+      .def_property_readonly("force", through(&C::contact, &ContactForce::force),
+                             "Mean over the step, on geometry B, in the world [N], shape (3,).")
       .def_property_readonly(
-          "force", [](const C& c) { return copy(VectorX(c.contact.force)); },
-          "Mean over the step, on geometry B, in the world [N], shape (3,).")
-      .def_property_readonly(
-          "slip", [](const C& c) { return copy(VectorX(c.contact.slip)); },
+          "slip", through(&C::contact, &ContactForce::slip),
           "Velocity of B over A at the end of the step, across the normal, in the world [m/s], "
           "shape (3,).")
       .def("__repr__", [](const C& c) {
@@ -199,14 +187,13 @@ void bind_inverse(py::module_& m) {
       .def_property_readonly(
           "servo_force", [all](const Self& i) { return all(i, i->inverse.servo_force); },
           "What the servos asked for at v_next [N, N m], in the order of model.servos.")
-      .def_property_readonly(
-          "force_scale", [](const I& i) { return i.inverse.force_scale; },
-          "Largest force at work [N or N m].")
+      .def_property_readonly("force_scale", through(&I::inverse, &Inverse::force_scale),
+                             "Largest force at work [N or N m].")
       .def_property_readonly(
           "contacts",
           [](const I& i) {
-            py::list out;
-            for (const ContactForce& c : i.inverse.contacts) out.append(ContactPart{i.model, c});
+            std::vector<ContactPart> out;
+            for (const ContactForce& c : i.inverse.contacts) out.push_back({i.model, c});
             return out;
           },
           "List of ContactForce.")
@@ -223,9 +210,9 @@ void bind_inverse(py::module_& m) {
       .def_property_readonly(
           "joint_forces",
           [](const I& i) {
-            py::list out;
+            std::vector<std::tuple<const char*, int, double>> out;
             for (const JointForce& j : i.inverse.joints)
-              out.append(py::make_tuple(effect_name(j.effect), j.v_index, j.force));
+              out.emplace_back(effect_name(j.effect), j.v_index, j.force);
             return out;
           },
           "List of (effect, index in v, mean force over the step [N, N m]): of limits, velocity "

@@ -3,6 +3,7 @@
 
 #include "objects/fast.h"
 #include "objects/simulator_handle.h"
+#include "objects/typed.h"
 
 namespace counterpoint::python {
 namespace {
@@ -197,7 +198,7 @@ void bind_calls(py::class_<SimulatorHandle, SimulatorPtr>& simulator) {
       .def(
           "effect_counts",
           [](const S& s) {
-            py::dict out;
+            Typed<py::dict, "Dict[str, int]"> out;
             for (int i = 0; i < kNumEffects; ++i)
               out[effect_name(static_cast<Effect>(i))] =
                   s.simulator.effect_counts()[static_cast<Effect>(i)];
@@ -216,8 +217,7 @@ void bind_simulator(py::module_& m) {
   simulator
       .def(py::init([](const SceneHandle& scene) { return std::make_shared<S>(scene); }),
            py::arg("scene"))
-      .def_property_readonly(
-          "model", [](const S& s) { return s.model; }, "Model.")
+      .def_readonly("model", &S::model, "Model.")
       .def_property_readonly(
           "options", [](S& s) -> SimulationOptions& { return s.simulator.options(); },
           py::return_value_policy::reference_internal, "SimulationOptions, live.")
@@ -225,10 +225,10 @@ void bind_simulator(py::module_& m) {
           "settings", [](S& s) -> contact::Settings& { return s.simulator.settings(); },
           py::return_value_policy::reference_internal, "contact.Settings, live.")
       .def_property(
-          "state", [](const S& s) { return s.state_object; }, &set_state,
+          "state", [](const S& s) { return s.state; }, &set_state,
           "The State: its arrays show every step, read-only. Assign a State to set it.")
       .def_property(
-          "input", [](const S& s) { return s.input_object; },
+          "input", [](const S& s) { return s.input; },
           [](S& s, const InputHandle& input) {
             if (input.model != s.model) throw py::value_error("input: it is of another model");
             s.input->assign(input.value());

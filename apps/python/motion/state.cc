@@ -5,9 +5,14 @@
 
 #include "objects/fast.h"
 #include "objects/handles.h"
+#include "objects/properties.h"
+#include "objects/typed.h"
 
 namespace counterpoint::python {
 namespace {
+
+/// The memory of copy.deepcopy.
+using Memo = Typed<py::dict, "Dict[int, Any]">;
 
 /// Columns of a remembered force: kind, a, b, at (3), force (3), torque (3), as in state files.
 constexpr int kMemoryColumns = 12;
@@ -61,7 +66,7 @@ StatePtr make_state(const py::object& model, const py::object& q, const py::obje
     state.q = model.cast<ModelPtr>()->model.default_q();
   else
     throw py::type_error("State: q is missing");
-  state.v = v.is_none() ? VectorX(VectorX::Zero(nv)) : VectorX(vector(Array(v), nv, "v"));
+  state.v = vector_or(v, VectorX::Zero(nv), "v");
   if (!memory.is_none()) state.memory = memory_from(Array(memory));
   return std::make_shared<StateHandle>(std::move(names), std::move(state), false);
 }
@@ -124,7 +129,7 @@ void bind_state_access(Class& state) {
       .def("copy", &copy_of, "A copy of its own, writable.")
       .def("__copy__", &copy_of)
       .def(
-          "__deepcopy__", [](const StateHandle& s, const py::dict&) { return copy_of(s); },
+          "__deepcopy__", [](const StateHandle& s, const Memo&) { return copy_of(s); },
           py::arg("memo"))
       .def(
           "assign",
@@ -155,18 +160,17 @@ void bind_state_access(Class& state) {
       });
 }
 
+}  // namespace
+
 void bind_coordinates(py::module_& m) {
   py::class_<Coordinates, CoordinatesPtr>(m, "Coordinates", R"(
 Names of the coordinates of a model, in the order of q, v and applied forces.)")
-      .def_property_readonly(
-          "q", [](const Coordinates& c) { return c.names.q; },
-          "'elbow.q', 'cube.x', 'cube.qw' ..., nq of them.")
-      .def_property_readonly(
-          "v", [](const Coordinates& c) { return c.names.v; },
-          "'elbow.v', 'cube.vx', 'cube.wx' ..., nv of them.")
-      .def_property_readonly(
-          "force", [](const Coordinates& c) { return c.names.force; },
-          "'elbow.u', 'cube.fx', 'cube.tx' ..., nv of them.")
+      .def_property_readonly("q", through(&Coordinates::names, &CoordinateNames::q),
+                             "'elbow.q', 'cube.x', 'cube.qw' ..., nq of them.")
+      .def_property_readonly("v", through(&Coordinates::names, &CoordinateNames::v),
+                             "'elbow.v', 'cube.vx', 'cube.wx' ..., nv of them.")
+      .def_property_readonly("force", through(&Coordinates::names, &CoordinateNames::force),
+                             "'elbow.u', 'cube.fx', 'cube.tx' ..., nv of them.")
       .def("__repr__",
            [](const Coordinates& c) {
              return py::str("<Coordinates: nq {}, nv {}>")
@@ -181,8 +185,6 @@ Names of the coordinates of a model, in the order of q, v and applied forces.)")
           }));
 }
 
-}  // namespace
-
 void bind_inputs(py::module_& m);  // input.cc
 
 constexpr const char* kStateDoc = R"(
@@ -190,7 +192,7 @@ The whole truth about a moment: equal states step to equal bits.
 
 Parameters
 ----------
-model : Model
+model : Model or Coordinates
 q : array_like, shape (nq,), optional
     Coordinates; default: the model's.
 v : array_like, shape (nv,), optional
@@ -202,7 +204,6 @@ memory : array_like, shape (n, 12), optional
 )";
 
 void bind_state(py::module_& m) {
-  bind_coordinates(m);
   py::class_<StateHandle, StatePtr> state(m, "State", kStateDoc);
   state
       .def(py::init(&make_state), py::arg("model"), py::arg("q") = py::none(),
@@ -239,9 +240,7 @@ void bind_state(py::module_& m) {
             s.set_memory(memory_from(a));
           },
           "Forces of the last step, shape (n, 12), a copy: kind, a, b, place, force, torque.")
-      .def_property_readonly(
-          "coordinates", [](const StateHandle& s) { return s.coordinates; },
-          "Names of the coordinates.");
+      .def_readonly("coordinates", &StateHandle::coordinates, "Names of the coordinates.");
   bind_state_access(state);
   using S = StateHandle;
   make_fast<S>(state, "q", [](S& s) { return new_reference(s.q); });

@@ -18,7 +18,7 @@ py::tuple step_forward_of(const ModelPtr& model, const SimulationOptions& option
                           const contact::Settings& settings, const WorkspacePtr& given,
                           const StatePtr& next) {
   check_state(model, state, "state");
-  const WorkspacePtr w = workspace_for(model, given);
+  const WorkspacePtr w = given_or_new(given, model, "workspace");
   const Guard::Lock lock(w->guard, "Workspace");
   StatePtr out = next;
   if (out) {
@@ -47,10 +47,9 @@ std::shared_ptr<InverseHandle> step_inverse_of(const ModelPtr& model,
                                                const py::object& q_next, const InputPtr& known,
                                                const WorkspacePtr& given) {
   const Model& m = model->model;
-  const WorkspacePtr w = workspace_for(model, given);
+  const WorkspacePtr w = given_or_new(given, model, "workspace");
   const Guard::Lock lock(w->guard, "Workspace");
-  w->set_motion(q, v, q_next, v_next);
-  w->set_input(known);
+  w->set_motion(q, v, q_next, v_next, known);
   auto out = std::make_shared<InverseHandle>();
   out->model = model;
   const SimulationOptions own = options;

@@ -5,10 +5,14 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "objects/exceptions.h"
+#include "objects/properties.h"
 #include "objects/trajectories.h"
+#include "objects/typed.h"
 
 namespace counterpoint::python {
 namespace {
+
+using ArraysByName = Typed<py::dict, "Dict[str, numpy.ndarray]">;
 
 TrajectoryPtr read_trajectory_of(const std::filesystem::path& file, const py::object& of) {
   auto out = std::make_shared<TrajectoryHandle>();
@@ -30,11 +34,10 @@ Input input_of_step(const TrajectoryHandle& t, int step) {
   return input;
 }
 
-int checked_row(const TrajectoryHandle& t, py::ssize_t row, int count) {
+int checked_row(py::ssize_t row, int count) {
   const auto index = row < 0 ? row + count : row;
   if (index < 0 || index >= count)
     throw py::index_error("row " + std::to_string(row) + ": there are " + std::to_string(count));
-  static_cast<void>(t);
   return static_cast<int>(index);
 }
 
@@ -56,11 +59,11 @@ void write(const TrajectoryHandle& t, const std::filesystem::path& file) {
 }
 
 /// Returns every column by name, for tables. Inputs have one row less, so their last entry is NaN.
-py::dict to_dict(const TrajectoryPtr& t) {
+ArraysByName to_dict(const TrajectoryPtr& t) {
   const Trajectory& x = t->trajectory;
   const CoordinateNames& names = t->model->coordinates->names;
   const py::object self = py::cast(t);
-  py::dict out;
+  ArraysByName out;
   out["time"] = view(x.time, self);
   const auto add = [&](const std::vector<std::string>& list, const MatrixX& m) {
     for (size_t i = 0; i < list.size(); ++i) {
@@ -262,7 +265,7 @@ void bind_rows(py::class_<TrajectoryHandle, TrajectoryPtr>& trajectory) {
       .def(
           "state",
           [](const TrajectoryHandle& t, py::ssize_t row) {
-            const int k = checked_row(t, row, t.trajectory.num_rows());
+            const int k = checked_row(row, t.trajectory.num_rows());
             return std::make_shared<StateHandle>(
                 t.model->coordinates,
                 State{t.trajectory.time[static_cast<size_t>(k)], t.trajectory.q.col(k),
@@ -274,7 +277,7 @@ void bind_rows(py::class_<TrajectoryHandle, TrajectoryPtr>& trajectory) {
           "input",
           [](const TrajectoryHandle& t, py::ssize_t step) {
             auto input = std::make_shared<InputHandle>(t.model);
-            input->assign(input_of_step(t, checked_row(t, step, t.trajectory.num_steps())));
+            input->assign(input_of_step(t, checked_row(step, t.trajectory.num_steps())));
             return input;
           },
           py::arg("step"), "The Input of a step, as far as it is known.")
@@ -292,12 +295,8 @@ void bind_rows(py::class_<TrajectoryHandle, TrajectoryPtr>& trajectory) {
 void bind_trajectory(py::module_& m) {
   using Self = TrajectoryPtr;
   py::class_<TrajectoryHandle, Self> trajectory(m, "Trajectory", kTrajectoryDoc);
-  trajectory
-      .def_property_readonly(
-          "model", [](const TrajectoryHandle& t) { return t.model; }, "Model.")
-      .def_property_readonly(
-          "scene", [](const TrajectoryHandle& t) { return t.scene; },
-          "Scene it was made from, or None.")
+  trajectory.def_readonly("model", &TrajectoryHandle::model, "Model.")
+      .def_readonly("scene", &TrajectoryHandle::scene, "Scene it was made from, or None.")
       .def_property_readonly(
           "time", [](const Self& t) { return view(t->trajectory.time, py::cast(t)); },
           "[s], shape (rows,).")
@@ -314,12 +313,12 @@ void bind_trajectory(py::module_& m) {
           "applied_force",
           [](const Self& t) { return view_columns(t->trajectory.applied_force, py::cast(t)); },
           "[N, N m], shape (rows - 1, nv); (0, 0) where unknown.")
-      .def_property_readonly(
-          "altered_rows", [](const TrajectoryHandle& t) { return t.trajectory.altered_rows; },
-          "Rows whose numbers are not those that were written.")
-      .def_property_readonly(
-          "num_steps", [](const TrajectoryHandle& t) { return t.trajectory.num_steps(); },
-          "One fewer than rows.");
+      .def_property_readonly("altered_rows",
+                             through(&TrajectoryHandle::trajectory, &Trajectory::altered_rows),
+                             "Rows whose numbers are not those that were written.")
+      .def_property_readonly("num_steps",
+                             through(&TrajectoryHandle::trajectory, &Trajectory::num_steps),
+                             "One fewer than rows.");
   bind_rows(trajectory);
   m.def("read_trajectory", &read_trajectory_of, py::arg("file"), py::arg("of"), kReadTrajectoryDoc);
   bind_writer(m);

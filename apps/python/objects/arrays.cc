@@ -48,6 +48,10 @@ ConstRowMap matrix(const Array& array, Eigen::Index rows, Eigen::Index columns, 
 
 Vector3 vector3(const Array& array, const char* name) { return vector(array, 3, name); }
 
+VectorX vector_or(const py::object& given, const VectorX& otherwise, const char* name) {
+  return given.is_none() ? otherwise : VectorX(vector(Array(given), otherwise.size(), name));
+}
+
 py::array view(const double* data, const Shape1& shape, const Shape1& strides, py::handle owner,
                bool writable) {
   Shape1 bytes(strides);

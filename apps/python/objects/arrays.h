@@ -30,6 +30,8 @@ ConstMap vector(const Array& array, Eigen::Index size, const char* name);
 /// Returns the entries of a matrix without a copy. @throws py::value_error for another shape.
 ConstRowMap matrix(const Array& array, Eigen::Index rows, Eigen::Index columns, const char* name);
 Vector3 vector3(const Array& array, const char* name);
+/// Returns the entries of an optional argument, or `otherwise` for None.
+VectorX vector_or(const py::object& given, const VectorX& otherwise, const char* name);
 
 /// Array that shows `data`, with strides in doubles; keeps `owner` alive.
 py::array view(const double* data, const Shape1& shape, const Shape1& strides, py::handle owner,

@@ -15,19 +15,20 @@ struct DataHandle {
 };
 using DataPtr = std::shared_ptr<DataHandle>;
 
-inline DataPtr data_for(const ModelPtr& model, const DataPtr& given) {
-  if (!given) return std::make_shared<DataHandle>(model);
-  if (given->model != model) throw py::value_error("data: it is of another model");
-  return given;
-}
-
 /// Runs task(dynamics) without the GIL and with exclusive use of `data`.
 template <class Task>
 void compute(const ModelPtr& model, const DataPtr& given, Task task) {
-  const DataPtr d = data_for(model, given);
+  const DataPtr d = given_or_new(given, model, "data");
   const Guard::Lock lock(d->guard, "Data");
   const py::gil_scoped_release release;
   task(d->dynamics);
+}
+
+/// @throws py::value_error; `body` has a joint that moves no inertia.
+[[noreturn]] inline void throw_singular(const Model& m, int body) {
+  throw py::value_error((body > 0 ? "what joint '" + m.joint(body - 1).name + "' moves"
+                                  : std::string("what a joint moves")) +
+                        " has no inertia along it: give it mass, or armature in `diagonal`");
 }
 
 }  // namespace counterpoint::python

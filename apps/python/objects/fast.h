@@ -32,6 +32,7 @@ PyObject* translated(Call call) {
 /// Replaces the getter of a property. Get, without captures, maps T& to a new reference.
 template <class T, class Get>
 void make_fast(const py::handle& type, const char* name, Get) {
+  if (has_signatures()) return;  // a native property has none
   const py::object slow = type.attr("__dict__")[name];
   const py::object set = slow.attr("fset");
   // Owned by the interpreter, like the type: never freed.

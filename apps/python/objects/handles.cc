@@ -45,9 +45,24 @@ Coordinates::Place Coordinates::find(const std::string& name) const {
 int check_frame(const ModelHandle& model, const std::string& name) {
   const int index = model.model.find_frame(name);
   if (index >= 0) return index;
-  std::vector<std::string> names;
-  for (const Frame& frame : model.model.frames()) names.push_back(frame.name);
-  throw_unknown("frame", name, names);
+  throw_unknown("frame", name, names_of(model.model.frames()));
+}
+
+int geometry_index(const ModelHandle& model, py::handle key) {
+  const auto& all = model.model.geometries();
+  const auto find = [&](const std::string& name) {
+    for (size_t i = 0; i < all.size(); ++i)
+      if (all[i].name == name) return static_cast<int>(i);
+    return -1;
+  };
+  return index_from(key, static_cast<int>(all.size()), "geometry", find,
+                    [&] { return names_of(all); });
+}
+
+ScenePtr handle_of(Scene&& scene) {
+  return std::make_shared<SceneHandle>(
+      SceneHandle{std::move(scene.name), std::make_shared<ModelHandle>(std::move(scene.model)),
+                  std::move(scene.q), std::move(scene.v), scene.options});
 }
 
 ModelHandle::ModelHandle(Model m)

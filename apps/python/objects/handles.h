@@ -50,8 +50,28 @@ std::vector<std::tuple<int, double, double>> tuples_of(const std::vector<TautLin
 std::vector<TautLink> taut_links_of(const Model& model,
                                     const std::vector<std::tuple<int, double, double>>& tuples);
 
+/// Names of the parts of a model.
+template <class List>
+std::vector<std::string> names_of(const List& list) {
+  std::vector<std::string> names;
+  for (const auto& item : list) names.push_back(item.name);
+  return names;
+}
+
 /// Index of the frame with this name. @throws py::key_error suggesting similar names.
 int check_frame(const ModelHandle& model, const std::string& name);
+/// Index of a geometry from its name or index. @throws as index_from.
+int geometry_index(const ModelHandle& model, py::handle key);
+
+/// Returns the given scratch object of this model, or a new one. @throws py::value_error if it is
+/// of another model.
+template <class Scratch>
+std::shared_ptr<Scratch> given_or_new(const std::shared_ptr<Scratch>& given, const ModelPtr& model,
+                                      const char* name) {
+  if (!given) return std::make_shared<Scratch>(model);
+  if (given->model != model) throw py::value_error(std::string(name) + ": it is of another model");
+  return given;
+}
 
 /// A Scene whose model is shared.
 struct SceneHandle {
@@ -63,6 +83,8 @@ struct SceneHandle {
   Scene scene() const { return {name, model->model, q, v, options}; }
 };
 using ScenePtr = std::shared_ptr<SceneHandle>;
+/// Handle of a scene, with a handle of its model.
+ScenePtr handle_of(Scene&& scene);
 
 /// A State whose arrays q and v are created once and show the memory of `value`, which is never
 /// resized.

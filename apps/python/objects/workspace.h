@@ -23,13 +23,14 @@ struct WorkspaceHandle {
     else
       input = Input();
   }
-  /// q_next_given: an array, or None.
+  /// Takes the arguments of an inverse; q_next_given: an array, or None.
   void set_motion(const Array& q_given, const Array& v_given, const py::object& q_next_given,
-                  const Array& v_next_given) {
+                  const Array& v_next_given, const InputPtr& known) {
     const Model& m = model->model;
     q = vector(q_given, m.nq(), "q");
     v = vector(v_given, m.nv(), "v");
     v_next = vector(v_next_given, m.nv(), "v_next");
+    set_input(known);
     if (q_next_given.is_none())
       q_next.resize(0);
     else
@@ -37,12 +38,5 @@ struct WorkspaceHandle {
   }
 };
 using WorkspacePtr = std::shared_ptr<WorkspaceHandle>;
-
-/// Returns the given workspace, or a new one.
-inline WorkspacePtr workspace_for(const ModelPtr& model, const WorkspacePtr& given) {
-  if (!given) return std::make_shared<WorkspaceHandle>(model);
-  if (given->model != model) throw py::value_error("workspace: it is of another model");
-  return given;
-}
 
 }  // namespace counterpoint::python

@@ -5,9 +5,13 @@
 #include "counterpoint/model/model_builder.h"
 #include "objects/exceptions.h"
 #include "objects/handles.h"
+#include "objects/typed.h"
 #include "objects/words.h"
 
 namespace counterpoint::python {
+
+void bind_specs(py::module_& m);  // specs.cc
+
 namespace {
 
 void set_pair_surface(ModelBuilder& b, const std::string& geometry_or_link_a,
@@ -77,7 +81,7 @@ void bind_builder(py::module_& m) {
            py::arg("gravity") = py::make_tuple(0.0, 0.0, -kStandardGravity))
       .def(
           "add_robot",
-          [](B& b, const RobotSpec& robot, const std::string& base, const py::object& pose,
+          [](B& b, const RobotSpec& robot, const std::string& base, const PoseLike& pose,
              const std::string& prefix) {
             return b.add_robot(robot, base_from(base), pose_from(pose, "pose"), prefix);
           },
@@ -85,7 +89,7 @@ void bind_builder(py::module_& m) {
           py::arg("prefix") = "", kAddRobotDoc)
       .def(
           "add_environment",
-          [](B& b, const std::string& name, const Shape& shape, const py::object& pose,
+          [](B& b, const std::string& name, const Shape& shape, const PoseLike& pose,
              const Material& material) {
             return b.add_environment(name, shape, pose_from(pose, "pose"), material);
           },

@@ -2,17 +2,19 @@
 #include <pybind11/stl.h>
 
 #include "counterpoint/model/scene.h"
+#include "objects/typed.h"
 #include "objects/words.h"
 
 namespace counterpoint::python {
 namespace {
 
-std::vector<std::string> effect_list(const EffectSet& effects) {
-  std::vector<std::string> names;
+using EffectNames = Typed<py::frozenset, "FrozenSet[str]">;
+
+EffectNames effect_names(const EffectSet& effects) {
+  py::set names;
   for (int i = 0; i < kNumEffects; ++i)
-    if (effects.has(static_cast<Effect>(i)))
-      names.emplace_back(effect_name(static_cast<Effect>(i)));
-  return names;
+    if (effects.has(static_cast<Effect>(i))) names.add(effect_name(static_cast<Effect>(i)));
+  return EffectNames(py::frozenset(names));
 }
 
 Effect effect_from(const std::string& name) {
@@ -82,7 +84,13 @@ Parameters
                                                           contact_preset_name, 3),
                                  c);
           },
-          py::arg("preset"), "fast, default or hard: sets friction_model and compliance.")
+          py::arg("preset"), R"(
+Sets friction_model and compliance.
+
+Parameters
+----------
+preset : {'fast', 'default', 'hard'}
+)")
       .def("__eq__", [](const C& a, const C& b) { return a == b; })
       .def("__repr__", [](const py::object& self) {
         return repr("ContactOptions", self,
@@ -126,10 +134,11 @@ void bind_effects(py::class_<SimulationOptions>& options) {
   using O = SimulationOptions;
   options
       .def_property(
-          "effects", [](const O& o) { return py::frozenset(py::cast(effect_list(o.effects))); },
-          [](O& o, const std::vector<std::string>& names) {
+          "effects", [](const O& o) { return effect_names(o.effects); },
+          [](O& o, const Typed<py::iterable, "Iterable[str]">& names) {
             EffectSet set;
-            for (const std::string& name : names) set.set(effect_from(name), true);
+            for (const py::handle name : names)
+              set.set(effect_from(name.cast<std::string>()), true);
             o.effects = set;
           },
           "Effects that are on where the scene calls for them: a frozenset of names "

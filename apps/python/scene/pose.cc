@@ -25,6 +25,13 @@ std::string pose_repr(const Pose& X) {
       .cast<std::string>();
 }
 
+/// One point, or points by row, in the outer frame of X.
+py::array moved(const Pose& X, const Array& points) {
+  if (points.ndim() == 1) return copy(VectorX(X * vector3(points, "point")));
+  const auto given = matrix(points, -1, 3, "points");
+  return copy_matrix((given * X.rotation.transpose()).rowwise() + X.translation.transpose());
+}
+
 Quaternion quaternion_from(const Array& array) {
   const auto q = vector(array, 4, "quaternion");
   if (!(std::abs(q.norm() - 1.0) < 1e-6))
@@ -135,18 +142,10 @@ void bind_pose(py::module_& m) {
       .def_property_readonly("matrix", &matrix_of, "Homogeneous, shape (4, 4).")
       .def("inverse", &Pose::inverse, "X_BA.")
       .def(
-          "__matmul__",
-          [](const Pose& X, const py::object& other) -> py::object {
-            if (py::isinstance<Pose>(other)) return py::cast(X * other.cast<Pose>());
-            const Array points(other);
-            if (points.ndim() == 1) return copy(VectorX(X * vector3(points, "point")));
-            const auto given = matrix(points, -1, 3, "points");
-            const MatrixX moved =
-                (given * X.rotation.transpose()).rowwise() + X.translation.transpose();
-            return copy_matrix(moved);
-          },
+          "__matmul__", [](const Pose& X, const Pose& other) { return X * other; },
           py::arg("other"),
           "X_AB @ X_BC is X_AC; X_AB @ points, shape (3,) or (n, 3), are those points in A.")
+      .def("__matmul__", &moved, py::arg("other"))
       .def("__repr__", &pose_repr)
       .def(py::pickle([](const Pose& X) { return py::make_tuple(matrix_of(X)); },
                       [](const py::tuple& t) {

@@ -11,12 +11,6 @@
 namespace counterpoint::python {
 namespace {
 
-ScenePtr make_scene(Scene&& scene) {
-  return std::make_shared<SceneHandle>(
-      SceneHandle{std::move(scene.name), std::make_shared<ModelHandle>(std::move(scene.model)),
-                  std::move(scene.q), std::move(scene.v), scene.options});
-}
-
 ScenePtr load(const std::filesystem::path& file,
               const std::map<std::string, std::filesystem::path>& packages,
               const std::optional<std::string>& base, bool ground,
@@ -33,16 +27,14 @@ ScenePtr load(const std::filesystem::path& file,
   overrides.fill_inertia = fill_inertia;
   overrides.srdf = srdf.value_or("");
   overrides.hull_vertices = hull_vertices;
-  return make_scene(reading(file, [&] { return load_scene(file, overrides); }));
+  return handle_of(reading(file, [&] { return load_scene(file, overrides); }));
 }
 
 ScenePtr from_model(const ModelPtr& model, const py::object& q, const py::object& v,
                     const SimulationOptions& options, const std::string& name) {
-  auto scene = std::make_shared<SceneHandle>(SceneHandle{
-      name, model, model->model.default_q(), VectorX::Zero(model->model.nv()), options});
-  if (!q.is_none()) scene->q = vector(Array(q), model->model.nq(), "q");
-  if (!v.is_none()) scene->v = vector(Array(v), model->model.nv(), "v");
-  return scene;
+  return std::make_shared<SceneHandle>(
+      SceneHandle{name, model, vector_or(q, model->model.default_q(), "q"),
+                  vector_or(v, VectorX::Zero(model->model.nv()), "v"), options});
 }
 
 void set(VectorX& x, const Array& values, const char* name) {
@@ -106,8 +98,7 @@ void bind_scene(py::module_& m) {
            py::arg("v") = py::none(), py::arg("options") = SimulationOptions(),
            py::arg("name") = "")
       .def_readwrite("name", &SceneHandle::name, "For titles.")
-      .def_property_readonly(
-          "model", [](const SceneHandle& s) { return s.model; }, "Model.")
+      .def_readonly("model", &SceneHandle::model, "Model.")
       .def_property(
           "q", [](const ScenePtr& s) { return view(s->q, py::cast(s), true); },
           [](SceneHandle& s, const Array& q) { set(s.q, q, "q"); },
@@ -135,7 +126,7 @@ void bind_scene(py::module_& m) {
            })
       .def(py::pickle(
           [](const SceneHandle& s) { return py::make_tuple(py::bytes(archive_scene(s.scene()))); },
-          [](const py::tuple& t) { return make_scene(restore_scene(t[0].cast<std::string>())); }));
+          [](const py::tuple& t) { return handle_of(restore_scene(t[0].cast<std::string>())); }));
   m.def("load_scene", &load, py::arg("file"), py::kw_only(),
         py::arg("packages") = std::map<std::string, std::filesystem::path>(),
         py::arg("base") = py::none(), py::arg("ground") = false,

@@ -26,9 +26,8 @@ Shape plain(ShapeType type, const Vector3& size) {
   return shape;
 }
 
-Shape hull(const py::object& points) {
-  const Array array(points);
-  const auto rows = matrix(array, -1, 3, "points");
+Shape hull(const Array& points) {
+  const auto rows = matrix(points, -1, 3, "points");
   std::vector<Vector3> list;
   for (Eigen::Index i = 0; i < rows.rows(); ++i) list.emplace_back(rows.row(i));
   const py::gil_scoped_release release;

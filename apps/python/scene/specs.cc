@@ -6,6 +6,7 @@
 #include "counterpoint/model/robot_files.h"
 #include "objects/exceptions.h"
 #include "objects/handles.h"
+#include "objects/typed.h"
 #include "objects/words.h"
 
 namespace counterpoint::python {
@@ -39,7 +40,7 @@ LinkSpec make_link(const std::string& name, const SpatialInertia& inertia,
 }
 
 JointSpec make_joint(const std::string& name, const std::string& type, const std::string& parent,
-                     const std::string& child, const py::object& pose, const Array& axis,
+                     const std::string& child, const PoseLike& pose, const Array& axis,
                      const py::kwargs& values) {
   JointSpec joint;
   joint.name = name;
@@ -128,7 +129,7 @@ void bind_link(py::module_& m) {
       .def_readwrite("angular_quadratic", &Drag::angular_quadratic, "[N m s^2]");
   using C = LinkSpec::Collision;
   py::class_<C>(m, "CollisionSpec", kCollisionSpecDoc)
-      .def(py::init([](const Shape& shape, const py::object& pose, const Material& material,
+      .def(py::init([](const Shape& shape, const PoseLike& pose, const Material& material,
                        const std::string& name) {
              return C{name, pose_from(pose, "pose"), shape, material};
            }),
@@ -139,7 +140,7 @@ void bind_link(py::module_& m) {
       .def_readwrite("material", &C::material, "Material.")
       .def_property(
           "pose", [](const C& c) { return c.X_LG; },
-          [](C& c, const py::object& X) { c.X_LG = pose_from(X, "pose"); },
+          [](C& c, const PoseLike& X) { c.X_LG = pose_from(X, "pose"); },
           "X_LG in the link frame.");
   py::class_<LinkSpec>(m, "LinkSpec", kLinkSpecDoc)
       .def(py::init(&make_link), py::arg("name"), py::arg("inertia") = SpatialInertia(),

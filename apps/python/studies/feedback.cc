@@ -4,6 +4,7 @@
 
 #include "counterpoint/engine/optimize/optimize.h"
 #include "objects/exceptions.h"
+#include "objects/properties.h"
 #include "optimization.h"
 
 namespace counterpoint::python {
@@ -123,9 +124,8 @@ void bind_feedback(py::module_& o) {
       .def_property_readonly(
           "gains", [](const F& f) { return gains_of(f.feedback.gains, f.model->model.nv()); },
           "Of displacements and velocities, by step, shape (steps, nv, 2 nv); a copy.")
-      .def_property_readonly(
-          "missing", [](const F& f) { return f.feedback.missing; },
-          "Steps without derivatives: their gain is that of the step behind.")
+      .def_property_readonly("missing", through(&F::feedback, &opt::Feedback::missing),
+                             "Steps without derivatives: their gain is that of the step behind.")
       .def(
           "write",
           [](const F& f, const std::filesystem::path& file) {

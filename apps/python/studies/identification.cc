@@ -6,6 +6,8 @@
 
 #include "counterpoint/engine/estimate/parameter_estimate.h"
 #include "objects/handles.h"
+#include "objects/properties.h"
+#include "objects/typed.h"
 #include "recordings/estimation.h"
 
 namespace counterpoint::python {
@@ -33,13 +35,6 @@ struct IdentificationHandle {
 Bounds bounds(const std::optional<apps::Interval>& interval) {
   if (!interval) return std::nullopt;
   return std::pair(interval->lower, interval->upper);
-}
-
-/// Handle of a scene with changed parameters; the model needs a new handle.
-ScenePtr handle_of(Scene&& scene) {
-  return std::make_shared<SceneHandle>(
-      SceneHandle{scene.name, std::make_shared<ModelHandle>(std::move(scene.model)), scene.q,
-                  scene.v, scene.options});
 }
 
 /// Returns a function, called from time to time, that checks for signals and calls the user's
@@ -128,16 +123,16 @@ void bind_found(py::module_& r) {
       .def_readonly("name", &F::name, "KIND or KIND:ELEMENT.")
       .def_readonly("unit", &F::unit, "SI.")
       .def_readonly("scene", &F::scene, "What the scene had.")
-      .def_property_readonly(
-          "value", [](const F& f) { return f.found.value; }, "What was found.")
+      .def_property_readonly("value", through(&F::found, &FittedParameter::value),
+                             "What was found.")
       .def_property_readonly(
           "interval", [](const F& f) { return bounds(f.found.interval); },
           "95 %, by derivatives: (lower, upper); None where it cannot be identified.")
       .def_property_readonly(
           "bootstrap", [](const F& f) { return bounds(f.found.bootstrap); },
           "95 %, percentiles of the refits: (lower, upper), or None.")
-      .def_property_readonly(
-          "at_bound", [](const F& f) { return f.found.at_bound; }, "Is it as far as it may go?")
+      .def_property_readonly("at_bound", through(&F::found, &FittedParameter::at_bound),
+                             "Is it as far as it may go?")
       .def("__repr__", [](const F& f) {
         return py::str("<FoundParameter {}: {:.6g} {} (scene {:.6g})>")
             .format(f.name, f.found.value, f.unit, f.scene);
@@ -146,18 +141,14 @@ void bind_found(py::module_& r) {
   py::class_<I, std::shared_ptr<I>>(r, "Identification",
                                     "Figures found, and the scene that has them.")
       .def_readonly("parameters", &I::parameters, "List of FoundParameter.")
-      .def_property_readonly(
-          "scene", [](const I& i) { return i.scene; }, "Scene with these figures.")
-      .def_property_readonly(
-          "start_cost", [](const I& i) { return i.fit.start_cost; },
-          "Sum of the loss over the recordings, as the scene was.")
-      .def_property_readonly(
-          "cost", [](const I& i) { return i.fit.cost; }, "The same, as found.")
-      .def_property_readonly(
-          "evaluations", [](const I& i) { return i.fit.evaluations; }, "Of all residuals.")
-      .def_property_readonly(
-          "linearizations", [](const I& i) { return i.fit.linearizations; },
-          "Of all residuals, with exact derivatives.")
+      .def_readonly("scene", &I::scene, "Scene with these figures.")
+      .def_property_readonly("start_cost", through(&I::fit, &Fit::start_cost),
+                             "Sum of the loss over the recordings, as the scene was.")
+      .def_property_readonly("cost", through(&I::fit, &Fit::cost), "The same, as found.")
+      .def_property_readonly("evaluations", through(&I::fit, &Fit::evaluations),
+                             "Of all residuals.")
+      .def_property_readonly("linearizations", through(&I::fit, &Fit::linearizations),
+                             "Of all residuals, with exact derivatives.")
       .def_property_readonly(
           "correlation", [](const I& i) { return copy_matrix(i.fit.correlation); },
           "Of the estimates, shape (n, n).")
@@ -201,8 +192,8 @@ exact : bool
     Exact derivatives where steps have closed forms; else differences of all.
 difference : float
     Last step of the differences, as a share of the range.
-progress : callable, optional
-    Called with (done, total).
+progress : Callable[[int, int], object], optional
+    Called with the numbers of what is done and of all.
 
 Returns
 -------
@@ -225,7 +216,7 @@ void bind_identification(py::module_& r) {
         const Scene scene = handle.scene();
         const std::vector<Parameter> parameters = apps::parse_parameters(text, scene);
         const VectorX values = apps::parameter_values(parameters, scene);
-        py::dict out;
+        NumbersByName out;
         for (size_t i = 0; i < parameters.size(); ++i)
           out[py::str(parameters[i].name)] = values[static_cast<Eigen::Index>(i)];
         return out;

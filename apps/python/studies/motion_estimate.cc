@@ -5,6 +5,7 @@
 #include "counterpoint/engine/estimate/motion_follower.h"
 #include "objects/arrays.h"
 #include "objects/handles.h"
+#include "objects/typed.h"
 #include "recordings/estimation.h"
 
 namespace counterpoint::python {
@@ -15,12 +16,19 @@ using apps::MotionEstimate;
 using apps::MotionEstimateOptions;
 using apps::Recording;
 using apps::RecordingErrors;
+using Explained = Typed<py::dict, "_MotionEstimate">;
 
 std::optional<RecordingErrors> errors_of(const std::optional<std::string>& errors) {
   if (!errors) return std::nullopt;
   if (*errors == "white") return RecordingErrors::kWhite;
   if (*errors == "slow") return RecordingErrors::kSlow;
   throw py::value_error("errors: expected 'white', 'slow' or None, not '" + *errors + "'");
+}
+
+template <class Options>
+void set_sums(const ColumnMap& map, Options& options) {
+  for (const ColumnMap::ContactForce& force : map.contact_forces)
+    options.sums.push_back({force.name, force.bodies});
 }
 
 /// Contact forces on links, by the name of their sum.
@@ -38,26 +46,8 @@ py::dict contact_forces_of(const MotionEstimate& estimate) {
   return out;
 }
 
-py::dict dict_of(const MotionEstimate& found);
-
-py::dict estimate(const SceneHandle& handle, const ColumnMap& map, const Recording& recording,
-                  const std::optional<std::string>& errors, int threads) {
-  MotionEstimateOptions options;
-  options.threads = threads;
-  options.errors = errors_of(errors);
-  for (const ColumnMap::ContactForce& force : map.contact_forces)
-    options.sums.push_back({force.name, force.bodies});
-  const Scene scene = handle.scene();
-  MotionEstimate found;
-  {
-    const py::gil_scoped_release release;
-    found = apps::estimate_motion(scene, map, recording, options);
-  }
-  return dict_of(found);
-}
-
-py::dict dict_of(const MotionEstimate& found) {
-  py::dict out;
+Explained dict_of(const MotionEstimate& found) {
+  Explained out;
   out["file"] = found.file;
   out["time"] = py::array_t<double>(static_cast<py::ssize_t>(found.time.size()), found.time.data());
   out["q"] = copy_matrix(found.q, true);
@@ -81,6 +71,21 @@ py::dict dict_of(const MotionEstimate& found) {
   return out;
 }
 
+Explained estimate(const SceneHandle& handle, const ColumnMap& map, const Recording& recording,
+                   const std::optional<std::string>& errors, int threads) {
+  MotionEstimateOptions options;
+  options.threads = threads;
+  options.errors = errors_of(errors);
+  set_sums(map, options);
+  const Scene scene = handle.scene();
+  MotionEstimate found;
+  {
+    const py::gil_scoped_release release;
+    found = apps::estimate_motion(scene, map, recording, options);
+  }
+  return dict_of(found);
+}
+
 constexpr const char* kEstimateDoc = R"(
 The motion behind a noisy recording, and its forces with standard deviations, as
 `counterpoint explain` finds them (docs/explanation/explaining.md).
@@ -90,8 +95,8 @@ Parameters
 scene : Scene
 columns : ColumnMap
 recording : Recording
-errors : str, optional
-    Errors of recorded positions, 'white' or 'slow'; default: found from the recording.
+errors : {'white', 'slow'}, optional
+    Errors of recorded positions; default: found from the recording.
 threads : int
     0: one a core; the result does not depend on it.
 
@@ -125,8 +130,8 @@ scene : Scene
 columns : ColumnMap
 window, lag : int
     Rows explained together, and rows that follow before one is told.
-errors : str, optional
-    'white' or 'slow'; default: found from the first rows.
+errors : {'white', 'slow'}, optional
+    Default: found from the first rows.
 threads : int
     0: one a core; the result does not depend on it.
 )";
@@ -141,8 +146,7 @@ void bind_motion_estimate(py::module_& r) {
              options.lag = lag;
              options.threads = threads;
              options.errors = errors_of(errors);
-             for (const ColumnMap::ContactForce& force : map.contact_forces)
-               options.sums.push_back({force.name, force.bodies});
+             set_sums(map, options);
              return std::make_unique<MotionFollower>(handle.scene(), map, options);
            }),
            py::arg("scene"), py::arg("columns"), py::kw_only(), py::arg("window") = 30,

@@ -3,6 +3,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "objects/exceptions.h"
+#include "objects/typed.h"
 #include "optimization.h"
 
 namespace counterpoint::python {
@@ -30,20 +31,11 @@ ProblemPtr load_problem(const std::filesystem::path& file, std::optional<int> st
   return out;
 }
 
-VectorX vector_or(const py::object& given, Eigen::Index size, const char* name,
-                  const VectorX& otherwise) {
-  return given.is_none() ? otherwise : VectorX(vector(Array(given), size, name));
-}
-
 void set_passive(const std::vector<std::string>& joints, const Model& model,
                  std::vector<char>& motors) {
   for (const std::string& name : joints) {
     const int joint = model.find_joint(name);
-    if (joint < 0) {
-      std::vector<std::string> names;
-      for (int i = 0; i + 1 < model.num_bodies(); ++i) names.push_back(model.joint(i).name);
-      throw_unknown("joint", name, names);
-    }
+    if (joint < 0) throw_unknown("joint", name, names_of(model.joints()));
     const Body& body = model.body(joint + 1);
     for (int k = 0; k < joint_nv(body.joint_type); ++k)
       motors[static_cast<size_t>(body.v_index + k)] = 0;
@@ -65,10 +57,10 @@ ProblemPtr make_problem(const SceneHandle& scene, int steps, const py::object& s
   p.model = &out->scene->model->model;
   p.options = scene.options;
   p.steps = steps;
-  p.start_q = vector_or(start_q, model.nq(), "start_q", scene.q);
-  p.start_v = vector_or(start_v, model.nv(), "start_v", still);
-  if (!goal_q.is_none()) p.goal_q = vector_or(goal_q, model.nq(), "goal_q", scene.q);
-  p.goal_v = vector_or(goal_v, model.nv(), "goal_v", still);
+  p.start_q = vector_or(start_q, scene.q, "start_q");
+  p.start_v = vector_or(start_v, still, "start_v");
+  if (!goal_q.is_none()) p.goal_q = vector_or(goal_q, scene.q, "goal_q");
+  p.goal_v = vector_or(goal_v, still, "goal_v");
   p.settle = settle;
   p.periodic = periodic;
   p.displacement = vector3(displacement, "displacement");
@@ -115,7 +107,7 @@ void set_frame(const ModelHandle& model, const std::string& link, const Pose& ta
 
 void add_term(ProblemHandle& p, const std::string& word, const py::object& weight,
               const py::object& target, const std::string& link, const Array& point,
-              const py::object& orientation, const Array& axis, double radius, double length,
+              const PoseLike& orientation, const Array& axis, double radius, double length,
               std::pair<int, int> frames, std::optional<bool> condition, double late_weight,
               const std::string& name) {
   const auto quantity = opt::quantity_from_name(word);
@@ -136,7 +128,7 @@ void add_term(ProblemHandle& p, const std::string& word, const py::object& weigh
     for (Eigen::Index i = 0; i < term.weight.size(); ++i)
       if (!problem.motors[static_cast<size_t>(i)]) term.weight[i] = 0.0;
   if (*quantity == opt::Quantity::kConfiguration)
-    term.target = vector_or(target, model.model.nq(), "target", problem.start_q);
+    term.target = vector_or(target, problem.start_q, "target");
   else if (!target.is_none() || *quantity == opt::Quantity::kClearance)
     term.target = by_row(model, *quantity, target.is_none() ? py::float_(0.0) : target, "target");
   term.point = vector3(point, "point");
@@ -227,11 +219,12 @@ Adds a term, 1/2 |weight (value - target)|^2 over frames, or a condition (docs/r
 
 Parameters
 ----------
-quantity : str
-    configuration, velocity, applied_force, position, center_of_mass ...
-weight : float, array_like or dict of str to float
+quantity : {'configuration', 'velocity', 'joint_limits', 'acceleration', 'applied_force',
+            'unactuated_force', 'position', 'orientation', 'point_velocity', 'clearance', 'sliding',
+            'tilt', 'center_of_mass', 'momentum', 'angular_momentum', 'contact_force'}
+weight : float, array_like or dict of str to float, optional
     For all rows, by row, or by coordinate ('elbow.u'), the others zero; default 1.
-target : float, array_like or dict, optional
+target : float, array_like or dict of str to float, optional
     As weight; of configuration q, shape (nq,), by default the start. Else zero.
 link : str
     What the term is about, of quantities of points and bodies.
@@ -272,9 +265,8 @@ void bind_problem(py::module_& o) {
            kTermDoc)
       .def_property_readonly(
           "name", [](const P& p) { return p.file.name; }, "The file's, or the scene's.")
-      .def_property_readonly(
-          "scene", [](const P& p) { return p.scene; },
-          "Scene, with the time step between frames; changing it has no effect here.")
+      .def_readonly("scene", &P::scene,
+                    "Scene, with the time step between frames; changing it has no effect here.")
       .def_property_readonly(
           "model", [](const P& p) { return p.scene->model; }, "Model.")
       .def_property_readonly(
@@ -284,13 +276,7 @@ void bind_problem(py::module_& o) {
       .def_property_readonly(
           "periodic", [](const P& p) { return p.file.problem.periodic; }, "Is it a cycle?")
       .def_property_readonly(
-          "terms",
-          [](const P& p) {
-            std::vector<std::string> names;
-            for (const opt::Term& term : p.file.problem.terms) names.push_back(term.name);
-            return names;
-          },
-          "Their names.")
+          "terms", [](const P& p) { return names_of(p.file.problem.terms); }, "Their names.")
       .def_property_readonly(
           "motors",
           [](const P& p) {

@@ -3,7 +3,9 @@
 
 #include "counterpoint/engine/optimize/optimize.h"
 #include "objects/interrupts.h"
+#include "objects/properties.h"
 #include "objects/trajectories.h"
+#include "objects/typed.h"
 #include "optimization.h"
 
 namespace counterpoint::python {
@@ -81,7 +83,7 @@ TrajectoryPtr trajectory(const ResultPtr& r) {
   return out;
 }
 
-py::tuple pair(const opt::Spread& spread) { return py::make_tuple(spread.max, spread.mean); }
+std::pair<double, double> pair(const opt::Spread& spread) { return {spread.max, spread.mean}; }
 
 void bind_progress(py::module_& o) {
   using P = opt::Progress;
@@ -98,17 +100,15 @@ void bind_progress(py::module_& o) {
       .def_property_readonly(
           "violation", [](const P& p) { return pair(p.violation); },
           "(largest, mean) of all conditions.")
-      .def_property_readonly(
-          "accepted", [](const P& p) { return p.step.accepted; }, "Was the step taken?")
-      .def_property_readonly(
-          "decrease", [](const P& p) { return p.step.decrease; }, "Of the cost.")
-      .def_property_readonly(
-          "step", [](const P& p) { return p.step.step; },
-          "Largest change of a coordinate [m, rad].")
-      .def_property_readonly(
-          "damping", [](const P& p) { return p.step.damping; }, "Levenberg and Marquardt's.")
-      .def_property_readonly(
-          "trials", [](const P& p) { return p.step.trials; }, "Steps tried.")
+      .def_property_readonly("accepted", through(&P::step, &opt::Iteration::accepted),
+                             "Was the step taken?")
+      .def_property_readonly("decrease", through(&P::step, &opt::Iteration::decrease),
+                             "Of the cost.")
+      .def_property_readonly("step", through(&P::step, &opt::Iteration::step),
+                             "Largest change of a coordinate [m, rad].")
+      .def_property_readonly("damping", through(&P::step, &opt::Iteration::damping),
+                             "Levenberg and Marquardt's.")
+      .def_property_readonly("trials", through(&P::step, &opt::Iteration::trials), "Steps tried.")
       .def("__repr__", [](const P& p) {
         return py::str("<Progress {}: cost {:.6g}, unactuated {:.2e}, smoothing {:.1e} m>")
             .format(p.iteration, p.cost, p.unactuated.max, p.smoothing);
@@ -155,8 +155,7 @@ void bind_result(py::module_& o) {
       .def_property_readonly(
           "converged", [](const R& r) { return r.result.outcome == opt::Outcome::kConverged; },
           "Do all conditions hold at the last smoothing?")
-      .def_property_readonly(
-          "problem", [](const R& r) { return r.problem; }, "Problem, as it was.")
+      .def_readonly("problem", &R::problem, "Problem, as it was.")
       .def_property_readonly(
           "q", [](const R& r) { return rows_from(r.result.q, r.problem->scene->q.size()); },
           "Frames, shape (steps + 1, nq); a copy.")
@@ -169,12 +168,12 @@ void bind_result(py::module_& o) {
           "Of the steps between [N, N m], shape (steps, nv); a copy.")
       .def_property_readonly("trajectory", &trajectory,
                              "Trajectory of it, which shows its replay in a notebook.")
-      .def_property_readonly(
-          "cost", [](const R& r) { return r.result.cost; }, "Conditions left out.")
+      .def_property_readonly("cost", through(&R::result, &opt::Result::cost),
+                             "Conditions left out.")
       .def_property_readonly(
           "cost_by_term",
           [](const R& r) {
-            py::dict out;
+            NumbersByName out;
             const auto& terms = r.problem->file.problem.terms;
             for (size_t i = 0; i < terms.size(); ++i) {
               const py::str name(terms[i].name);
@@ -190,22 +189,20 @@ void bind_result(py::module_& o) {
       .def_property_readonly(
           "violation", [](const R& r) { return pair(r.result.violation); },
           "(largest, mean) of all conditions.")
-      .def_property_readonly(
-          "smoothing", [](const R& r) { return r.result.smoothing; }, "Of the last stage [m].")
+      .def_property_readonly("smoothing", through(&R::result, &opt::Result::smoothing),
+                             "Of the last stage [m].")
       .def_property_readonly(
           "options", [](const R& r) { return SimulationOptions(r.result.options); },
           "SimulationOptions of the last stage; a copy.")
-      .def_property_readonly(
-          "iterations", [](const R& r) { return r.result.iterations; }, "Newton steps.")
-      .def_property_readonly(
-          "stages", [](const R& r) { return r.result.stages; }, "Of the continuation.")
-      .def_property_readonly(
-          "refused_stages", [](const R& r) { return r.result.refused_stages; },
-          "Done anew with less of a change.")
-      .def_property_readonly(
-          "history", [](const R& r) { return r.result.history; }, "List of Progress.")
-      .def_property_readonly(
-          "seconds", [](const R& r) { return r.result.seconds; }, "Taken [s].")
+      .def_property_readonly("iterations", through(&R::result, &opt::Result::iterations),
+                             "Newton steps.")
+      .def_property_readonly("stages", through(&R::result, &opt::Result::stages),
+                             "Of the continuation.")
+      .def_property_readonly("refused_stages", through(&R::result, &opt::Result::refused_stages),
+                             "Done anew with less of a change.")
+      .def_property_readonly("history", through(&R::result, &opt::Result::history),
+                             "List of Progress.")
+      .def_property_readonly("seconds", through(&R::result, &opt::Result::seconds), "Taken [s].")
       .def("__repr__", [](const R& r) {
         return py::str("<Result {}: cost {:.6g} after {} Newton steps, unactuated {:.1e}>")
             .format(opt::outcome_name(r.result.outcome), r.result.cost, r.result.iterations,
@@ -223,8 +220,8 @@ start : array_like, shape (steps + 1, nq), optional
     Frames to begin with: an earlier result's; default: problem.guess.
 settings : Settings, optional
     Default: the problem's.
-progress : callable, optional
-    Called with Progress after every Newton step; False stops.
+progress : Callable[[Progress], object], optional
+    Called after every Newton step; False stops.
 
 Returns
 -------

@@ -4,6 +4,7 @@
 
 #include "objects/exceptions.h"
 #include "objects/handles.h"
+#include "objects/typed.h"
 #include "recordings/estimation.h"
 
 namespace counterpoint::python {
@@ -15,9 +16,10 @@ using apps::Recording;
 using MapPtr = std::shared_ptr<ColumnMap>;
 using RecordingPtr = std::shared_ptr<Recording>;
 using PredictionPtr = std::shared_ptr<Prediction>;
+using Explanation = Typed<py::dict, "_Explanation">;
 
-py::dict dict_of(const std::vector<std::pair<const char*, double>>& metrics) {
-  py::dict out;
+NumbersByName dict_of(const std::vector<std::pair<const char*, double>>& metrics) {
+  NumbersByName out;
   for (const auto& [name, value] : metrics) out[name] = value;
   return out;
 }
@@ -58,8 +60,9 @@ std::vector<PredictionPtr> predict(const SceneHandle& handle, const ColumnMap& m
 }
 
 /// Returns, by recording, the figures and forces by step that no contact can explain.
-py::list explain(const SceneHandle& handle, const ColumnMap& map,
-                 const std::vector<RecordingPtr>& recordings, std::optional<double> reach) {
+std::vector<Explanation> explain(const SceneHandle& handle, const ColumnMap& map,
+                                 const std::vector<RecordingPtr>& recordings,
+                                 std::optional<double> reach) {
   if (compared(map) == apps::Compared::kImpacts)
     throw py::value_error("an impact takes no time, forces are not to be had");
   apps::refuse_sensors(map, "explain");
@@ -71,17 +74,17 @@ py::list explain(const SceneHandle& handle, const ColumnMap& map,
     for (const RecordingPtr& recording : recordings)
       found.push_back(explain_recording(explainer, map, *recording));
   }
-  py::list out;
+  std::vector<Explanation> out;
   for (const apps::ExplainedRecording& one : found) {
     const auto steps = static_cast<Eigen::Index>(one.steps.size());
     MatrixX force(scene.model.nv(), steps);
     for (Eigen::Index k = 0; k < steps; ++k) force.col(k) = one.steps[static_cast<size_t>(k)].force;
-    py::dict entry;
+    Explanation entry;
     entry["file"] = one.file;
     entry["time"] = py::array_t<double>(static_cast<py::ssize_t>(one.time.size()), one.time.data());
     entry["force"] = copy_matrix(force, true);
     entry["figures"] = dict_of(one.metrics);
-    out.append(entry);
+    out.push_back(entry);
   }
   return out;
 }
@@ -89,12 +92,7 @@ py::list explain(const SceneHandle& handle, const ColumnMap& map,
 void bind_map_and_recording(py::module_& r) {
   py::class_<ColumnMap, MapPtr>(r, "ColumnMap", "Which column of a recording is which coordinate.")
       .def_property_readonly(
-          "names",
-          [](const ColumnMap& map) {
-            std::vector<std::string> names;
-            for (const ColumnMap::Entry& entry : map.entries) names.push_back(entry.name);
-            return names;
-          },
+          "names", [](const ColumnMap& map) { return names_of(map.entries); },
           "Coordinates that the recording feeds, as in a trajectory.")
       .def_property_readonly(
           "compared",
