@@ -104,8 +104,10 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
   out.residual.setZero(layout.rows(instant));
   out.violation.setZero(layout.rows(instant));
   num_dense_ = 0;
-  dense_.resize(layout.rows(instant), 3 * nv);  // only the first num_dense_ rows are used
-  dense_residual_.resize(layout.rows(instant));
+  if (dense_.rows() < layout.rows(instant)) {  // only the first num_dense_ rows are used
+    dense_.resize(layout.rows(instant), 3 * nv);
+    dense_residual_.resize(layout.rows(instant));
+  }
   force_weight2_.setZero(nv);
   force_gradient_.setZero(nv);
   if (normal != nullptr) {
@@ -151,11 +153,12 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
   if (normal != nullptr) add_dense_rows(*normal);
 }
 
-/// Sets residual and violation of a term from value_.
+/// Sets residual and violation of a term from its value.
 void Evaluator::set_rows(const Term& term, const Span& span, double factor,
-                         const VectorX& multiplier, InstantValues& out) const {
+                         const VectorX& multiplier, const VectorRef& value,
+                         InstantValues& out) const {
   auto residual = out.residual.segment(span.first, span.rows);
-  residual = value_;
+  residual = value;
   if (term.target.size() == span.rows && term.quantity != Quantity::kConfiguration &&
       term.quantity != Quantity::kClearance)
     residual -= term.target;
@@ -179,7 +182,7 @@ void Evaluator::evaluate_forces(const Term& term, const Span& span, double facto
   }
   weight_ = factor * term.weight;
   if (limits) weight_ = (value_.array() == 0.0).select(0.0, weight_);
-  set_rows(term, span, factor, multiplier, out);
+  set_rows(term, span, factor, multiplier, value_, out);
   if (!derivatives) return;
   force_weight2_ += weight_.cwiseAbs2();
   force_gradient_ += weight_.cwiseProduct(out.residual.segment(span.first, span.rows));
@@ -225,7 +228,7 @@ void Evaluator::evaluate_coordinates(const Term& term, const Span& span, double 
       maps[2] = &by_q_;
     }
   }
-  set_rows(term, span, factor, multiplier, out);
+  set_rows(term, span, factor, multiplier, value_, out);
   if (normal != nullptr) add_coordinate_rows(weight_, span, out, maps, *normal);
 }
 
@@ -304,23 +307,25 @@ void Evaluator::evaluate_dense(const Term& term, const Span& span, const Stage& 
                                double factor, const VectorX& multiplier, InstantValues& out,
                                bool derivatives) {
   const Eigen::Index nv = model_->nv();
-  value_.resize(span.rows);
+  MatrixX &by_before = by_before_[span.rows - 1], &by_at = by_at_[span.rows - 1];
+  Vector3 rows_of_value;
+  auto value = rows_of_value.head(span.rows);
   bool chained = false;
   if (term.quantity == Quantity::kContactForce) {
-    value_ = contact_force(term);
+    value = contact_force(term);
     if (derivatives) differentiate_contact_force(term, stage);
     chained = true;
   } else if (term.quantity == Quantity::kAngularMomentum) {
     compute_velocities(*model_, v_, at_);
-    value_ = angular_momentum(*model_, at_);
+    value = angular_momentum(*model_, at_);
     if (derivatives) differentiate_angular_momentum();
     chained = true;
   } else {
     evaluate_kinematic(
         {*model_, problem_->h(), before_, at_}, term, scratch_,
-        {value_, derivatives ? &by_before_ : nullptr, derivatives ? &by_at_ : nullptr});
+        {value, derivatives ? &by_before : nullptr, derivatives ? &by_at : nullptr});
   }
-  set_rows(term, span, factor, multiplier, out);
+  set_rows(term, span, factor, multiplier, value, out);
   if (!derivatives) return;
   auto rows = dense_.middleRows(num_dense_, span.rows);
   rows.setZero();
@@ -333,8 +338,8 @@ void Evaluator::evaluate_dense(const Term& term, const Span& span, const Stage& 
       add_product(by_q_v_w_[2], w_by_next_, rotations_, rows.rightCols(nv));
     }
   } else {
-    rows.leftCols(nv) = by_before_;
-    rows.middleCols(nv, nv) = by_at_;
+    rows.leftCols(nv) = by_before;
+    rows.middleCols(nv, nv) = by_at;
   }
   for (Eigen::Index i = 0; i < span.rows; ++i) rows.row(i) *= factor * term.weight[i];
   dense_residual_.segment(num_dense_, span.rows) = out.residual.segment(span.first, span.rows);

@@ -74,7 +74,7 @@ class Evaluator {
   void differentiate_angular_momentum();
   Vector3 contact_force(const Term& term) const;
   void set_rows(const Term& term, const Span& span, double factor, const VectorX& multiplier,
-                InstantValues& out) const;
+                const VectorRef& value, InstantValues& out) const;
   bool restoring_ = false;
   void add_coordinate_rows(const VectorX& weight, const Span& span, const InstantValues& out,
                            const TangentMap* const (&maps)[3], NormalEquations& normal) const;
@@ -91,8 +91,8 @@ class Evaluator {
   KinematicScratch scratch_;
   VectorX q_before_, q_, q_next_, v_, w_, difference_;
   TangentMap v_by_before_, v_by_at_, w_by_at_, w_by_next_, by_target_, by_q_, sum_;
-  VectorX value_, weight_;                  ///< value and weight of the current term
-  MatrixX by_before_, by_at_;               ///< rows x nv
+  VectorX value_, weight_;                  ///< nv: of the current term of coordinates or forces
+  MatrixX by_before_[3], by_at_[3];         ///< rows x nv, of terms of 1, 2 and 3 rows
   MatrixX by_q_v_w_[3];                     ///< rows x nv: derivatives with respect to q, v, v_next
   VectorX force_weight2_, force_gradient_;  ///< nv: sums over all terms of applied forces
   MatrixX force_rows_;                      ///< nv x 3 nv: derivatives of the applied force

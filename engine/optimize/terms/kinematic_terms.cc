@@ -22,6 +22,17 @@ Fading fading(double height, double length) {
   return {std::exp(-0.5 * (height + root) / length), -0.5 * (1.0 + height / root) / length};
 }
 
+/// Writes the derivatives of fading.value times x (2 rows), from those of x times `scale` and of the
+/// height. Written by rows, since a product of two would need memory.
+void add_fading(const Fading& fading, const VectorOut& value, double scale,
+                const Eigen::Ref<const MatrixX>& by_x,
+                const Eigen::Ref<const Eigen::RowVectorXd, 0, Eigen::InnerStride<>>& by_height,
+                MatrixX& out) {
+  out.resize(2, by_x.cols());
+  for (Eigen::Index i = 0; i < 2; ++i)
+    out.row(i) = scale * by_x.row(i) + (fading.slope * value[i]) * by_height;
+}
+
 BodyRange bodies_of(const Model& model, int body) {
   if (body == 0) return moving_bodies(model);
   const Tree& tree = model.trees()[static_cast<std::size_t>(model.body(body).tree)];
@@ -78,14 +89,14 @@ void evaluate_sliding(const FramePoses& frames, const Term& term, const Vector3&
   const Fading f = fading(x.z() - term.radius, term.length);
   out.value = f.value / h * slip.head<2>();
   if (!out.derivatives()) return;
-  *out.by_at = f.value / h * s.a.topRows(2) + f.slope * out.value * s.a.row(2);
+  add_fading(f, out.value, f.value / h, s.a, s.a.row(2), *out.by_at);
   *out.by_before = -f.value / h * s.b.topRows(2);
   if (term.radius == 0.0) return;
   const double lever = term.radius * f.value / h;
   angular_jacobian(model, at, term.body, s.a);
-  *out.by_at += lever * (skew(up) * s.a).topRows(2);
+  *out.by_at += (lever * skew(up).topRows<2>()).lazyProduct(s.a);
   angular_jacobian(model, before, term.body, s.b);
-  *out.by_before -= lever * (turn * skew(z) * s.b).topRows(2);
+  *out.by_before -= (lever * (turn * skew(z)).topRows<2>()).lazyProduct(s.b);
 }
 
 void evaluate_point(const FramePoses& frames, const Term& term, KinematicScratch& s,
@@ -137,7 +148,8 @@ void evaluate_turn(const FramePoses& frames, const Term& term, KinematicScratch&
                                    : (1.0 - 0.5 * angle / std::tan(0.5 * angle)) / angle2;
     const Matrix3 K = skew(r);
     angular_jacobian(model, at, term.body, s.a);
-    *out.by_at = (Matrix3::Identity() + 0.5 * K + c * K * K) * R.transpose() * s.a;
+    const Matrix3 by_turn = (Matrix3::Identity() + 0.5 * K + c * K * K) * R.transpose();
+    *out.by_at = by_turn.lazyProduct(s.a);
     return;
   }
   const Vector3 n = R * term.axis, x = point_position(at, term.body, term.point);
@@ -145,9 +157,9 @@ void evaluate_turn(const FramePoses& frames, const Term& term, KinematicScratch&
   out.value = f.value * n.head<2>();
   if (!out.derivatives()) return;
   angular_jacobian(model, at, term.body, s.a);
-  s.a = -skew(n) * s.a;
+  for (auto column : s.a.colwise()) column = Vector3(column).cross(n);
   point_jacobian(model, at, term.body, x, s.b);
-  *out.by_at = f.value * s.a.topRows(2) + f.slope * out.value * s.b.row(2);
+  add_fading(f, out.value, f.value, s.a, s.b.row(2), *out.by_at);
 }
 
 void evaluate_center(const FramePoses& frames, const Term& term, KinematicScratch& s,

@@ -1,0 +1,123 @@
+// The planner of control: what it costs in memory, and what it must not depend on.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/optimize/control.h"
+#include "support/allocation_guard.h"
+#include "support/paths.h"
+
+namespace counterpoint::optimization::planner_test {
+namespace {
+
+ControlFile bundled(const std::string& name) {
+  return load_control(std::filesystem::path(test::source_dir()) / "data/scenes/control" /
+                      (name + ".yaml"));
+}
+
+/// Replans every interval from the plan's own states: a world that obeys the plan.
+void follow_itself(Planner& planner, double interval, int replans) {
+  VectorX q = planner.problem().start_q, v = planner.problem().start_v, u = v;
+  for (int i = 0; i < replans; ++i) {
+    planner.replan(i * interval, q, v);
+    planner.sample((i + 1) * interval, q, v, u);
+  }
+}
+
+TEST(Planner, DoesNotAllocateAfterTheSecondReplan) {
+  for (const char* name : {"quadruped_walk", "push_box", "spinner"}) {
+    ControlFile file = bundled(name);
+    file.planner.first_iterations = 3;
+    Planner planner(file.file.problem, file.planner);
+    follow_itself(planner, file.interval, 5);
+    VectorX q = planner.frames()[0], v = file.file.problem.start_v, u = v;
+    planner.force(5 * file.interval, file.gains, q, v, u);
+    const std::size_t before = test::allocation_count();
+    for (int i = 0; i < 5; ++i) {
+      const double time = (5 + i) * file.interval;
+      planner.replan(time, q, v);
+      planner.force(time, file.gains, q, v, u);
+    }
+    EXPECT_EQ(test::allocation_count(), before) << name;
+  }
+}
+
+TEST(Planner, IsTheSameToTheBitWithAnyNumberOfThreads) {
+  std::vector<VectorX> last;
+  for (const int threads : {1, 2, 3}) {
+    ControlFile file = bundled("quadruped_walk");
+    file.planner.threads = threads;
+    file.planner.first_iterations = 3;
+    Planner planner(file.file.problem, file.planner);
+    follow_itself(planner, file.interval, 4);
+    if (threads == 1) last = planner.frames();
+    for (std::size_t t = 0; t < last.size(); ++t)
+      EXPECT_EQ(planner.frames()[t], last[t]) << threads << " threads, frame " << t;
+  }
+}
+
+// A state on the plan asks for the plan's own force; off it, for the force that leads back.
+TEST(Planner, FeedbackLeadsBackToThePlan) {
+  ControlFile file = bundled("quadruped_walk");
+  file.planner.first_iterations = 3;
+  const Model& model = *file.file.problem.model;
+  Planner planner(file.file.problem, file.planner);
+  planner.replan(0.0, file.file.problem.start_q, file.file.problem.start_v);
+  VectorX q, v(model.nv()), planned(model.nv()), u(model.nv());
+  planner.sample(0.03, q, v, planned);
+  planner.force(0.03, file.gains, q, v, u);
+  const int knee = model.body(model.find_joint("front_left_knee") + 1).v_index;
+  const double limit = model.joint(model.find_joint("front_left_knee")).effort_limit;
+  for (int i = 0; i < model.nv(); ++i) {
+    const bool motor = file.file.problem.motors[static_cast<std::size_t>(i)] != 0;
+    EXPECT_EQ(u[i], motor ? planned[i] : 0.0) << i;  // within the limits at rest
+  }
+  VectorX change = VectorX::Zero(model.nv());
+  change[knee] = 0.01;
+  const VectorX on_plan = q;
+  integrate_configuration(model, on_plan, change, 1.0, q);
+  planner.force(0.03, file.gains, q, v, u);
+  EXPECT_NEAR(u[knee], planned[knee] - 0.01 * file.gains.stiffness[knee], 1e-9);
+  change[knee] = 100.0;
+  integrate_configuration(model, on_plan, change, 1.0, q);
+  planner.force(0.03, file.gains, q, v, u);
+  EXPECT_EQ(u[knee], -limit);
+}
+
+// Beyond its last frame the plan rests there.
+TEST(Planner, ThePlanRestsBeyondItsEnd) {
+  ControlFile file = bundled("quadruped_walk");
+  file.planner.first_iterations = 3;
+  Planner planner(file.file.problem, file.planner);
+  planner.replan(0.0, file.file.problem.start_q, file.file.problem.start_v);
+  VectorX q, v(file.file.problem.start_v.size()), u = v;
+  planner.sample(100.0, q, v, u);
+  EXPECT_EQ(q, planner.frames().back());
+  EXPECT_TRUE(v.isZero(0.0));
+}
+
+TEST(Planner, TermsAreCommandedByName) {
+  ControlFile file = bundled("quadruped_walk");
+  Planner planner(file.file.problem, file.planner);
+  VectorX target = VectorX::Zero(file.file.problem.model->nv());
+  planner.set_target("speed", target);
+  EXPECT_THROW(planner.set_target("velocity of light", target), InputError);
+  target.resize(1);
+  EXPECT_THROW(planner.set_target("speed", target), InputError);
+}
+
+// The loop: a quadruped gets up, with masses and friction that the planner does not know, noise and
+// a delay. The seed makes the run reproducible to the bit.
+TEST(Control, AQuadrupedGetsUpInAWorldThatDiffersFromThePlans) {
+  const ControlFile file = bundled("quadruped_up");
+  const Scene world = scaled_world(*file.world, 1.1, 0.9);
+  const WorldErrors errors{0.005, 1e-3, 1e-3};
+  const ControlRun run = run_control(file, world, 3, errors);
+  EXPECT_TRUE(run.success()) << run.error.front();
+  const ControlRun again = run_control(file, world, 3, errors);
+  EXPECT_EQ(run.states.back().q, again.states.back().q);
+}
+
+}  // namespace
+}  // namespace counterpoint::optimization::planner_test
