@@ -313,7 +313,8 @@ int identify(IdentifyArguments& arguments, tasks::World& world) {
     report[name] = score(shown, by);
     print_score(name, report[name], report);
     Json& coordinates = report[name]["coordinates"];
-    const auto add = [&](const char* key, const Scene& scene, const std::vector<Prediction>& set) {
+    const auto add = [&, which = which](const char* key, const Scene& scene,
+                                        const std::vector<Prediction>& set) {
       coordinates[key] =
           coordinate_list(arguments.objective == "force" ? unexplained_metrics(e, scene, *which)
                                                          : velocity_metrics(e.map, set));
