@@ -22,6 +22,7 @@ define_property(TARGET PROPERTY COUNTERPOINT_PUBLIC_HEADERS_ONLY
                 INITIALIZE_FROM_VARIABLE DEFAULT_COUNTERPOINT_PUBLIC_HEADERS_ONLY)
 
 option(COUNTERPOINT_UNITY "Compile 24 files of a target at a time: all is built sooner, an edit later" OFF)
+set(COUNTERPOINT_UNITY_BATCH 24 CACHE STRING "Files of a target that COUNTERPOINT_UNITY compiles at a time")
 add_library(counterpoint_flags INTERFACE)
 target_compile_options(counterpoint_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
@@ -46,7 +47,7 @@ endif()
 # Compiles a target in batches of 24 files. Test files share names such as kRoundoff, so each has a
 # namespace named after the file.
 function(counterpoint_unity target)
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ${COUNTERPOINT_UNITY} UNITY_BUILD_BATCH_SIZE 24)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${COUNTERPOINT_UNITY} UNITY_BUILD_BATCH_SIZE ${COUNTERPOINT_UNITY_BATCH})
 endfunction()
 
 # Lets native builds contract products and sums in the sources of a library, except those that match

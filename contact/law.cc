@@ -138,7 +138,7 @@ void write_hessian(const Law& law, const ConeMap<double>& A, const double* e, do
   const auto scale = [&](int i) { return cone && i > 0 ? law.friction[i - 1] : 1.0; };
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) {
-      double entry;
+      double entry = 0.0;
       A.entry(i, j, e, entry);
       hessian[i * n + j] = (scale(i) * scale(j)) * entry;
     }
@@ -190,7 +190,7 @@ double normal_regularizer(const Law& law) { return numbers_of(law).cone().rho; }
 double scaled_slip_speed(const Law& law) { return law.friction[0] * law.slip_speed; }
 
 double de_saxce_shift(const Law& law, const double* y) {
-  double z[kMaxRows], t;
+  double z[kMaxRows], t = 0.0;
   scale_velocity(law, numbers_of(law), y, z);
   friction_length(law.rows, z, t);
   return t;

@@ -68,7 +68,7 @@ void Batch::run_threads(int count, const std::function<void(int, size_t)>& task)
   std::atomic<bool> stop{false};
   std::vector<FirstError> errors(simulators_.size());
   const auto work = [&](size_t thread) {
-    for (int i; !stop && (i = next++) < count;) {
+    for (int i = 0; !stop && (i = next++) < count;) {
       try {
         task(i, thread);
       } catch (...) {

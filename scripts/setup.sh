@@ -18,7 +18,7 @@ libconsole-bridge-dev libcereal-dev libcli11-dev nlohmann-json3-dev libgtest-dev
 optional="libhdf5-dev libsdformat-dev libmujoco-dev pybind11-dev python3-dev python3-numpy"
 { command -v node && command -v npm; } >/dev/null || optional="$optional nodejs npm"
 if [ "${1:-}" = --for-tests ]; then
-  optional="$optional python3-pytest libopenmpi-dev openmpi-bin clang-format"
+  optional="$optional python3-pytest libopenmpi-dev openmpi-bin clang-format clang-tidy cppcheck"
   command -v chromium >/dev/null || optional="$optional chromium"
 fi
 

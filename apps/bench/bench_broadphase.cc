@@ -34,8 +34,9 @@ class Crowd {
     std::normal_distribution<double> normal(0.0, 1e-2);
     for (int i = 0; i < size; ++i) {
       const int p = i / layout.group, k = i % layout.group;
-      center_[i] = layout.pitch * Vector3(p % side, p / side % side, p / side / side + 5.0) +
-                   0.2 * Vector3(k / 2, k % 2, 0.0);
+      const int row = p / side, floor = row / side, pair = k / 2;
+      center_[i] = layout.pitch * Vector3(p % side, row % side, floor + 5.0) +
+                   0.2 * Vector3(pair, k % 2, 0.0);
       swing_[i] = Vector3(normal(rng), normal(rng), normal(rng));
     }
   }

@@ -156,8 +156,8 @@ void heap(benchmark::State& state) {
   robot.links.push_back(link);
   std::vector<Pose> X_WB(1);
   for (int i = 0; i < side * side * side; ++i) {
-    X_WB.push_back(
-        {Matrix3::Identity(), 0.2 * Vector3(i % side, i / side % side, i / (side * side) + 0.5)});
+    const int row = i / side, floor = row / side;
+    X_WB.push_back({Matrix3::Identity(), 0.2 * Vector3(i % side, row % side, floor + 0.5)});
     builder.add_robot(robot, Base::kFloating, X_WB.back(), std::to_string(i) + "/");
   }
   const Model model = builder.build();

@@ -42,8 +42,9 @@ Scene humanoids(const PeerOptions& options, int count) {
 /// Columns of ten boxes.
 Scene boxes(const PeerOptions& options, int count) {
   return many(options, "cube.urdf", 0.5, count, [](int row, int size) {
+    const int line = row / 16;
     return fmt::format("position: [{:.1f}, {:.1f}, 0.101], count: {}, spacing: [0, 0, 0.201]",
-                       0.4 * (row % 16), 0.4 * (row / 16), size);
+                       0.4 * (row % 16), 0.4 * line, size);
   });
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "command_line/command_line.h"
+#include "report/report.h"
 #include "tasks/task_arguments.h"
 
 namespace counterpoint::apps {
@@ -59,6 +60,13 @@ template <typename... Values>
 int end_stopped(fmt::format_string<const Values&...> rest, const Values&... values) {
   fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM{}\n", fmt::format(rest, values...));
   return kFailed;
+}
+
+/// The same, in the report too: "3 of 5 recordings were compared". `files`: "; the page is in ...".
+inline int end_stopped(const std::string& so_far, const std::string& files, Report& report) {
+  report["status"] = "stopped";
+  report["message"] = "stopped by Ctrl-C or SIGTERM: " + so_far;
+  return end_stopped(": {}{}", so_far, files);
 }
 
 }  // namespace counterpoint::apps

@@ -79,15 +79,10 @@ void report_coordinates(const std::vector<CoordinateMetrics>& coordinates, Repor
 
 /// Reports, to the user too, that Ctrl-C left some recordings out. Returns the exit code.
 int end_early(size_t done, size_t given, const CompareArguments& arguments, Report& report) {
-  const std::string message =
-      fmt::format("stopped by Ctrl-C or SIGTERM: {} of {} recordings were compared", done, given);
-  report["status"] = "stopped";
-  report["message"] = message;
   std::string files;
   if (!arguments.output.empty()) files = "; the rows so far are in " + arguments.output;
   if (done > 0 && !arguments.page.empty()) files += "; the page is in " + arguments.page;
-  fmt::print(stderr, "error: {}{}\n", message, files);
-  return kFailed;
+  return end_stopped(fmt::format("{} of {} recordings were compared", done, given), files, report);
 }
 
 /// Opens the table of forces; null if none is wanted.
@@ -168,12 +163,11 @@ int compare_inverse(CompareArguments& arguments, const Scene& scene, const Colum
   report.write();
   if (!arguments.page.empty() && !all.empty()) {
     HtmlPage page("Forces behind recordings: " + arguments.scene.file);
-    const Chart chart = unexplained_chart(all);
     page.paragraph("What no contact within reach can have given, over the weight.");
-    page.picture(svg(chart));
+    page.picture_with_file(svg(unexplained_chart(all)));
     page.table(coordinate_table(coordinates));
     page.table(explanation_table(all));
-    write_page(arguments.page, page, {chart});
+    write_page(arguments.page, page);
   }
   return exit_code;
 }
@@ -229,8 +223,8 @@ void write_page_of(const Compilation& of) {
   for (const auto& [name, value] : median_metrics(predictions, by))
     medians.rows.push_back({name, fmt::format("{:.5g}", value)});
   page.table(medians);
-  const std::vector<Chart> charts = error_charts({{"error", &predictions}}, by);
-  for (const Chart& chart : charts) page.picture(svg(chart));
+  for (const Chart& chart : error_charts({{"error", &predictions}}, by))
+    page.picture_with_file(svg(chart));
   if (by != Compared::kImpacts && arguments.shown > 0) {
     const size_t shown = std::min<size_t>(arguments.shown, predictions.size());
     std::vector<std::pair<std::string, std::string>> links;
@@ -255,7 +249,7 @@ void write_page_of(const Compilation& of) {
   }
   page.heading("Each recording");
   page.table(prediction_table(predictions, by));
-  write_page(arguments.page, page, charts);
+  write_page(arguments.page, page);
 }
 
 int compare(CompareArguments& arguments) {

@@ -160,18 +160,14 @@ int tell(const ExplainedMotions& motions, const std::vector<ExplainedMetrics>& m
 int end_early(const ExplainedMotions& motions, std::size_t given,
               const std::vector<std::string>& files, Report& report) {
   const MotionEstimate& last = motions.estimates.back();
-  std::string message =
-      fmt::format("stopped by Ctrl-C or SIGTERM: {} of {} recordings were explained",
-                  motions.estimates.size() - (last.stopped ? 1 : 0), given);
+  std::string so_far = fmt::format("{} of {} recordings were explained",
+                                   motions.estimates.size() - (last.stopped ? 1 : 0), given);
   if (last.stopped)
-    message += fmt::format(
+    so_far += fmt::format(
         "; of {} the best motion found so far is told (contacts smoothed over {:.2g} m)", last.file,
         last.smoothing);
-  report["status"] = "stopped";
-  report["message"] = message;
-  fmt::print(stderr, "error: {}{}\n", message,
-             files.empty() ? "" : fmt::format("; tables: {}", fmt::join(files, ", ")));
-  return kFailed;
+  return end_stopped(
+      so_far, files.empty() ? "" : fmt::format("; tables: {}", fmt::join(files, ", ")), report);
 }
 
 /// Rejects option combinations that --follow does not support.

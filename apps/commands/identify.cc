@@ -209,11 +209,11 @@ void write_page_of(const IdentifyArguments& arguments, const Rollouts& rollouts,
           {name, number_text(value), number_text(report[part]["found"].value(name, Json()))});
     page.table(scores);
   }
-  const std::vector<Chart> charts = error_charts({{"scene", &before}, {"as found", &after}}, by);
-  for (const Chart& chart : charts) page.picture(svg(chart));
+  for (const Chart& chart : error_charts({{"scene", &before}, {"as found", &after}}, by))
+    page.picture_with_file(svg(chart));
   page.heading("Each recording not fitted, as found");
   page.table(prediction_table(after, by));
-  write_page(arguments.page, page, charts);
+  write_page(arguments.page, page);
 }
 
 std::uint64_t fingerprint(const IdentifyArguments& a, const Experiment& e) {
@@ -313,7 +313,8 @@ int identify(IdentifyArguments& arguments, tasks::World& world) {
     report[name] = score(shown, by);
     print_score(name, report[name], report);
     Json& coordinates = report[name]["coordinates"];
-    const auto add = [&](const char* key, const Scene& scene, const std::vector<Prediction>& set) {
+    const auto add = [&, which = which](const char* key, const Scene& scene,
+                                        const std::vector<Prediction>& set) {
       coordinates[key] =
           coordinate_list(arguments.objective == "force" ? unexplained_metrics(e, scene, *which)
                                                          : velocity_metrics(e.map, set));

@@ -261,8 +261,8 @@ void inspect_surfaces(const Model& model, const collision::Collider& collider, R
     const auto& [m, pairs, a, b] = surface;
     const std::string &name_a = model.geometries()[a].name, &name_b = model.geometries()[b].name;
     report.print("{:<52} {:>6} {:>8.4g} {:>11.4g} {:>11.4g} {:>11.4g}\n",
-                 name_a + " - " + name_b + (pairs > 1 ? ", ..." : ""), pairs, m.friction,
-                 m.restitution, m.torsional_friction, m.rolling_friction);
+                 fmt::format("{} - {}{}", name_a, name_b, pairs > 1 ? ", ..." : ""), pairs,
+                 m.friction, m.restitution, m.torsional_friction, m.rolling_friction);
     list.push_back({{"pairs", pairs},
                     {"between", {name_a, name_b}},
                     {"friction", m.friction},

@@ -132,15 +132,16 @@ OptimizedStart run_start(const OptimizeArguments& arguments, const opt::ProblemF
 /// the inverse finds.
 template <typename Motion>
 view::Clip clip_of(const Scene& scene, double h, const Motion& motion, bool forces) {
-  const auto& [q, v] = std::tie(motion.q, motion.v);
   view::ClipRecorder recorder(scene, 0.0, forces);
-  const auto state = [&](std::size_t t) { return State{static_cast<double>(t) * h, q[t], v[t]}; };
+  const auto state = [&](std::size_t t) {
+    return State{static_cast<double>(t) * h, motion.q[t], motion.v[t]};
+  };
   Input input;
-  for (std::size_t t = 0; t + 1 < q.size(); ++t) {
+  for (std::size_t t = 0; t + 1 < motion.q.size(); ++t) {
     input.applied_force = motion.applied_force[t];
     recorder.add_step(state(t), input, h, state(t + 1));
   }
-  return recorder.finish(state(q.size() - 1));
+  return recorder.finish(state(motion.q.size() - 1));
 }
 
 /// Returns clips of at most kMost stages that led to the motion, the first among them.

@@ -253,14 +253,13 @@ int rollout(RolloutArguments& arguments, tasks::World& world) {
   for (size_t i = 0; i < rollouts.size(); ++i)
     if (rollouts[i].failed()) fmt::print(stderr, "error: rollout {}: {}\n", i, rollouts[i].failure);
   if (!tally.ended_early(arguments)) return tally.failures > 0 ? kFailed : kSuccess;
-  fmt::print(
-      stderr,
-      "failed: stopped by Ctrl-C: {} of {} rollouts ended, {} were under way, {} not begun\n",
-      tally.begun - tally.stopped, arguments.count, tally.stopped, arguments.count - tally.begun);
-  if (!arguments.output.empty())
-    fmt::print(stderr, "{} has a row for each rollout that was begun: its last state\n",
-               arguments.output);
-  return kFailed;
+  return end_stopped(
+      ": {} of {} rollouts ended, {} were under way, {} not begun{}", tally.begun - tally.stopped,
+      arguments.count, tally.stopped, arguments.count - tally.begun,
+      arguments.output.empty()
+          ? ""
+          : fmt::format("; {} has a row for each rollout that was begun: its last state",
+                        arguments.output));
 }
 
 }  // namespace

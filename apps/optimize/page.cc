@@ -166,19 +166,15 @@ void write_optimization_page(const std::filesystem::path& folder, const opt::Pro
     page.table(start_table(starts));
   }
   page.heading("Course");
-  std::vector<Chart> charts = course_charts(result);
-  for (const Chart& chart : charts) page.picture(svg(chart));
+  for (const Chart& chart : course_charts(result)) page.picture_with_file(svg(chart));
   page.heading("Forces");
-  for (const Chart& chart : motion_charts(metrics)) {
-    if (chart.empty()) continue;
-    page.picture(svg(chart));
-    charts.push_back(chart);
-  }
+  for (const Chart& chart : motion_charts(metrics))
+    if (!chart.empty()) page.picture_with_file(svg(chart));
   page.paragraph("Contact schedule: # bears more than 5 % of the weight, - less, . nothing.");
   page.table(schedule(metrics, opt::scene_weight(*problem.problem.model)));
   page.heading("Terms");
   page.table(term_table(problem.problem, result));
-  write_page(folder, page, charts);
+  write_page(folder, page);
 }
 
 }  // namespace counterpoint::apps

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <numeric>
 
 #include "counterpoint/engine/optimize/optimize.h"
@@ -117,13 +116,9 @@ void add_joint_charts(const ExplainedMotions& motions, std::size_t index,
 /// Selects the rows for a replay: at most kDefaultRate per second, and the last one.
 std::vector<std::size_t> played_rows(const std::vector<double>& time) {
   std::vector<std::size_t> out;
-  double next = 0.0;  // index of the next frame at that rate
-  for (std::size_t k = 0; k < time.size(); ++k) {
-    const double frame = (time[k] - time[0]) * view::kDefaultRate + 1e-6;
-    if (frame < next && k + 1 < time.size()) continue;
-    next = std::floor(frame) + 1.0;
-    out.push_back(k);
-  }
+  view::FrameClock clock(view::kDefaultRate);
+  for (std::size_t k = 0; k < time.size(); ++k)
+    if (clock.due(time[k]) || k + 1 == time.size()) out.push_back(k);
   return out;
 }
 
@@ -187,8 +182,7 @@ PageTable summary_table(const ExplainedMotions& motions) {
 
 /// Adds the part of the page about one recording.
 void add_recording(const ExplainedMotions& motions, std::size_t index,
-                   const ExplainedMetrics& metrics, const std::vector<Chart>& charts,
-                   HtmlPage& page) {
+                   const ExplainedMetrics& metrics, HtmlPage& page) {
   const MotionEstimate& estimate = motions.estimates[index];
   page.paragraph(weight_in_words(estimate, metrics) + ".");
   const std::string complaint = motion_complaint(estimate, metrics);
@@ -196,7 +190,8 @@ void add_recording(const ExplainedMotions& motions, std::size_t index,
   const PageTable agreement = agreement_table(metrics);
   if (!agreement.rows.empty()) page.table(agreement);
   page.paragraph("Bands: two standard deviations to either side.");
-  for (const Chart& chart : charts) page.picture(svg(chart));
+  for (const Chart& chart : explained_charts(motions, index, metrics))
+    page.picture_with_file(svg(chart));
 }
 
 }  // namespace
@@ -228,7 +223,6 @@ void write_motion_page(const std::filesystem::path& folder, const MotionOrigin& 
   make_report_folder(folder);
   HtmlPage page("Forces behind recordings: " + origin.scene_file);
   page.table(summary_table(motions));
-  std::vector<Chart> charts;
   for (std::size_t i = 0; i < motions.estimates.size(); ++i) {
     const std::string& file = motions.recordings[i].file;
     page.heading(std::filesystem::path(file).filename().string());
@@ -240,11 +234,9 @@ void write_motion_page(const std::filesystem::path& folder, const MotionOrigin& 
       page.links(
           {{"the motion with its contact forces, to play; the recording is its ghost", replay}});
     }
-    std::vector<Chart> own = explained_charts(motions, i, metrics[i]);
-    add_recording(motions, i, metrics[i], own, page);
-    std::move(own.begin(), own.end(), std::back_inserter(charts));
+    add_recording(motions, i, metrics[i], page);
   }
-  write_page(folder, page, charts);
+  write_page(folder, page);
 }
 
 }  // namespace counterpoint::apps

@@ -29,13 +29,17 @@ std::string rounded_percent(double share) {
   return std::abs(share) < 0.095 ? percent(share) : fmt::format("{:.0f} %", 100.0 * share);
 }
 
-/// The largest outliers, worst first.
+/// At most `count` items, the one with the largest `size` first.
+template <class Item, class Size>
+std::vector<Item> largest(std::vector<Item> items, std::size_t count, const Size& size) {
+  std::stable_sort(items.begin(), items.end(),
+                   [&](const Item& a, const Item& b) { return size(a) > size(b); });
+  items.resize(std::min(items.size(), count));
+  return items;
+}
+
 std::vector<Outlier> worst_outliers(const MotionEstimate& estimate) {
-  std::vector<Outlier> worst = estimate.outliers;
-  std::stable_sort(worst.begin(), worst.end(),
-                   [](const Outlier& a, const Outlier& b) { return a.deviations > b.deviations; });
-  worst.resize(std::min(worst.size(), kOutliersTold));
-  return worst;
+  return largest(estimate.outliers, kOutliersTold, [](const Outlier& o) { return o.deviations; });
 }
 
 Json agreement_list(const std::vector<ForceAgreement>& agreements, double weight) {
@@ -67,29 +71,22 @@ std::string agreement_lines(const std::vector<ForceAgreement>& agreements, doubl
 }
 
 std::string parameter_lines(const MotionEstimate& estimate) {
-  std::vector<EstimatedParameter> largest = estimate.parameters;
-  std::stable_sort(largest.begin(), largest.end(),
-                   [](const EstimatedParameter& a, const EstimatedParameter& b) {
-                     return std::abs(a.value) > std::abs(b.value);
-                   });
-  largest.resize(std::min(largest.size(), kParametersTold));
+  const std::vector<EstimatedParameter> told =
+      largest(estimate.parameters, kParametersTold,
+              [](const EstimatedParameter& one) { return std::abs(one.value); });
   std::string out;
-  for (const EstimatedParameter& one : largest)
+  for (const EstimatedParameter& one : told)
     out += fmt::format("  {}: {:.2g} +- {:.2g} {} from the scene's\n", one.name, one.value,
                        one.deviation, one.unit);
-  if (const std::size_t more = estimate.parameters.size() - largest.size(); more > 0)
+  if (const std::size_t more = estimate.parameters.size() - told.size(); more > 0)
     out += fmt::format("  {} more parameters differ by less (--json)\n", more);
   return out;
 }
 
 /// Lists the sensors with the largest rms residuals in units of their standard deviations.
 std::string sensor_lines(const MotionEstimate& estimate) {
-  std::vector<SensorMetrics> worst = estimate.sensors;
   const auto ratio = [](const SensorMetrics& s) { return s.rms / s.deviation; };
-  std::stable_sort(worst.begin(), worst.end(), [&](const SensorMetrics& a, const SensorMetrics& b) {
-    return ratio(a) > ratio(b);
-  });
-  worst.resize(std::min(worst.size(), kSensorsTold));
+  const std::vector<SensorMetrics> worst = largest(estimate.sensors, kSensorsTold, ratio);
   std::string out;
   for (const SensorMetrics& one : worst)
     out += fmt::format("  {} ({}): {:.2g} {} rms from the motion, {:.2g} of its deviations\n",

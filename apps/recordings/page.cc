@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "report/report.h"
 
@@ -173,11 +172,10 @@ Chart unexplained_chart(const std::vector<ExplainedRecording>& recordings) {
   return chart;
 }
 
-void write_page(const std::filesystem::path& folder, const HtmlPage& page,
-                const std::vector<Chart>& charts) {
+void write_page(const std::filesystem::path& folder, const HtmlPage& page) {
   make_report_folder(folder);
-  for (size_t i = 0; i < charts.size(); ++i)
-    write_file(folder / fmt::format("chart{}.svg", i), svg(charts[i]));
+  for (size_t i = 0; i < page.files().size(); ++i)
+    write_file(folder / fmt::format("chart{}.svg", i), page.files()[i]);
   write_file(folder / "index.html", page.text());
 }
 

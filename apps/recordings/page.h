@@ -35,9 +35,8 @@ PageTable explanation_table(const std::vector<ExplainedRecording>& recordings);
 /// Chart of unexplained force over time: median and quartiles over the recordings.
 Chart unexplained_chart(const std::vector<ExplainedRecording>& recordings);
 
-/// Writes DIR/index.html and the charts beside it as DIR/chart0.svg, ... @throws InputError if the
-/// folder cannot be written.
-void write_page(const std::filesystem::path& folder, const HtmlPage& page,
-                const std::vector<Chart>& charts);
+/// Writes DIR/index.html and its pictures that have a file as DIR/chart0.svg, ... @throws
+/// InputError if the folder cannot be written.
+void write_page(const std::filesystem::path& folder, const HtmlPage& page);
 
 }  // namespace counterpoint::apps

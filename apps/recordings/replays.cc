@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include "report/report.h"
@@ -18,13 +17,10 @@ view::Clip clip_of(const Recording& recording, const Prediction& prediction, boo
   view::Clip clip;
   clip.name = recorded ? "recorded" : "simulated";
   clip.rows = recording.num_rows();
-  const double start = recording.time[0];
-  const double end = prediction.time.empty() ? start : prediction.time.back();
-  double next = 0.0;  // index of the next frame at `rate`
+  const double end = prediction.time.empty() ? recording.time[0] : prediction.time.back();
+  view::FrameClock clock(rate);
   for (int row = 0; row < recording.num_rows() && recording.time[row] <= end; ++row) {
-    const double frame = (recording.time[row] - start) * rate + 1e-6;
-    if (rate > 0.0 && frame < next && recording.time[row] < end) continue;
-    next = std::floor(frame) + 1.0;
+    if (!clock.due(recording.time[row]) && recording.time[row] < end) continue;
     const VectorX q = recorded ? VectorX(recording.q.col(row)) : VectorX(prediction.q.col(row));
     clip.states.push_back({recording.time[row], q, VectorX()});
   }

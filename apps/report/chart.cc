@@ -181,7 +181,7 @@ void draw_band(const Curve& curve, const char* color, const Axis& x, const Axis&
     if (!(low <= high)) continue;
     const double at = x.pixel(curve.x[begin]);
     upper += fmt::format("{:.2f},{:.2f} ", at, y.pixel(high));
-    lower = fmt::format("{:.2f},{:.2f} ", at, y.pixel(low)) + lower;
+    lower.insert(0, fmt::format("{:.2f},{:.2f} ", at, y.pixel(low)));
   }
   if (upper.empty()) return;
   lower.pop_back();

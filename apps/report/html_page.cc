@@ -76,6 +76,11 @@ void HtmlPage::picture(const std::string& svg) {
   has_pictures_ = true;
 }
 
+void HtmlPage::picture_with_file(const std::string& svg) {
+  picture(svg);
+  files_.push_back(svg);
+}
+
 std::string HtmlPage::text() const {
   const std::string title = escape_markup(title_);
   return "<!DOCTYPE html>\n<html lang='en'>\n<head><meta charset='utf-8'>"

@@ -28,12 +28,17 @@ class HtmlPage {
   void links(const std::vector<std::pair<std::string, std::string>>& words_and_files);
   /// Adds a picture made by svg() (chart.h); the page's script lets readers zoom and read values.
   void picture(const std::string& svg);
+  /// The same; write_page (recordings/page.h) also writes the picture to a file beside the page.
+  void picture_with_file(const std::string& svg);
+  /// Pictures that have a file, in the order in which they were added.
+  const std::vector<std::string>& files() const { return files_; }
 
   /// The whole page.
   std::string text() const;
 
  private:
   std::string title_, body_;
+  std::vector<std::string> files_;
   bool has_pictures_ = false;
 };
 

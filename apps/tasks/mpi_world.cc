@@ -87,7 +87,7 @@ class MpiWorld : public World {
     Mask mine{};
     const std::vector<int> affinity = affinity_cores();
     for (const int core : affinity) mine.set(static_cast<size_t>(core) % mine.size());
-    MPI_Comm machine;
+    MPI_Comm machine = MPI_COMM_NULL;
     MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
     int ranks = 1;
     MPI_Comm_size(machine, &ranks);

@@ -20,10 +20,27 @@ std::vector<char> trees_at_rest(const Model& model, const State& before, const S
 
 }  // namespace
 
+/// Index of the frame at `time` [s]. Times are sums of steps: a frame counts as due up to a
+/// millionth of a frame early.
+double FrameClock::position(double time) const { return (time - *start_) * rate_ + 1e-6; }
+
+bool FrameClock::due(double time) {
+  if (!start_) start_ = time;
+  const double frame = position(time);
+  if (rate_ > 0.0 && frame < next_) return false;
+  next_ = std::floor(frame) + 1.0;
+  return true;
+}
+
+void FrameClock::halve(double last) {
+  rate_ *= 0.5;
+  next_ = std::floor(position(last)) + 1.0;
+}
+
 ClipRecorder::ClipRecorder(const Scene& scene, double rate, bool forces, int most)
     : scene_(scene),
       options_(scene.options),
-      rate_(rate),
+      clock_(rate),
       forces_(forces && scene.options.integrator != Integrator::kRungeKutta4),
       most_(most),
       workspace_(scene.model) {
@@ -49,8 +66,7 @@ void ClipRecorder::thin_out() {
   clip_.applied_force.resize(kept);
   clip_.asleep.resize(kept);
   if (!clip_.newton_iterations.empty()) clip_.newton_iterations.resize(kept);
-  rate_ *= 0.5;
-  next_ = static_cast<long>(std::floor((clip_.states.back().time - start_) * rate_ + 1e-6)) + 1;
+  clock_.halve(clip_.states.back().time);
 }
 
 void ClipRecorder::add_frame(const State& state, const VectorX& force) {
@@ -76,19 +92,15 @@ void ClipRecorder::add_contacts(const State& before, const Input& input, double 
 
 void ClipRecorder::add_step(const State& before, const Input& input, double h, const State& after,
                             int newton_iterations) {
-  if (clip_.rows++ == 0) start_ = before.time;
+  ++clip_.rows;
   before_ = before;
   after_ = after;
   input_ = input;
   h_ = h;
-  // Times are sums of steps: a frame counts as due up to a millionth of a frame early.
-  const double frame = (before.time - start_) * rate_ + 1e-6;
-  if (rate_ > 0.0 && frame < static_cast<double>(next_)) return;
-  next_ = static_cast<long>(std::floor(frame)) + 1;
-  if (most_ > 0 && rate_ > 0.0 && clip_.num_frames() >= most_) {
+  if (!clock_.due(before.time)) return;
+  if (most_ > 0 && clock_.rate() > 0.0 && clip_.num_frames() >= most_) {
     thin_out();
-    if ((before.time - start_) * rate_ + 1e-6 < static_cast<double>(next_)) return;
-    ++next_;
+    if (!clock_.due(before.time)) return;
   }
   add_frame(before, input.applied_force);
   if (newton_iterations >= 0) clip_.newton_iterations.push_back(newton_iterations);

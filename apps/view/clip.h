@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,25 @@ struct Clip {
 
 inline constexpr double kDefaultRate = 100.0;  ///< [frames/s]
 
+/// Chooses the frames of a clip among the states of a motion.
+class FrameClock {
+ public:
+  /// @param rate frames per second [1/s]; 0: every state is a frame
+  explicit FrameClock(double rate) : rate_(rate) {}
+  /// Returns true if the state at `time` [s] is a frame. Times increase.
+  bool due(double time);
+  /// Halves the rate after the frame at `last` [s].
+  void halve(double last);
+  double rate() const { return rate_; }
+
+ private:
+  double position(double time) const;
+
+  double rate_;
+  std::optional<double> start_;  ///< [s]
+  double next_ = 0.0;            ///< index of the next frame, counted at `rate_`
+};
+
 /// Records a motion step by step, keeping `rate` frames per second [1/s]; 0 keeps all.
 class ClipRecorder {
  public:
@@ -68,14 +88,12 @@ class ClipRecorder {
 
   const Scene& scene_;
   SimulationOptions options_;
-  double rate_;
+  FrameClock clock_;
   bool forces_;
   int most_;
   Workspace workspace_;
   Inverse inverse_;
   Clip clip_;
-  double start_ = 0.0;  ///< [s]
-  long next_ = 0;       ///< index of the next frame, counted at `rate`
   State before_, after_;
   Input input_;
   double h_ = 0.0;

@@ -61,7 +61,7 @@ std::string pack_asleep(const Clip& clip, int trees) {
   IntegerStream stream;
   std::vector<std::int64_t> flags(clip.num_frames());
   for (int tree = 0; tree < trees; ++tree) {
-    for (int k = 0; k < clip.num_frames(); ++k) flags[k] = clip.asleep[k][tree];
+    for (int k = 0; k < clip.num_frames(); ++k) flags[k] = clip.asleep[k][tree] != 0 ? 1 : 0;
     stream.add_steps(flags);
   }
   return stream.packed();

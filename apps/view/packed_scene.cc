@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <set>
 
@@ -23,39 +24,25 @@ Json pose_array(const Pose& X) {
 /// List of meshes without repetition.
 class MeshList {
  public:
-  int add(const void* key, const std::vector<Vector3>& vertices,
-          const std::vector<std::uint32_t>& corners) {
+  /// Adds a mesh unless it is known by its key; returns its index. Faces become fans of triangles;
+  /// `corners_of` returns the indices of a face's vertices.
+  template <class Faces, class CornersOf = std::identity>
+  int add(const void* key, const std::vector<Vector3>& vertices, const Faces& faces,
+          CornersOf corners_of = {}) {
     const auto [entry, is_new] = index_.try_emplace(key, static_cast<int>(json_.size()));
-    if (is_new) {
-      std::vector<float> numbers;
-      for (const Vector3& v : vertices)
-        for (const double x : v) numbers.push_back(static_cast<float>(x));
-      json_.push_back({{"vertices", pack_floats(numbers)}, {"triangles", pack_indices(corners)}});
+    if (!is_new) return entry->second;
+    std::vector<float> numbers;
+    for (const Vector3& v : vertices)
+      for (const double x : v) numbers.push_back(static_cast<float>(x));
+    std::vector<std::uint32_t> triangles;
+    for (const auto& face : faces) {
+      const auto& corners = std::invoke(corners_of, face);
+      for (size_t i = 2; i < corners.size(); ++i)
+        for (const int corner : {corners[0], corners[i - 1], corners[i]})
+          triangles.push_back(static_cast<std::uint32_t>(corner));
     }
+    json_.push_back({{"vertices", pack_floats(numbers)}, {"triangles", pack_indices(triangles)}});
     return entry->second;
-  }
-
-  int hull(const ConvexMesh& mesh) {
-    std::vector<std::uint32_t> corners;
-    for (const std::vector<int>& face : mesh.faces)
-      for (size_t i = 2; i < face.size(); ++i)
-        for (const int v : {face[0], face[i - 1], face[i]})
-          corners.push_back(static_cast<std::uint32_t>(v));
-    return add(&mesh, mesh.vertices, corners);
-  }
-
-  int terrain(const Terrain& terrain) {
-    std::vector<std::uint32_t> corners;
-    for (const Terrain::Triangle& triangle : terrain.triangles)
-      for (const int v : triangle.vertices) corners.push_back(static_cast<std::uint32_t>(v));
-    return add(&terrain, terrain.vertices, corners);
-  }
-
-  int triangles(const TriangleMesh& mesh) {
-    std::vector<std::uint32_t> corners;
-    for (const std::array<int, 3>& triangle : mesh.triangles)
-      for (const int v : triangle) corners.push_back(static_cast<std::uint32_t>(v));
-    return add(&mesh, mesh.vertices, corners);
   }
 
   /// Index of the mesh from which a hull was made; -1 if it is not available.
@@ -100,27 +87,32 @@ int MeshList::given(const ConvexMesh& hull) {
   if (!is_new) return entry->second;
   TriangleMesh mesh = load_mesh(hull.source);
   const Vector3 scale = scale_between(mesh.vertices, hull.vertices);
-  const bool mirrored = scale.prod() < 0.0;
   for (Vector3& v : mesh.vertices) v = v.cwiseProduct(scale);
-  std::vector<std::uint32_t> corners;
-  for (const auto& [a, b, c] : mesh.triangles)
-    for (const int v : {a, mirrored ? c : b, mirrored ? b : c})
-      corners.push_back(static_cast<std::uint32_t>(v));
-  entry->second = add(&entry->second, mesh.vertices, corners);
+  if (scale.prod() < 0.0)  // mirrored
+    for (std::array<int, 3>& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  entry->second = add(&entry->second, mesh.vertices, mesh.triangles);
   return entry->second;
+}
+
+/// Adds an entry for a collision shape or a visual; `X` is its pose in the frame of its body.
+template <class Item>
+Json& add_shape(const Item& item, const Pose& X, Json& shapes) {
+  return shapes.emplace_back(Json{{"name", item.name},
+                                  {"body", item.body},
+                                  {"instance", item.instance},
+                                  {"type", shape_type_name(item.shape.type, "mesh")},
+                                  {"size", array(item.shape.size)},
+                                  {"pose", pose_array(X)},
+                                  {"given", -1}});
 }
 
 void pack_visuals(const Visuals& visuals, MeshList& meshes, Json& shapes) {
   for (const Visual& visual : visuals.shapes) {
-    Json& out = shapes.emplace_back();
-    out["name"] = visual.name;
-    out["body"] = visual.body;
-    out["instance"] = visual.instance;
-    out["type"] = shape_type_name(visual.shape.type, "mesh");
-    out["size"] = array(visual.shape.size);
-    out["pose"] = pose_array(visual.X_BV);
-    out["given"] = -1;
-    if (visual.mesh >= 0) out["mesh"] = meshes.triangles(visuals.meshes[visual.mesh]);
+    Json& out = add_shape(visual, visual.X_BV, shapes);
+    if (visual.mesh >= 0) {
+      const TriangleMesh& mesh = visuals.meshes[visual.mesh];
+      out["mesh"] = meshes.add(&mesh, mesh.vertices, mesh.triangles);
+    }
     if (visual.color) out["color"] = *visual.color;
     out["visual"] = true;
   }
@@ -129,19 +121,14 @@ void pack_visuals(const Visuals& visuals, MeshList& meshes, Json& shapes) {
 Json pack_shapes(const Model& model, MeshList& meshes) {
   Json shapes = Json::array();
   for (const Geometry& geometry : model.geometries()) {
-    Json& out = shapes.emplace_back();
-    out["name"] = geometry.name;
-    out["body"] = geometry.body;
-    out["instance"] = geometry.instance;
-    out["type"] = shape_type_name(geometry.shape.type, "mesh");
-    out["size"] = array(geometry.shape.size);
-    out["pose"] = pose_array(geometry.X_BG);
-    out["given"] = -1;
-    if (geometry.shape.mesh) {
-      out["mesh"] = meshes.hull(*geometry.shape.mesh);
-      out["given"] = meshes.given(*geometry.shape.mesh);
+    Json& out = add_shape(geometry, geometry.X_BG, shapes);
+    if (const auto& hull = geometry.shape.mesh) {
+      out["mesh"] = meshes.add(hull.get(), hull->vertices, hull->faces);
+      out["given"] = meshes.given(*hull);
     }
-    if (geometry.shape.terrain) out["mesh"] = meshes.terrain(*geometry.shape.terrain);
+    if (const auto& terrain = geometry.shape.terrain)
+      out["mesh"] = meshes.add(terrain.get(), terrain->vertices, terrain->triangles,
+                               &Terrain::Triangle::vertices);
   }
   return shapes;
 }

@@ -18,7 +18,7 @@ namespace counterpoint::view {
 namespace {
 
 /// Escapes '<' so that the JSON cannot end its <script> element. It occurs in strings only.
-std::string without_markup(std::string json) {
+std::string without_markup(const std::string& json) {
   std::string out;
   out.reserve(json.size());
   for (const char c : json) {

@@ -224,7 +224,6 @@ Outcome iterate(const MinkowskiDifference& difference, double margin, const Accu
 }
 
 void fill_witness(const Simplex& simplex, const Vector3& v, Witness& out) {
-  // cppcheck-suppress ctuuninitvar
   out.point_a.setZero();
   out.point_b.setZero();
   for (int i = 0; i < simplex.size; ++i) {
@@ -267,7 +266,7 @@ void refine_depth(const MinkowskiDifference& overlapping, const Vector3& first, 
     v = apart * normal;
     const Accuracy& accuracy = round < kCoarseRounds ? kFirst : kFinal;
     if (iterate(difference, infinity, accuracy, simplex, v) != Outcome::kSeparated) return;
-    Witness next;
+    Witness next{Vector3::Zero(), Vector3::Zero(), normal, distance};
     fill_witness(simplex, v, next);
     next.point_b -= difference.shift;
     next.distance = overlapping.distance_along(next.normal);

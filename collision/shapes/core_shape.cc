@@ -131,7 +131,7 @@ COUNTERPOINT_WIDE int place_farthest_vertex(const ConvexMesh& mesh, const Pose& 
   for (int i = 0; i < 3; ++i) {
     direction[i] = R[3 * i] * d.x() + R[3 * i + 1] * d.y() + R[3 * i + 2] * d.z();
   }
-  int best;
+  int best = 0;
   if (has_length(direction)) [[likely]] {
     const int last = static_cast<int>(mesh.vertices.size()) - 1;
     best = std::min(find_farthest(mesh.vertex_columns, direction), last);

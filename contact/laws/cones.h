@@ -94,11 +94,11 @@ struct CoulombCone {
     const Real held = law.rho_T * n + law.slip;  // r n
     const Real r = n > 0.0 ? law.rho_T + law.slip / n : law.rho_T;
     const Real lambda = (t - held) + push;
-    slack = ScalarLawOf<Real>(lambda, r, law.k);
+    slack = ScalarLawOf<Real>(lambda, r, law.k);  // cppcheck-suppress useInitializationList
     // k / u in the form without cancellation.
     const Real sum = 0.5 * (slack.s + lambda), ratio = 2.0 * r * law.k / (slack.s - lambda);
-    slack_push_ = lambda >= 0.0 ? sum : ratio;
-    loaded_ = (n > 0.0) & (push < 1e100);  // without load there is no friction
+    slack_push_ = lambda >= 0.0 ? sum : ratio;  // cppcheck-suppress useInitializationList
+    loaded_ = (n > 0.0) & (push < 1e100);       // without load there is no friction
     b = loaded_ ? n / (held + slack_push_) : Real{};
     p = b * t;
   }

@@ -19,9 +19,9 @@ struct Widened {
   using Real = Real_;
   static constexpr int kMostRows = kMost;
   Real rho{}, sigma{}, sigma_T{};  ///< regularizers [1/kg]; friction has sigma_T
-  Real scale[kMost];               ///< D
+  Real scale[kMost] = {};          ///< D
   Real e[kMost] = {};              ///< unit vector along the friction part of x; e[0] unused
-  Real error[kMost];               ///< F_sigma(x) - phi
+  Real error[kMost] = {};          ///< F_sigma(x) - phi
   ConeMap<Real> A, B;              ///< A = -F_sigma'(x), B = inv(1 - (sigma - rho) A)
 
   /// Computes B from A by block elimination.

@@ -22,8 +22,8 @@ void append_number(std::string& out, Number x) {
 /// Returns the number at a position; the caller must check that enough bytes follow it.
 template <class Number>
 Number number_at(std::string_view bytes, std::size_t position) {
-  Number x;
-  std::memcpy(&x, bytes.data() + position, sizeof x);
+  Number x{};
+  bytes.copy(reinterpret_cast<char*>(&x), sizeof x, position);
   return x;
 }
 

@@ -161,7 +161,8 @@ class C3dSource final : public TableSource {
   /// Finds the frames of the file. The header counts only to 65535, and several parameters may
   /// extend it: returns the largest count that one of them gives and the file can hold.
   C3dFrames find_frames(const std::string& header, const C3dParameters& parameters) const {
-    const auto held = static_cast<double>((size_ - data_) / frame_bytes_);
+    const auto whole = (size_ - data_) / frame_bytes_;
+    const auto held = static_cast<double>(whole);
     const double first = word(header, 6), last = word(header, 8);
     std::vector<C3dFrames> said{{first, last - first + 1.0}};
     const std::optional<double> begin = trial_field(parameters, "TRIAL:ACTUAL_START_FIELD");
@@ -237,7 +238,7 @@ class C3dSource final : public TableSource {
     for (std::size_t i = 0; i < channels_.size(); ++i) {
       std::string name = i < labels.size() ? labels[i] : "";
       if (name.empty()) name = fmt::format("channel{}", i + 1);
-      if (others.has(name)) name = "analog." + name;
+      if (others.has(name)) name = fmt::format("analog.{}", name);
       columns_.emplace_back(names.take(name));
       channels_[i].scale = all * (i < scales.size() ? scales[i] : 1.0);
       if (i < offsets.size()) channels_[i].offset = offsets[i];

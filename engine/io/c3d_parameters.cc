@@ -71,8 +71,8 @@ void C3dParameters::read(std::size_t position) {
   std::vector<std::pair<int, std::pair<std::string, Record>>> members;
   while (position + 2 <= bytes_.size() && bytes_[position] != 0) {
     const int length = std::abs(
-        static_cast<signed char>(bytes_[position]));  // a negative length marks a locked parameter
-    const int group = static_cast<signed char>(bytes_[position + 1]);
+        static_cast<std::int8_t>(bytes_[position]));  // a negative length marks a locked parameter
+    const int group = static_cast<std::int8_t>(bytes_[position + 1]);
     const std::size_t end = position + 2 + static_cast<std::size_t>(length);
     if (end + 2 > bytes_.size())
       fail(position, fmt::format("the name of a parameter of {} letters goes beyond the data's "
@@ -102,7 +102,7 @@ C3dParameters::Record C3dParameters::record(std::size_t position) const {
     return static_cast<unsigned char>(bytes_[at]);
   };
   Record record;
-  record.type = static_cast<signed char>(byte(position));
+  record.type = static_cast<std::int8_t>(byte(position));
   if (record.type != -1 && record.type != 1 && record.type != 2 && record.type != 4)
     fail(position, fmt::format("a parameter of type {}; expected -1 (text), 1, 2 (integers) or 4 "
                                "(reals)",
@@ -133,7 +133,7 @@ std::vector<double> C3dParameters::numbers(const std::string& name) const {
       else if (record.type == 2)
         all.push_back(static_cast<std::int16_t>(c3d_word(processor_, bytes_, at)));
       else
-        all.push_back(static_cast<signed char>(bytes_[at]));
+        all.push_back(static_cast<std::int8_t>(bytes_[at]));
     }
   }
   return all;

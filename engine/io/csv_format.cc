@@ -85,8 +85,9 @@ class CsvSource final : public TableSource {
       columns_.emplace_back(std::move(name), type);
     }
     for (const auto& [name, text] : options.rows) {
-      const auto column = std::find_if(columns_.begin(), columns_.end(),
-                                       [&](const Column& c) { return c.name == name; });
+      const auto column =
+          std::find_if(columns_.begin(), columns_.end(),
+                       [&wanted = name](const Column& c) { return c.name == wanted; });
       if (column == columns_.end())
         throw InputError(
             fmt::format("{}:1: no column '{}', whose text is to choose rows", file_, name));

@@ -65,9 +65,8 @@ std::string short_name(std::string name) {
 
 /// Parses a field such as "float64[3] position" of a message of package `package`; false if the
 /// line holds a constant or nothing.
-bool parse_field(std::string line, const std::string& package, RosField& out) {
-  line = line.substr(0, line.find('#'));
-  std::istringstream words(line);
+bool parse_field(const std::string& line, const std::string& package, RosField& out) {
+  std::istringstream words(line.substr(0, line.find('#')));
   std::string type;
   if (!(words >> type >> out.name) || out.name.find('=') != std::string::npos) return false;
   std::string next;

@@ -195,17 +195,20 @@ constexpr int kMostTautened = 4;
 /// of the step ask for.
 void advance_with_taut_links(const StepArguments& step, Workspace::Impl& ws, State& next,
                              StepReport& report) {
-  const auto& [model, options, settings, state, input, effects] = step;
+  const SimulationOptions& options = step.options;
+  const Input& input = step.input;
   TautLinks& taut = ws.taut_links;
-  const bool on = effects.has(Effect::kTautLinks) && options.integrator != Integrator::kRungeKutta4;
+  const bool on =
+      step.effects.has(Effect::kTautLinks) && options.integrator != Integrator::kRungeKutta4;
   if (!input.taut_links.empty() || !on) {
     taut.set(input.taut_links);
   } else {
     ws.counts.add(Effect::kTautLinks);
-    taut.recall(step.h(), state.memory);
+    taut.recall(step.h(), step.state.memory);
   }
   const auto try_step = [&](const SimulationOptions& how) {
-    const StepArguments slowed{taut.slowed(model), how, settings, state, input, effects};
+    const StepArguments slowed{
+        taut.slowed(step.model), how, step.settings, step.state, input, step.effects};
     advance_awake(slowed, ws, next, report);
     if (report.succeeded() && on) find_taut_rates(slowed, next, ws);
   };

@@ -41,12 +41,12 @@ Facets run_qhull(std::vector<double>& coordinates, const std::string& options) {
   const int code = qh_new_qhull(qh, 3, static_cast<int>(coordinates.size() / 3), coordinates.data(),
                                 False, command.data(), nullptr, messages);
   if (code == 0) {
-    facetT* facet;
+    facetT* facet = nullptr;
     FORALLfacets {
       setT* ring = qh_facet3vertex(qh, facet);
       std::vector<int>& polygon = result.polygons.emplace_back();
-      vertexT* vertex;
-      vertexT** vertexp;
+      vertexT* vertex;    // NOLINT: set by the macro
+      vertexT** vertexp;  // NOLINT: set by the macro
       FOREACHvertex_(ring) { polygon.push_back(qh_pointid(qh, vertex->point)); }
       qh_settempfree(qh, &ring);
     }

@@ -41,7 +41,7 @@ class BodyReader {
   std::string name_of(const std::string& scope, const std::string& name) const {
     std::string out = prefix_;
     std::size_t from = 0;
-    for (std::size_t at; (at = scope.find("::", from)) != std::string::npos; from = at + 2) {
+    for (std::size_t at = 0; (at = scope.find("::", from)) != std::string::npos; from = at + 2) {
       out.append(scope, from, at - from);
       out += '/';
     }

@@ -34,7 +34,8 @@ std::string library_name(std::string uri) {
     slash = uri.rfind('/');
   }
   std::string name = slash == std::string::npos ? uri : uri.substr(slash + 1);
-  for (std::size_t at; (at = name.find("%20")) != std::string::npos;) name.replace(at, 3, "_");
+  for (std::size_t at = name.find("%20"); at != std::string::npos; at = name.find("%20", at))
+    name.replace(at, 3, 1, '_');
   for (char& c : name)
     c = c == ' ' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return name;

@@ -242,11 +242,10 @@ class Pass {
     for (XMLElement* c = e->FirstChildElement(); c != nullptr; c = c->NextSiblingElement()) {
       const std::string kind = c->Name();
       const std::optional<double> value = number(c, "value");
-      if (kind == "drake:mu_dynamic")
-        surface.friction = value;  // takes precedence over mu_static
-      else if (kind == "drake:mu_static" && !surface.friction)
+      const bool resting = kind == "drake:mu_static";  // mu_dynamic takes precedence over it
+      if (kind == "drake:mu_dynamic" || (resting && !surface.friction))
         surface.friction = value;
-      else if (kind != "drake:mu_static")
+      else if (!resting)
         note_unused(c, owner + " <drake:proximity_properties>");
     }
   }

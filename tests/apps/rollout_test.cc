@@ -58,8 +58,10 @@ TEST(Rollout, CtrlCKeepsWhatWasComputed) {
       test::kUntilInterruptible + "sleep 0.5; kill -INT $run; wait $run");
   EXPECT_EQ(result.exit_code, 1);
   const std::string errors = folder.read("errors");
-  EXPECT_NE(errors.find("stopped by Ctrl-C: 0 of 3 rollouts ended, 1 were under way, 2 not begun"),
-            std::string::npos)
+  EXPECT_NE(
+      errors.find(
+          "stopped by Ctrl-C or SIGTERM: 0 of 3 rollouts ended, 1 were under way, 2 not begun"),
+      std::string::npos)
       << errors;
   const auto report = folder.json("r.json");
   EXPECT_EQ(report["status"], "stopped");

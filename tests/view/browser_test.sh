@@ -1,5 +1,5 @@
 #!/bin/sh
-# Replay pages in headless Chromium: browser_test.sh COUNTERPOINT. Exit code 77: skipped, with the reason.
+# Replay pages in headless Chromium: browser_test.sh COUNTERPOINT [scene] [replay] [report]. Exit code 77: skipped, with the reason.
 here=$(cd "$(dirname "$0")" && pwd)
 skip() {
   echo "SKIPPED: $1"
@@ -12,4 +12,6 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 "$1" simulate "$here/../../data/scenes/pendulum.yaml" --duration 0 --view "$folder/probe.html" >/dev/null 2>"$folder/why" ||
   { grep -q 'no replay page' "$folder/why" && skip "$(cat "$folder/why")"; cat "$folder/why"; exit 1; }
-"$node" "$here/browser_test.mjs" "$1" "$chromium" "$folder"
+counterpoint=$1
+shift
+"$node" "$here/browser_test.mjs" "$counterpoint" "$chromium" "$folder" "$@"

@@ -25,7 +25,7 @@ std::vector<State> states_from(const ModelHandle& handle, const py::object& stat
   std::vector<State> out;
   if (py::isinstance<py::list>(states) || py::isinstance<py::tuple>(states)) {
     const py::sequence list = states;
-    if (list.size() == 0 || py::isinstance<StateHandle>(list[0])) {
+    if (list.empty() || py::isinstance<StateHandle>(list[0])) {
       for (const py::handle item : list) {
         const State& state = item.cast<StateHandle&>().value();
         if (state.q.size() != m.nq() || state.v.size() != m.nv())

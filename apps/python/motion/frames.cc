@@ -36,7 +36,7 @@ void bind_frames(py::module_& m) {
       "frame_motion",
       [](const ModelHandle& model, const StateHandle& state, const std::string& name) {
         check_frame(model, name);
-        const State own = state.value();
+        const State own = state.value();  // NOLINT: a copy, which no other thread changes
         const py::gil_scoped_release release;
         return frame_motion(model.model, own, name);
       },

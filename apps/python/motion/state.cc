@@ -3,6 +3,9 @@
 
 #include <pybind11/stl.h>
 
+#include <bit>
+#include <cstdint>
+
 #include "objects/fast.h"
 #include "objects/handles.h"
 #include "objects/properties.h"
@@ -82,7 +85,8 @@ bool equal(const StateHandle& a, const StateHandle& b) {
            (x.size() == 0 ||
             std::memcmp(x.data(), y.data(), sizeof(double) * static_cast<size_t>(x.size())) == 0);
   };
-  return std::memcmp(&a.value().time, &b.value().time, sizeof(double)) == 0 &&
+  return std::bit_cast<std::uint64_t>(a.value().time) ==
+             std::bit_cast<std::uint64_t>(b.value().time) &&
          same(a.value().q, b.value().q) && same(a.value().v, b.value().v) &&
          a.value().memory == b.value().memory;
 }

@@ -5,7 +5,7 @@ import {createRequire} from 'node:module';
 import {join} from 'node:path';
 
 const [folder, output] = process.argv.slice(2);
-const {build} = createRequire(join(folder, 'package.json'))('esbuild');
+const {build} = createRequire(join(folder, 'package.json'))('esbuild-wasm');
 const packages = ['three', 'fflate', 'gifenc'];
 const licences = packages.map((name) => {
   const at = join(folder, 'node_modules', name);

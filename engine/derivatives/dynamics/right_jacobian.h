@@ -11,7 +11,7 @@ inline Matrix3 right_jacobian(const Vector3& r) {
   const double angle2 = r.squaredNorm();
   // (1 - cos a) / a^2 and (a - sin a) / a^3; for small angles series with a remainder below
   // round-off.
-  double b, c;
+  double b = 0.0, c = 0.0;
   if (angle2 > 1e-3) {
     const double angle = std::sqrt(angle2), half = std::sin(0.5 * angle);
     b = 2.0 * half * half / angle2;

@@ -13,7 +13,7 @@ using contact::Four;
 /// A diagonal entry that is at least this share of the largest entry of its column is the pivot.
 constexpr double kPivotShare = 0.1;
 /// Number of right-hand sides kept in registers while all terms of a row are subtracted.
-constexpr int kChunk = 16;
+constexpr int kColumnChunk = 16;
 
 /// Transposes a block of four by four: out[i] = (in[0][i], in[1][i], ...).
 COUNTERPOINT_INTO_EACH void transpose_four(const Four* in, Four* out) {
@@ -79,21 +79,21 @@ COUNTERPOINT_WIDE void eliminate_column(double* rows, int stride, int k) {
 /// Sets target = scale (target - sum of factor times row over the terms).
 COUNTERPOINT_WIDE void take_off(const EliminationTerm* terms, int count, const double* rows,
                                 int stride, double scale, double* target) {
-  for (int c = 0; c < stride; c += kChunk) {
-    Four sum[kChunk / 4];
+  for (int c = 0; c < stride; c += kColumnChunk) {
+    Four sum[kColumnChunk / 4];
     COUNTERPOINT_UNROLL
-    for (int l = 0; l < kChunk / 4; ++l) contact::load(target + c + 4 * l, sum[l]);
+    for (int l = 0; l < kColumnChunk / 4; ++l) contact::load(target + c + 4 * l, sum[l]);
     for (int t = 0; t < count; ++t) {
       const double* row = rows + terms[t].row * stride + c;
       COUNTERPOINT_UNROLL
-      for (int l = 0; l < kChunk / 4; ++l) {
+      for (int l = 0; l < kColumnChunk / 4; ++l) {
         Four x;
         contact::load(row + 4 * l, x);
         sum[l] -= terms[t].factor * x;
       }
     }
     COUNTERPOINT_UNROLL
-    for (int l = 0; l < kChunk / 4; ++l) contact::store(sum[l] * scale, target + c + 4 * l);
+    for (int l = 0; l < kColumnChunk / 4; ++l) contact::store(sum[l] * scale, target + c + 4 * l);
   }
 }
 
@@ -133,7 +133,7 @@ void SparseSolver::begin(const Eigen::Ref<const MatrixX>& A, int columns) {
   n_ = static_cast<int>(A.rows());
   columns_ = columns;
   stride_ = (n_ + 3) / 4 * 4;
-  width_ = (columns + kChunk - 1) / kChunk * kChunk;
+  width_ = (columns + kColumnChunk - 1) / kColumnChunk * kColumnChunk;
   grow(A_, n_ * stride_);
   grow(B_, n_ * width_);
   for (int i = 0; i < n_; ++i)

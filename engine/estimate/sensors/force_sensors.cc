@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/dynamics/rnea.h"
 

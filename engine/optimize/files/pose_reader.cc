@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "counterpoint/engine/optimize/optimize.h"
+#include "counterpoint/engine/trajectory.h"
 
 namespace counterpoint::optimization {
 namespace {

@@ -1,7 +1,7 @@
 // Coordinates by name in problem files. Internal header.
 #pragma once
 
-#include "counterpoint/engine/tables.h"
+#include "counterpoint/model/model.h"
 #include "counterpoint/model/text_files.h"
 
 namespace counterpoint::optimization {
