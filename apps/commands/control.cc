@@ -49,8 +49,8 @@ void apply(const ControlArguments& arguments, opt::ControlFile& control) {
     throw InputError("--push FX FY FZ START [DURATION] (N, s) and --push-link go together");
   opt::Push push;
   const Model& model = *control.file.problem.model;
-  push.body = model.frames()[static_cast<std::size_t>(frame_index(model, arguments.pushed_link))]
-                  .body;
+  push.body =
+      model.frames()[static_cast<std::size_t>(frame_index(model, arguments.pushed_link))].body;
   if (push.body == 0) throw InputError("--push-link: this link is fixed to the world");
   push.force = Vector3(arguments.push[0], arguments.push[1], arguments.push[2]);
   push.start = arguments.push[3];
@@ -68,8 +68,7 @@ double quantile(std::vector<double> values, double share) {
 void fill_run(const opt::ControlFile& control, const opt::ControlRun& run, std::uint64_t seed,
               Json& out) {
   const double simulated = run.states.back().time;
-  const double planner =
-      std::accumulate(run.replan_seconds.begin(), run.replan_seconds.end(), 0.0);
+  const double planner = std::accumulate(run.replan_seconds.begin(), run.replan_seconds.end(), 0.0);
   out["seed"] = seed;
   out["status"] = run.fault.any() ? "failed" : run.stopped ? "stopped" : "ok";
   out["success"] = run.success();

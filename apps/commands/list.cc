@@ -32,7 +32,8 @@ int list(const ListArguments& arguments) {
     for (const Bundled& bundled : bundled_in(kind.folder, kind.ending)) {
       const bool nested = bundled.name.find('/') != std::string::npos;
       if (nested && (problems || !arguments.all)) continue;
-      if (scenes && (bundled.name.rfind("optimize/", 0) == 0 || bundled.name.rfind("control/", 0) == 0))
+      if (scenes &&
+          (bundled.name.rfind("optimize/", 0) == 0 || bundled.name.rfind("control/", 0) == 0))
         continue;
       if (bundled.about.empty())
         fmt::print("{}\n", bundled.name);
@@ -52,7 +53,9 @@ void add_list(CommandLine& line) {
                               "humanoid_drop --view fall.html",
                               list);
   command.add("KIND scenes|robots|problems|control|studies|maps", arguments.kind,
-              "scenes, robots, problems (of optimize), control (problems of it), studies (of sweep) or maps", required);
+              "scenes, robots, problems (of optimize), control (problems of it), studies (of "
+              "sweep) or maps",
+              required);
   command.add("--all", arguments.all, "Those in folders too: hard/arch_falls");
 }
 

@@ -29,12 +29,12 @@ namespace counterpoint::optimization {
 // Trajectory Optimization for Contact-Implicit Model Predictive Control" (2023), section VI.
 
 struct PlannerSettings {
-  double smoothing = 1e-2;           ///< of all contacts of the plan [m]
+  double smoothing = 1e-2;           ///< smoothing of the plan's contacts [m]
   double compliance_per_metre = 10;  ///< compliance over smoothing [1/m], as in Continuation
-  double margin_per_smoothing = 0;   ///< as in Continuation
-  double penalty = 100.0;            ///< of conditions
+  double margin_per_smoothing = 0;   ///< see Continuation
+  double penalty = 100.0;            ///< penalty of conditions
   int iterations = 2;                ///< Gauss-Newton steps of a replan
-  int first_iterations = 50;         ///< of the first plan, and of one made anew
+  int first_iterations = 50;         ///< the same for a plan from rest
   int threads = 1;                   ///< 0: one per core; the plan does not depend on it
   double least_damping = 1e-6;       ///< relative to the diagonal, kept from replan to replan
   /// A plan whose mean violation exceeds this after a replan is made anew from rest.
@@ -49,7 +49,8 @@ struct FeedbackGains {
 
 struct ReplanReport {
   double cost = 0.0;
-  Spread violation;  ///< of the conditions, in weights of the trees for forces without a motor
+  Spread
+      violation;  ///< violation of the conditions; forces without a motor in weights of the trees
   int iterations = 0;
   bool restarted = false;  ///< the plan was lost and made anew
 };
@@ -64,7 +65,8 @@ class Planner {
   Planner& operator=(Planner&&) noexcept;
 
   /// Plans from the state (q: nq, v: nv) at `time` [s]. The first call plans from rest. Does not
-  /// allocate after the second call. The same calls give the same bits with any number of threads.
+  /// allocate once its contacts have been met. The same calls give the same bits with any number of
+  /// threads.
   ReplanReport replan(double time, const VectorX& q, const VectorX& v);
   /// Forgets the plan: the next replan() starts from rest.
   void forget();
@@ -100,7 +102,7 @@ struct Push {
 
 /// Demand on the run: a coordinate, or its mean rate, lies within a range.
 struct SuccessTest {
-  std::string name;  ///< of the coordinate, a column of a trajectory ("trunk.z")
+  std::string name;  ///< coordinate, a column of a trajectory ("trunk.z")
   int q_index = 0;
   bool rate = false;    ///< mean change per second between `from` and the end [m/s, rad/s]
   bool always = false;  ///< at all times from `from` on, not only at the end
@@ -115,10 +117,10 @@ struct SuccessTest {
 
 /// Standard deviations of the perturbed start.
 struct Perturbation {
-  double position = 0.05;       ///< of joints [m, rad]
-  double velocity = 0.2;        ///< of joints [m/s, rad/s]
-  double base_velocity = 0.1;   ///< of floating joints [m/s, rad/s]
-  VectorX extra;                ///< nv: of single coordinates, in place of these [m, rad]
+  double position = 0.05;      ///< positions of joints [m, rad]
+  double velocity = 0.2;       ///< velocities of joints [m/s, rad/s]
+  double base_velocity = 0.1;  ///< velocities of floating joints [m/s, rad/s]
+  VectorX extra;               ///< nv: of single coordinates, in place of these [m, rad]
 };
 
 struct ControlFile {
@@ -128,9 +130,9 @@ struct ControlFile {
   std::shared_ptr<const Scene> world;
   PlannerSettings planner;
   FeedbackGains gains;
-  double interval = 0.02;   ///< between replans [s]
-  double plant_step = 1e-3; ///< of the simulated world [s]
-  double duration = 5.0;    ///< [s]
+  double interval = 0.02;    ///< between replans [s]
+  double plant_step = 1e-3;  ///< time step of the simulated world [s]
+  double duration = 5.0;     ///< [s]
   std::vector<Push> pushes;
   std::vector<SuccessTest> success;
   Perturbation perturbation;
@@ -141,7 +143,7 @@ ControlFile load_control(const std::filesystem::path& file);
 
 // ---- The loop: planner and simulated world.
 
-/// What is wrong with the world, as the planner does not know it.
+/// Differences between the world and the measurements that the planner gets.
 struct WorldErrors {
   double delay = 0.0;           ///< from a measurement to the use of its plan [s]
   double position_noise = 0.0;  ///< standard deviation of measured joint positions [rad, m]
@@ -149,14 +151,14 @@ struct WorldErrors {
 };
 
 struct ControlRun {
-  std::vector<State> states;          ///< one per plant step, and the last one
-  std::vector<VectorX> applied_force; ///< one per plant step
-  std::vector<double> replan_seconds; ///< processor time of each replan
-  double violation_mean = 0.0;        ///< mean over the replans
+  std::vector<State> states;           ///< one per plant step, and the last one
+  std::vector<VectorX> applied_force;  ///< one per plant step
+  std::vector<double> replan_seconds;  ///< processor time of each replan
+  double violation_mean = 0.0;         ///< mean over the replans
   int restarts = 0;
-  bool stopped = false;               ///< keep_on() returned false
-  Fault fault;                        ///< of the plant step that failed, if any
-  double world_seconds = 0.0;         ///< processor time of the plant
+  bool stopped = false;        ///< keep_on() returned false
+  Fault fault;                 ///< cause why a step of the world failed, if one did
+  double world_seconds = 0.0;  ///< processor time of the plant
   /// Per success test: whether it holds, and its error.
   std::vector<char> passed;
   std::vector<double> error;

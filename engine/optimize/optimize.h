@@ -74,9 +74,9 @@ struct FrameRange {
 
 struct Term {
   Quantity quantity = Quantity::kConfiguration;
-  std::string name;        ///< name in reports
-  VectorX weight;          ///< per row, in inverse units of the value
-  VectorX target;          ///< per row, or nq for kConfiguration; empty: zero
+  std::string name;  ///< name in reports
+  VectorX weight;    ///< per row, in inverse units of the value
+  VectorX target;    ///< per row, or nq for kConfiguration; empty: zero
   /// kConfiguration: if not empty (nv), the target is start_q (+) offset; entries without weight do
   /// not matter. A Planner counts it from the present state [m, rad].
   VectorX offset;

@@ -5,9 +5,11 @@
 
 #include <cstring>
 #include <limits>
+#include <numbers>
 
 #include "counterpoint/collision/pairs/pair_contacts.h"
 #include "counterpoint/model/model_builder.h"
+#include "counterpoint/model/spatial.h"
 #include "support/allocation_guard.h"
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
@@ -119,6 +121,34 @@ TEST(Collider, ExcludedPairsNeverTouch) {
   std::vector<Candidate> out;
   collider.compute_candidates(std::vector<Pose>(model.num_bodies()), margins(model, 0.01), out);
   EXPECT_TRUE(out.empty());
+}
+
+// On a plane the ends of a capsule carry it at any speed. The ball that keeps the middle of a fast
+// slender body from passing another one gets a contact only where an end has turned deep into the
+// plane: a third contact would carry a third of the load at some speeds.
+TEST(Collider, ACapsuleOnThePlaneHasTwoContactsAtAnySpeed) {
+  constexpr double kRadius = 0.03, kHalf = 0.07;
+  ModelBuilder builder;
+  builder.add_environment("ground", plane_shape(), Pose{}, Material{});
+  builder.add_robot(chain({capsule_shape(kRadius, kHalf)}), Base::kFloating, Pose{});
+  const Model model = builder.build();
+  Collider collider(model);
+  const auto contacts = [&](double height, double tilt, double travel) {
+    std::vector<Pose> X_WB(model.num_bodies());
+    const double quarter = 0.5 * std::numbers::pi;
+    X_WB[1].rotation = rotation_from_rpy(0.0, quarter + tilt, 0.0);
+    X_WB[1].translation.z() = height;
+    std::vector<Candidate> out;
+    const std::vector<double> travels(model.num_bodies(), travel);
+    collider.compute_candidates(X_WB, margins(model, 0.1), out, travels);
+    return out.size();
+  };
+  for (const double travel : {0.0, 0.01, 0.05, 10.0}) {
+    EXPECT_EQ(contacts(kRadius - 0.004, 0.0, travel), 2u) << travel;
+    EXPECT_EQ(contacts(kRadius + 0.004, 0.01, travel), 2u) << travel;
+  }
+  EXPECT_EQ(contacts(kRadius, 0.5, 0.0), 2u);
+  EXPECT_EQ(contacts(kRadius, 0.5, 10.0), 3u);  // one end is 3.4 cm deep, more than the radius
 }
 
 // Free objects of every shape above a plane at random poses.

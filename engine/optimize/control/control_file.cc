@@ -52,8 +52,9 @@ class ControlReader {
     if (!root_.has("control")) root_.fail("the key 'control' is missing; see `optimize` for plans");
     const YamlValue in = root_.at("control");
     in.expect_map({"smoothing", "compliance_per_metre", "margin_per_smoothing", "penalty",
-                   "iterations", "first_iterations", "least_damping", "lost_above", "replan_interval",
-                   "world_step", "duration", "feedback", "perturbation", "pushes", "success", "world"});
+                   "iterations", "first_iterations", "least_damping", "lost_above",
+                   "replan_interval", "world_step", "duration", "feedback", "perturbation",
+                   "pushes", "success", "world"});
     read_world(in);
     read_planner(in);
     const auto read = [&](const char* key, double& value) {

@@ -139,9 +139,8 @@ class Loop {
     input.wrenches.clear();
     for (const Push& push : control_.pushes)
       if (now >= push.start - slack && now < push.start + push.duration - slack)
-        input.wrenches.push_back({push.body,
-                                  {Vector3::Zero(), push.force},
-                                  model_.body(push.body).inertia.center});
+        input.wrenches.push_back(
+            {push.body, {Vector3::Zero(), push.force}, model_.body(push.body).inertia.center});
     run_.states.push_back(simulator_.state());
     run_.applied_force.push_back(force_);
     const double before = thread_seconds();

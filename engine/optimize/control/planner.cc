@@ -141,7 +141,7 @@ struct Planner::Impl {
   std::vector<VectorX> shifted;  ///< variables of the shifted plan
   std::vector<VectorX> frames;   ///< the plan, in the world
   VectorX q, next, start, v, force, difference, start_v;
-  double time = 0.0;  ///< of frame 0 [s]
+  double time = 0.0;  ///< time of frame 0 [s]
   bool planned = false, lost = false;
 };
 
@@ -226,8 +226,8 @@ void Planner::force(double time, const FeedbackGains& gains, const VectorX& q, c
     for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k) {
       const double wanted =
           out[k] + gains.stiffness[k] * p.difference[k] + gains.damping[k] * (p.v[k] - v[k]);
-      out[k] = p.problem.motors[static_cast<std::size_t>(k)] ? std::clamp(wanted, -limit, limit)
-                                                             : 0.0;
+      out[k] =
+          p.problem.motors[static_cast<std::size_t>(k)] ? std::clamp(wanted, -limit, limit) : 0.0;
     }
   }
 }

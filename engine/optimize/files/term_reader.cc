@@ -145,8 +145,8 @@ std::vector<Term> read_body_terms(const YamlValue& in, const Model& model, const
 std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const VectorX& start,
                              const VectorX& goal) {
   const Model& model = *problem.model;
-  in.expect_map({"quantity", "name", "weight", "over", "target", "ahead", "frames", "condition", "lever",
-                 "link", "links", "point", "points", "radius", "length", "axis", "rpy",
+  in.expect_map({"quantity", "name", "weight", "over", "target", "ahead", "frames", "condition",
+                 "lever", "link", "links", "point", "points", "radius", "length", "axis", "rpy",
                  "late_weight"});
   Term term;
   const YamlValue quantity = in.at("quantity");

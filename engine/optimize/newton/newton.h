@@ -32,8 +32,8 @@ class Newton {
   void begin(const Stage& stage, bool scale = true);
   /// Cost of the current motion; infinite if inverse dynamics fails.
   double cost() const { return cost_; }
-  /// Takes one iteration: linearizes, and tries steps until one lowers the cost. The frames may have
-  /// been changed since the last one. Does not allocate after the first iteration.
+  /// Takes one iteration: linearizes, and tries steps until one lowers the cost. The frames may
+  /// have been changed since the last one. Does not allocate after the first iteration.
   Iteration iterate();
 
   /// Violation of all conditions over the instants.

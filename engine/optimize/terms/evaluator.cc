@@ -321,9 +321,8 @@ void Evaluator::evaluate_dense(const Term& term, const Span& span, const Stage& 
     if (derivatives) differentiate_angular_momentum();
     chained = true;
   } else {
-    evaluate_kinematic(
-        {*model_, problem_->h(), before_, at_}, term, scratch_,
-        {value, derivatives ? &by_before : nullptr, derivatives ? &by_at : nullptr});
+    evaluate_kinematic({*model_, problem_->h(), before_, at_}, term, scratch_,
+                       {value, derivatives ? &by_before : nullptr, derivatives ? &by_at : nullptr});
   }
   set_rows(term, span, factor, multiplier, value, out);
   if (!derivatives) return;

@@ -22,8 +22,8 @@ Fading fading(double height, double length) {
   return {std::exp(-0.5 * (height + root) / length), -0.5 * (1.0 + height / root) / length};
 }
 
-/// Writes the derivatives of fading.value times x (2 rows), from those of x times `scale` and of the
-/// height. Written by rows, since a product of two would need memory.
+/// Writes the derivatives of fading.value times x (2 rows), from those of x times `scale` and of
+/// the height. Written by rows, since a product of two would need memory.
 void add_fading(const Fading& fading, const VectorOut& value, double scale,
                 const Eigen::Ref<const MatrixX>& by_x,
                 const Eigen::Ref<const Eigen::RowVectorXd, 0, Eigen::InnerStride<>>& by_height,
