@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """control_doc.py [COMMAND]: measures `counterpoint control` and writes the table of docs/measurements/control.md.
 
-COMMAND: the program, default build/release/bin/counterpoint. Takes about three minutes."""
+COMMAND: the program, default build/release/bin/counterpoint. Takes about four minutes."""
 import json
 import pathlib
 import subprocess
@@ -30,6 +30,7 @@ CASES = [
     ("200 N sideways", "quadruped_stand", pushed("trunk", "0,200,0")),
     ("200 N forward", "quadruped_stand", pushed("trunk", "200,0,0")),
     ("300 N forward", "quadruped_stand", pushed("trunk", "300,0,0")),
+    ("humanoid walks, 0.4 m/s within 5 %, 20 s", "humanoid_walk", []),
     ("humanoid stands, pushed by 100 N forward", "humanoid_stand", pushed("pelvis", "100,0,0")),
     ("200 N forward", "humanoid_stand", []),
     ("300 N forward", "humanoid_stand", pushed("pelvis", "300,0,0")),
