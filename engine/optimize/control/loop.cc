@@ -97,7 +97,6 @@ class Loop {
 
   void measure() {
     const State& state = simulator_.state();
-    measured_at_ = state.time;
     measured_q_ = state.q;
     measured_v_ = state.v;
     if (errors_.position_noise == 0.0 && errors_.velocity_noise == 0.0) return;
@@ -108,7 +107,7 @@ class Loop {
 
   void replan() {
     const Stopwatch watch(control_.planner.threads);
-    const ReplanReport report = planner_.replan(measured_at_, measured_q_, measured_v_);
+    const ReplanReport report = planner_.replan(plan_from_.time, plan_from_.q, plan_from_.v);
     run_.replan_seconds.push_back(watch.seconds());
     run_.violation_mean += report.violation.mean;
     run_.restarts += report.restarted;
@@ -125,14 +124,7 @@ class Loop {
       plan_from_ = {now, q, v};
       next_replan_ += control_.interval;
     }
-    if (pending_ && (first || now >= plan_from_.time + errors_.delay - slack)) {
-      measured_at_ = plan_from_.time;
-      measured_q_.swap(plan_from_.q);
-      measured_v_.swap(plan_from_.v);
-      replan();
-      measured_q_.swap(plan_from_.q);
-      measured_v_.swap(plan_from_.v);
-    }
+    if (pending_ && (first || now >= plan_from_.time + errors_.delay - slack)) replan();
     planner_.force(now, control_.gains, q, v, force_);
     Input& input = simulator_.input();
     input.applied_force = force_;
@@ -184,7 +176,7 @@ class Loop {
   ControlRun run_;
   State plan_from_;
   VectorX measured_q_, measured_v_, force_, noise_;
-  double measured_at_ = 0.0, next_replan_ = 0.0;
+  double next_replan_ = 0.0;
   bool pending_ = false;
 };
 
