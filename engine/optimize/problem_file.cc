@@ -145,22 +145,19 @@ class ProblemReader {
                    "compliance_per_metre", "margin_per_smoothing", "quick_recovery_above",
                    "limits_below", "penalty_start", "penalty_end", "rounds", "multiplier_limit"});
     Continuation& c = settings.continuation;
-    const auto read = [&](const char* key, double& value) {
-      if (in.has(key)) value = in.at(key).positive();
-    };
-    read("start", c.start);
+    read_positive(in, "start", c.start);
     if (in.has("end")) c.end = in.at("end").positive();
-    read("factor", c.factor);
-    read("max_factor", c.max_factor);
+    read_positive(in, "factor", c.factor);
+    read_positive(in, "max_factor", c.max_factor);
     if (in.has("extrapolate")) c.extrapolate = in.at("extrapolate").boolean();
-    read("hard_factor", c.hard_factor);
-    read("compliance_per_metre", c.compliance_per_metre);
-    read("margin_per_smoothing", c.margin_per_smoothing);
-    read("quick_recovery_above", c.quick_recovery_above);
-    read("limits_below", c.limits_below);
-    read("penalty_start", c.penalty_start);
-    read("penalty_end", c.penalty_end);
-    read("multiplier_limit", c.multiplier_limit);
+    read_positive(in, "hard_factor", c.hard_factor);
+    read_positive(in, "compliance_per_metre", c.compliance_per_metre);
+    read_positive(in, "margin_per_smoothing", c.margin_per_smoothing);
+    read_positive(in, "quick_recovery_above", c.quick_recovery_above);
+    read_positive(in, "limits_below", c.limits_below);
+    read_positive(in, "penalty_start", c.penalty_start);
+    read_positive(in, "penalty_end", c.penalty_end);
+    read_positive(in, "multiplier_limit", c.multiplier_limit);
     if (in.has("rounds")) c.rounds = in.at("rounds").integer(1, 1000);
     for (const char* key : {"factor", "max_factor", "hard_factor"})
       if (in.has(key) && !(in.at(key).number() > 1.0))

@@ -57,12 +57,9 @@ class ControlReader {
                    "pushes", "success", "world"});
     read_world(in);
     read_planner(in);
-    const auto read = [&](const char* key, double& value) {
-      if (in.has(key)) value = in.at(key).positive();
-    };
-    read("replan_interval", out_.interval);
-    read("world_step", out_.plant_step);
-    read("duration", out_.duration);
+    read_positive(in, "replan_interval", out_.interval);
+    read_positive(in, "world_step", out_.plant_step);
+    read_positive(in, "duration", out_.duration);
     if (in.has("feedback")) read_feedback(in.at("feedback"));
     if (in.has("perturbation")) read_perturbation(in.at("perturbation"));
     if (in.has("pushes"))
@@ -86,15 +83,12 @@ class ControlReader {
 
   void read_planner(const YamlValue& in) {
     PlannerSettings& planner = out_.planner;
-    const auto read = [&](const char* key, double& value) {
-      if (in.has(key)) value = in.at(key).positive();
-    };
-    read("smoothing", planner.smoothing);
-    read("compliance_per_metre", planner.compliance_per_metre);
-    read("margin_per_smoothing", planner.margin_per_smoothing);
-    read("penalty", planner.penalty);
-    read("least_damping", planner.least_damping);
-    read("lost_above", planner.lost_above);
+    read_positive(in, "smoothing", planner.smoothing);
+    read_positive(in, "compliance_per_metre", planner.compliance_per_metre);
+    read_positive(in, "margin_per_smoothing", planner.margin_per_smoothing);
+    read_positive(in, "penalty", planner.penalty);
+    read_positive(in, "least_damping", planner.least_damping);
+    read_positive(in, "lost_above", planner.lost_above);
     if (in.has("iterations")) planner.iterations = in.at("iterations").integer(1, 1000);
     if (in.has("first_iterations"))
       planner.first_iterations = in.at("first_iterations").integer(1, 100'000);

@@ -67,8 +67,8 @@ struct Planner::Impl {
         q(problem.start_q),
         start(problem.start_q),
         v(problem.start_v),
-        force(problem.start_v),
-        difference(problem.start_v) {
+        difference(problem.start_v),
+        start_v(problem.start_v) {
     newton.set_least_damping(planner.least_damping);
     newton.begin(stage);
   }
@@ -140,15 +140,14 @@ struct Planner::Impl {
   VectorX lift;
   std::vector<VectorX> shifted;  ///< variables of the shifted plan
   std::vector<VectorX> frames;   ///< the plan, in the world
-  VectorX q, next, start, v, force, difference, start_v;
+  VectorX q, next, start, v, difference;
+  VectorX start_v;    ///< velocity of frame 0
   double time = 0.0;  ///< time of frame 0 [s]
   bool planned = false, lost = false;
 };
 
 Planner::Planner(const Problem& problem, const PlannerSettings& settings)
-    : impl_(std::make_unique<Impl>(problem, settings)) {
-  impl_->start_v = problem.start_v;
-}
+    : impl_(std::make_unique<Impl>(problem, settings)) {}
 Planner::~Planner() = default;
 Planner::Planner(Planner&&) noexcept = default;
 Planner& Planner::operator=(Planner&&) noexcept = default;

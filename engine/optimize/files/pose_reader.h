@@ -6,6 +6,11 @@
 
 namespace counterpoint::optimization {
 
+/// Sets a value from a positive number under a key, if the map has it.
+inline void read_positive(const YamlValue& in, const char* key, double& value) {
+  if (in.has(key)) value = in.at(key).positive();
+}
+
 /// Sets coordinates of q (nq) from a map {name: value}. Names are joints or columns of a trajectory
 /// ("pelvis.z"), or patterns with '*'. Quaternions are normalized.
 void read_pose(const YamlValue& in, const Model& model, VectorX& q);
