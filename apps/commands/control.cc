@@ -43,6 +43,7 @@ void apply(const ControlArguments& arguments, opt::ControlFile& control) {
   set(arguments.smoothing, control.planner.smoothing);
   set(arguments.penalty, control.planner.penalty);
   set(arguments.iterations, control.planner.iterations);
+  set(arguments.iterations, control.planner.most_iterations);
   set(arguments.threads, control.planner.threads);
   if (arguments.pushed_link.empty() && arguments.push.empty()) return;
   if (arguments.pushed_link.empty() || arguments.push.size() < 4 || arguments.push.size() > 5)
@@ -185,7 +186,7 @@ void add_control(CommandLine& line) {
               "Of the perturbed start and of noise; 0, the default: the plain start");
   command.add("--runs", arguments.runs, "So many runs, from seeds one apart", positive);
   command.add("--interval", arguments.interval, "Time between replans [s]", positive);
-  command.add("--iterations", arguments.iterations, "Gauss-Newton steps of a replan", positive);
+  command.add("--iterations", arguments.iterations, "Gauss-Newton steps of every replan", positive);
   command.add("--smoothing", arguments.smoothing, "Smoothing [m] of the plan's contacts", positive);
   command.add("--penalty", arguments.penalty, "Weight of forces where there is no motor", positive);
   command.add("--threads", arguments.threads,

@@ -33,10 +33,18 @@ struct PlannerSettings {
   double compliance_per_metre = 10;  ///< compliance over smoothing [1/m], as in Continuation
   double margin_per_smoothing = 0;   ///< see Continuation
   double penalty = 100.0;            ///< penalty of conditions
-  int iterations = 2;                ///< Gauss-Newton steps of a replan
-  int first_iterations = 50;         ///< the same for a plan from rest
-  int threads = 1;                   ///< 0: one per core; the plan does not depend on it
-  double least_damping = 1e-6;       ///< relative to the diagonal, kept from replan to replan
+  int iterations = 2;                ///< least number of Gauss-Newton steps of a replan
+  /// A replan takes further steps, up to this number, while the last one lowered the cost by more
+  /// than `least_decrease`, a share of the cost. After a push or at a first contact the shifted
+  /// plan is far from the best one.
+  int most_iterations = 10;
+  double least_decrease = 0.1;
+  int first_iterations = 50;  ///< the same for a plan from rest
+  /// Time constant [s] of the estimate of a force that acts where there is no motor and that the
+  /// plan does not know, such as friction that smoothed contacts lack; 0: no estimate.
+  double disturbance_time = 0.0;
+  int threads = 1;              ///< 0: one per core; the plan does not depend on it
+  double least_damping = 1e-6;  ///< relative to the diagonal, kept from replan to replan
   /// A plan whose mean violation exceeds this after a replan is made anew from rest.
   double lost_above = 10.0;
 };

@@ -37,6 +37,8 @@ VectorX settled(const Model& model, const SimulationOptions& options,
   VectorX out = q;
   const VectorX rest = VectorX::Zero(model.nv());
   Inverse inverse;
+  SimulationOptions deep = options;
+  deep.push_deep = true;  // else a body below the ground is pushed no more than one above it
   for (const Tree& tree : model.trees()) {
     const Lift lift = lift_of(model, tree, motors, q);
     if (lift.q < 0) continue;
@@ -44,7 +46,7 @@ VectorX settled(const Model& model, const SimulationOptions& options,
     // Missing vertical force [N], which increases with height.
     const auto missing = [&](double height) {
       out[z] = height;
-      step_inverse(model, options, out, rest, rest, workspace, inverse);
+      step_inverse(model, deep, out, rest, rest, workspace, inverse);
       return inverse.applied_force[lift.v];
     };
     double low = q[z] - kReach, high = q[z] + kReach;

@@ -70,6 +70,21 @@ TEST(Settle, ContactsCarryTheWeight) {
   }
 }
 
+// The pose is the same from above and from below the ground, where contacts push as well.
+TEST(Settle, FindsTheGroundFromBelow) {
+  test::BoxOnPlane box;
+  const Scene scene = test::box_on_plane(box);
+  Workspace workspace(scene.model);
+  VectorX q = Simulator(scene).state().q;
+  std::vector<double> heights;
+  for (const double height : {-0.3, -0.05, 0.3}) {
+    q[2] = height;
+    heights.push_back(settled(scene.model, scene.options, motors_of(scene.model), q, workspace)[2]);
+  }
+  EXPECT_NEAR(heights[0], heights[2], 1e-9);
+  EXPECT_NEAR(heights[1], heights[2], 1e-9);
+}
+
 /// Verifies a plan of two steps in which a box of 1 kg slides at `speed`, starting at a height
 /// above the ground.
 Verification verify_slide(double height, double speed, double friction) {

@@ -7,6 +7,7 @@
 #include "counterpoint/engine/optimize/control.h"
 #include "support/allocation_guard.h"
 #include "support/paths.h"
+#include "support/small_scenes.h"
 
 namespace counterpoint::optimization::planner_test {
 namespace {
@@ -103,6 +104,37 @@ TEST(Planner, TermsAreCommandedByName) {
   EXPECT_THROW(planner.set_target("velocity of light", target), InputError);
   target.resize(1);
   EXPECT_THROW(planner.set_target("speed", target), InputError);
+}
+
+// A free ball of 1 kg is pulled by 2 N, of which the plan knows nothing: at first it predicts rest,
+// later the true acceleration, up to exp(-1 s / 0.1 s) = 5e-5 of it.
+TEST(Planner, LearnsAForceThatThePlanDoesNotKnow) {
+  const Scene scene = test::free_ball({});
+  Problem problem;
+  problem.model = &scene.model;
+  problem.options = scene.options;
+  problem.options.time_step = 0.05;
+  problem.steps = 4;
+  problem.motors.assign(6, 0);
+  problem.start_q = Simulator(scene).state().q;
+  problem.start_v.setZero(6);
+  problem.terms = {unactuated_condition(scene.model, problem.motors)};
+  PlannerSettings settings;
+  settings.disturbance_time = 0.1;
+  Planner planner(problem, settings);
+  constexpr double kForce = 2.0, kInterval = 0.02;
+  VectorX q = problem.start_q, v = problem.start_v, planned_q = q, planned_v = v, u = v;
+  for (int i = 0; i <= 50; ++i) {
+    const double time = i * kInterval;
+    q[0] = problem.start_q[0] + 0.5 * kForce * time * time;
+    v[0] = kForce * time;
+    planner.replan(time, q, v);
+    planner.sample(time + problem.h(), planned_q, planned_v, u);
+    if (i == 0) {
+      EXPECT_NEAR(planned_v[0] - v[0], 0.0, 1e-9);
+    }
+  }
+  EXPECT_NEAR((planned_v[0] - v[0]) / problem.h(), kForce, 1e-3 * kForce);
 }
 
 // The loop: a quadruped gets up, with masses and friction that the planner does not know, noise and

@@ -52,9 +52,10 @@ class ControlReader {
     if (!root_.has("control")) root_.fail("the key 'control' is missing; see `optimize` for plans");
     const YamlValue in = root_.at("control");
     in.expect_map({"smoothing", "compliance_per_metre", "margin_per_smoothing", "penalty",
-                   "iterations", "first_iterations", "least_damping", "lost_above",
-                   "replan_interval", "world_step", "duration", "feedback", "perturbation",
-                   "pushes", "success", "world"});
+                   "iterations", "most_iterations", "least_decrease", "first_iterations",
+                   "least_damping", "lost_above", "disturbance_time", "replan_interval",
+                   "world_step", "duration", "feedback", "perturbation", "pushes", "success",
+                   "world"});
     read_world(in);
     read_planner(in);
     read_positive(in, "replan_interval", out_.interval);
@@ -89,7 +90,11 @@ class ControlReader {
     read_positive(in, "penalty", planner.penalty);
     read_positive(in, "least_damping", planner.least_damping);
     read_positive(in, "lost_above", planner.lost_above);
+    read_positive(in, "least_decrease", planner.least_decrease);
+    read_positive(in, "disturbance_time", planner.disturbance_time);
     if (in.has("iterations")) planner.iterations = in.at("iterations").integer(1, 1000);
+    if (in.has("most_iterations"))
+      planner.most_iterations = in.at("most_iterations").integer(1, 1000);
     if (in.has("first_iterations"))
       planner.first_iterations = in.at("first_iterations").integer(1, 100'000);
   }

@@ -68,7 +68,10 @@ struct Planner::Impl {
         start(problem.start_q),
         v(problem.start_v),
         difference(problem.start_v),
-        start_v(problem.start_v) {
+        start_v(problem.start_v),
+        dynamics(model()),
+        mass(model().nv(), model().nv()),
+        disturbance(VectorX::Zero(model().nv())) {
     newton.set_least_damping(planner.least_damping);
     newton.begin(stage);
   }
@@ -109,17 +112,41 @@ struct Planner::Impl {
     newton.frames().set_variables(shifted);
   }
 
+  /// Updates the estimate of the force without a motor (nv) that the plan does not know, from how
+  /// the state (q, v) differs from the one predicted by the last plan:
+  ///
+  ///   r = M ((v - v_0) / t - (v_1 - v_0) / h),   t the time since the last plan,
+  ///
+  /// v_0 and v_1 the velocities of its frames 0 and 1. The plan counts the estimate, which comes to
+  /// rest when plan and world agree (offset-free predictive control, Pannocchia and Rawlings 2003).
+  void estimate_disturbance(double duration, const VectorX& at_q, const VectorX& at_v) {
+    if (settings.disturbance_time == 0.0 || !(duration > 0.0)) return;
+    dynamics.set_configuration(at_q);
+    dynamics.mass_matrix(mass);
+    write_velocity(1, difference);
+    difference = (at_v - start_v) / duration - (difference - start_v) / problem.h();
+    const double share = -std::expm1(-duration / settings.disturbance_time);
+    for (int k = 0; k < model().nv(); ++k)
+      if (!problem.motors[static_cast<std::size_t>(k)])
+        disturbance[k] +=
+            share * (mass.row(k).dot(difference) + model().armature()[k] * difference[k]);
+    for (Term& term : problem.terms)
+      if (term.quantity == Quantity::kUnactuatedForce) term.target = disturbance;
+  }
+
   void set_relative_targets() {
     for (Term& term : problem.terms)
       if (term.offset.size() > 0)
         integrate_configuration(model(), start, term.offset, 1.0, term.target);
   }
 
+  /// Takes at least `count` Gauss-Newton steps, and further ones while they lower the cost by much.
   void iterate(int count, ReplanReport& report) {
-    for (int i = 0; i < count; ++i) {
+    for (int i = 0; i < std::max(count, settings.most_iterations); ++i) {
       const Iteration step = newton.iterate();
       ++report.iterations;
       if (!step.accepted) break;
+      if (i + 1 >= count && step.decrease < settings.least_decrease * step.cost) break;
     }
     report.cost = newton.cost();
     report.violation = newton.violation();
@@ -141,8 +168,11 @@ struct Planner::Impl {
   std::vector<VectorX> shifted;  ///< variables of the shifted plan
   std::vector<VectorX> frames;   ///< the plan, in the world
   VectorX q, next, start, v, difference;
-  VectorX start_v;    ///< velocity of frame 0
-  double time = 0.0;  ///< time of frame 0 [s]
+  VectorX start_v;  ///< velocity of frame 0
+  Dynamics dynamics;
+  MatrixX mass;
+  VectorX disturbance;  ///< estimated force without a motor (nv) [N, N m]
+  double time = 0.0;    ///< time of frame 0 [s]
   bool planned = false, lost = false;
 };
 
@@ -155,6 +185,7 @@ Planner& Planner::operator=(Planner&&) noexcept = default;
 ReplanReport Planner::replan(double time, const VectorX& q, const VectorX& v) {
   Impl& p = *impl_;
   ReplanReport report;
+  if (p.planned) p.estimate_disturbance(time - p.time, q, v);
   p.start = q + p.lift;
   p.start_v = v;
   if (p.planned) {
@@ -178,7 +209,10 @@ ReplanReport Planner::replan(double time, const VectorX& q, const VectorX& v) {
   return report;
 }
 
-void Planner::forget() { impl_->planned = impl_->lost = false; }
+void Planner::forget() {
+  impl_->planned = impl_->lost = false;
+  impl_->disturbance.setZero();
+}
 
 const std::vector<VectorX>& Planner::frames() const { return impl_->frames; }
 
