@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "measure/clocks.h"
+#include "counterpoint/engine/clocks.h"
 #include "peers/mujoco.h"
 
 namespace counterpoint::apps::accuracy {

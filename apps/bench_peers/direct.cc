@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "counterpoint/engine/clocks.h"
 #include "counterpoint/engine/optimize/newton/newton.h"
 #include "counterpoint/engine/optimize/optimize.h"
-#include "measure/clocks.h"
 #include "peers/mujoco_direct.h"
 
 namespace counterpoint::apps {

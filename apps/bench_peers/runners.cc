@@ -9,9 +9,9 @@
 #include <stdexcept>
 
 #include "counterpoint/collision/collider.h"
+#include "counterpoint/engine/clocks.h"
 #include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/simulator.h"
-#include "measure/clocks.h"
 #include "peers/mujoco.h"
 
 namespace counterpoint::apps {

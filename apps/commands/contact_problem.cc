@@ -9,9 +9,9 @@
 
 #include "command.h"
 #include "counterpoint/contact/solver.h"
+#include "counterpoint/engine/clocks.h"
 #include "counterpoint/model/spatial.h"
 #include "input/problem_file.h"
-#include "measure/clocks.h"
 #include "report/report.h"
 
 namespace counterpoint::apps {

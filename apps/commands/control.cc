@@ -10,8 +10,8 @@
 
 #include "command.h"
 #include "command_line/interrupt.h"
-#include "counterpoint/engine/trajectory.h"
 #include "input/data_folder.h"
+#include "measure/run_outputs.h"
 #include "report/report.h"
 #include "view/view_option.h"
 
@@ -49,10 +49,7 @@ void apply(const ControlArguments& arguments, opt::ControlFile& control) {
   if (arguments.pushed_link.empty() || arguments.push.size() < 4 || arguments.push.size() > 5)
     throw InputError("--push FX FY FZ START [DURATION] (N, s) and --push-link go together");
   opt::Push push;
-  const Model& model = *control.file.problem.model;
-  push.body =
-      model.frames()[static_cast<std::size_t>(frame_index(model, arguments.pushed_link))].body;
-  if (push.body == 0) throw InputError("--push-link: this link is fixed to the world");
+  push.link = opt::pushed_link(control.world->model, arguments.pushed_link);
   push.force = Vector3(arguments.push[0], arguments.push[1], arguments.push[2]);
   push.start = arguments.push[3];
   if (arguments.push.size() == 5) push.duration = arguments.push[4];
@@ -68,7 +65,7 @@ double quantile(std::vector<double> values, double share) {
 
 void fill_run(const opt::ControlFile& control, const opt::ControlRun& run, std::uint64_t seed,
               Json& out) {
-  const double simulated = run.states.back().time;
+  const double simulated = run.end.time;
   const double planner = std::accumulate(run.replan_seconds.begin(), run.replan_seconds.end(), 0.0);
   out["seed"] = seed;
   out["status"] = run.fault.any() ? "failed" : run.stopped ? "stopped" : "ok";
@@ -95,29 +92,22 @@ void fill_run(const opt::ControlFile& control, const opt::ControlRun& run, std::
   out["tests"] = tests;
 }
 
-void write_states(const std::string& file, const Scene& world, const opt::ControlRun& run) {
-  TrajectoryWriter writer(file, world.model);
-  Input input;
-  for (std::size_t t = 0; t + 1 < run.states.size(); ++t) {
-    input.applied_force = run.applied_force[t];
-    writer.write_step(run.states[t], input, run.states[t + 1].time - run.states[t].time);
-  }
-  writer.write_end(run.states.back());
-}
-
-void write_view(const ControlArguments& arguments, const Scene& world, double step,
-                const opt::ProblemFile& file, const opt::ControlRun& run) {
-  Scene scene = world;
-  scene.options.time_step = step;
-  view::ClipRecorder recorder(scene, arguments.view.rate(), true);
-  Input input;
-  for (std::size_t t = 0; t + 1 < run.states.size(); ++t) {
-    input.applied_force = run.applied_force[t];
-    recorder.add_step(run.states[t], input, step, run.states[t + 1]);
-  }
-  view::write_replay(arguments.view.file(), scene,
-                     {file.scene_file.string(), {arguments.problem, arguments.output}},
-                     recorder.finish(run.states.back()));
+/// Runs once, writing the requested outputs on the way.
+opt::ControlRun run_once(const ControlArguments& arguments, const opt::ControlFile& control,
+                         const Scene& world, std::uint64_t seed) {
+  RunOutputs outputs(arguments.output, arguments.view, world, opt::push_columns(control));
+  opt::ControlHooks hooks;
+  hooks.keep_on = [](double) { return !Interrupt::wanted(); };
+  if (outputs.any())
+    hooks.step = [&](const State& before, const Input& input, double h, const State& after,
+                     const StepReport& report) { outputs.step(before, input, h, after, report); };
+  opt::ControlRun run = opt::run_control(control, world, seed, arguments.errors, hooks);
+  if (outputs.writer) outputs.writer->write_end(run.end);
+  if (outputs.recorder)
+    view::write_replay(arguments.view.file(), world,
+                       {control.file.scene_file.string(), {arguments.problem, arguments.output}},
+                       outputs.recorder->finish(run.end));
+  return run;
 }
 
 void print_run(const Json& run, const Report& report) {
@@ -140,8 +130,8 @@ int control(ControlArguments& arguments) {
     throw InputError("--runs: --output and --view keep one run; give its --seed alone");
   opt::ControlFile control = opt::load_control(arguments.problem);
   apply(arguments, control);
-  const Scene world =
-      opt::scaled_world(*control.world, arguments.mass_factor, arguments.friction_factor);
+  Scene world = opt::scaled_world(*control.world, arguments.mass_factor, arguments.friction_factor);
+  world.options.time_step = control.plant_step;
   Report& report = arguments.report;
   report.begin("control", control.file.scene_file.string());
   report["problem"] = arguments.problem;
@@ -150,14 +140,10 @@ int control(ControlArguments& arguments) {
   int succeeded = 0;
   for (int i = 0; i < arguments.runs && !Interrupt::wanted(); ++i) {
     const std::uint64_t seed = arguments.seed + static_cast<std::uint64_t>(i);
-    const opt::ControlRun run = opt::run_control(control, world, seed, arguments.errors,
-                                                 [](double) { return !Interrupt::wanted(); });
+    const opt::ControlRun run = run_once(arguments, control, world, seed);
     fill_run(control, run, seed, list.emplace_back());
     print_run(list.back(), report);
     succeeded += run.success();
-    if (!arguments.output.empty()) write_states(arguments.output, world, run);
-    if (arguments.view.wanted())
-      write_view(arguments, world, control.plant_step, control.file, run);
   }
   if (!list.empty()) report.json().update(list[0]);
   report["succeeded_runs"] = succeeded;

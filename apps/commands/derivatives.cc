@@ -8,10 +8,10 @@
 #include <optional>
 
 #include "command.h"
+#include "counterpoint/engine/clocks.h"
 #include "counterpoint/engine/trajectory.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"
-#include "measure/clocks.h"
 #include "measure/median.h"
 #include "report/report.h"
 

@@ -133,15 +133,10 @@ OptimizedStart run_start(const OptimizeArguments& arguments, const opt::ProblemF
 template <typename Motion>
 view::Clip clip_of(const Scene& scene, double h, const Motion& motion, bool forces) {
   view::ClipRecorder recorder(scene, 0.0, forces);
-  const auto state = [&](std::size_t t) {
-    return State{static_cast<double>(t) * h, motion.q[t], motion.v[t]};
-  };
-  Input input;
-  for (std::size_t t = 0; t + 1 < motion.q.size(); ++t) {
-    input.applied_force = motion.applied_force[t];
-    recorder.add_step(state(t), input, h, state(t + 1));
-  }
-  return recorder.finish(state(motion.q.size() - 1));
+  return recorder.finish(for_each_step(
+      motion, h, [&](const State& before, const Input& input, double step, const State& after) {
+        recorder.add_step(before, input, step, after);
+      }));
 }
 
 /// Returns clips of at most kMost stages that led to the motion, the first among them.

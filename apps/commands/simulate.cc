@@ -15,6 +15,7 @@
 #include "input/applied_inputs.h"
 #include "input/scene_arguments.h"
 #include "measure/run.h"
+#include "measure/run_outputs.h"
 #include "measure/total_energy.h"
 #include "report/contact_table.h"
 #include "report/failure.h"
@@ -38,25 +39,10 @@ struct SimulateArguments {
   Report report;
 };
 
-/// Destinations of the steps, each only if requested.
+/// Destinations of the steps and of their contacts.
 struct Outputs {
-  std::unique_ptr<TrajectoryWriter> writer;
-  std::unique_ptr<view::ClipRecorder> recorder;
-  std::unique_ptr<ContactTable> contacts;
-  Input known;  ///< input of the step
-  bool any() const { return writer || recorder; }
-
-  void step(const State& before, const Input& input, double h, const State& after,
-            const StepReport& report) {
-    find_taut_links(after, known.taut_links);
-    if (writer) writer->write_step(before, input, h, report.softening, known.taut_links);
-    if (!recorder) return;
-    std::vector<TautLink> links = std::move(known.taut_links);
-    known = input;
-    known.taut_links = std::move(links);
-    known.softening = report.softening;
-    recorder->add_step(before, known, h, after, report.newton_iterations);
-  }
+  RunOutputs steps;
+  std::unique_ptr<ContactTable> contacts;  ///< if requested
 };
 
 std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Outputs& outputs,
@@ -66,14 +52,16 @@ std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Outpu
   RunHooks hooks;
   hooks.stop = Interrupt::wanted;
   hooks.progress = [&](double share) { progress.update(std::lround(kParts * share)); };
-  if (outputs.any())
+  if (outputs.steps.any())
     hooks.step = [&](const State& before, const Input& input, double h, const State& after,
-                     const StepReport& report) { outputs.step(before, input, h, after, report); };
+                     const StepReport& report) {
+      outputs.steps.step(before, input, h, after, report);
+    };
   if (outputs.contacts)
     hooks.forces = [&](double time) { outputs.contacts->add_step(time, simulator.last_forces()); };
   const std::optional<FailedStep> failed = run_simulation(simulator, inputs, hooks, tally);
   // The trajectory ends with the last good state.
-  if (outputs.writer) outputs.writer->write_end(simulator.state());
+  if (outputs.steps.writer) outputs.steps.writer->write_end(simulator.state());
   return failed;
 }
 
@@ -149,13 +137,8 @@ void follow(const SimulateArguments& arguments, const Follower& motion, Simulato
 Outputs open_outputs(const SimulateArguments& arguments, const Simulator& simulator,
                      const AppliedInputs& inputs) {
   const Model& model = simulator.model();
-  Outputs outputs;
-  if (!arguments.output.empty())
-    outputs.writer =
-        std::make_unique<TrajectoryWriter>(arguments.output, model, inputs.columns(model));
-  if (arguments.view.wanted())
-    outputs.recorder =
-        std::make_unique<view::ClipRecorder>(simulator.scene(), arguments.view.rate(), true);
+  Outputs outputs{
+      RunOutputs(arguments.output, arguments.view, simulator.scene(), inputs.columns(model)), {}};
   if (!arguments.contacts.empty() && simulator.options().integrator == Integrator::kRungeKutta4)
     throw InputError(
         "--contacts: forces are read off the motion, and runge_kutta_4 has no inverse");
@@ -196,12 +179,12 @@ int simulate(SimulateArguments& arguments) {
     write_state(arguments.save_state, model, simulator.options(), simulator.state(),
                 control ? std::optional(simulator.next_step()) : std::nullopt);
   }
-  if (outputs.recorder)
+  if (outputs.steps.recorder)
     view::write_replay(arguments.view.file(), simulator.scene(),
                        {arguments.scene.file,
                         {arguments.inputs.file, arguments.resume},
                         arguments.scene.package_folders()},
-                       outputs.recorder->finish(simulator.state()));
+                       outputs.steps.recorder->finish(simulator.state()));
 
   if (inputs.follower() != nullptr)
     arguments.report["follow_error_max"] = inputs.follower()->error_max();

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "counterpoint/engine/clocks.h"
 #include "counterpoint/engine/dynamics.h"
-#include "measure/clocks.h"
 #include "report/chart.h"
 #include "runner.h"
 #include "view/clip.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "measure/clocks.h"
+#include "counterpoint/engine/clocks.h"
 
 namespace counterpoint::apps {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "measure/clocks.h"
+#include "counterpoint/engine/clocks.h"
 #include "measure/median.h"
 
 namespace counterpoint::apps {

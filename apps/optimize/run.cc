@@ -8,7 +8,6 @@
 #include <fstream>
 
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/text_files.h"
 #include "measure/median.h"
 #include "tasks/archive.h"
@@ -48,37 +47,6 @@ bool is_better(const OptimizedStart& a, const OptimizedStart& b) {
   if (a.feasible() != b.feasible()) return a.feasible();
   if (!a.feasible()) return a.result.violation.max < b.result.violation.max;
   return a.result.cost < b.result.cost;
-}
-
-namespace {
-
-void write_frames(const std::string& file, const opt::ProblemFile& problem,
-                  const std::vector<VectorX>& q, const std::vector<VectorX>& v,
-                  const std::vector<VectorX>& applied_force) {
-  TrajectoryWriter writer(file, *problem.problem.model);
-  const double h = problem.problem.h();
-  Input input;
-  for (std::size_t t = 0; t < q.size(); ++t) {
-    const State state{static_cast<double>(t) * h, q[t], v[t]};
-    if (t + 1 == q.size()) {
-      writer.write_end(state);
-    } else {
-      input.applied_force = applied_force[t];
-      writer.write_step(state, input, h);
-    }
-  }
-}
-
-}  // namespace
-
-void write_motion(const std::string& file, const opt::ProblemFile& problem,
-                  const opt::Result& result) {
-  write_frames(file, problem, result.q, result.v, result.applied_force);
-}
-
-void write_motion(const std::string& file, const opt::ProblemFile& problem,
-                  const opt::RepeatedMotion& motion) {
-  write_frames(file, problem, motion.q, motion.v, motion.applied_force);
 }
 
 Json read_json(const std::string& file) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "counterpoint/engine/optimize/optimize.h"
+#include "counterpoint/engine/trajectory.h"
 #include "report/report.h"
 
 namespace counterpoint::apps {
@@ -26,11 +27,30 @@ OptimizedStart start_of(const std::string& bytes);
 /// Feasible starts come before others, then lower cost before higher.
 bool is_better(const OptimizedStart& a, const OptimizedStart& b);
 
-/// Writes frames as a trajectory (docs/reference/trajectory-format.md).
+/// Calls step(before, input, h, after) for each step of a motion whose frames are h [s] apart, a
+/// Result or RepeatedMotion; returns the last state.
+template <class Motion, class Step>
+State for_each_step(const Motion& motion, double h, const Step& step) {
+  Input input;
+  State state{0.0, motion.q[0], motion.v[0]};
+  for (std::size_t t = 0; t + 1 < motion.q.size(); ++t) {
+    input.applied_force = motion.applied_force[t];
+    const State next{static_cast<double>(t + 1) * h, motion.q[t + 1], motion.v[t + 1]};
+    step(state, input, h, next);
+    state = next;
+  }
+  return state;
+}
+
+/// Writes a motion as a trajectory (docs/reference/trajectory-format.md).
+template <class Motion>
 void write_motion(const std::string& file, const optimization::ProblemFile& problem,
-                  const optimization::Result& result);
-void write_motion(const std::string& file, const optimization::ProblemFile& problem,
-                  const optimization::RepeatedMotion& motion);
+                  const Motion& motion) {
+  TrajectoryWriter writer(file, *problem.problem.model);
+  writer.write_end(for_each_step(motion, problem.problem.h(),
+                                 [&](const State& state, const Input& input, double h,
+                                     const State&) { writer.write_step(state, input, h); }));
+}
 
 /// @throws InputError if the file is not JSON
 Json read_json(const std::string& file);

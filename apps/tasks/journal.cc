@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <fstream>
 
+#include "counterpoint/engine/clocks.h"
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint::apps::tasks {
@@ -37,10 +37,6 @@ std::uint32_t check_of(std::int64_t number, const char* result, std::size_t leng
   return static_cast<std::uint32_t>(crc32_z(check, reinterpret_cast<const Bytef*>(result), length));
 }
 
-double seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 std::string host() {
   std::array<char, 256> name{};
   gethostname(name.data(), name.size() - 1);
@@ -54,7 +50,7 @@ JournalWriter::JournalWriter(fs::path folder, const TaskList& list)
       name_(list.name),
       fingerprint_(list.fingerprint),
       count_(list.count),
-      synced_(seconds()) {
+      synced_(wall_seconds()) {
   std::error_code error;
   fs::create_directories(folder_, error);
   if (!error && access(folder_.c_str(), W_OK) == 0) return;
@@ -123,7 +119,7 @@ void JournalWriter::add(std::int64_t number, const std::string& result) {
 }
 
 void JournalWriter::sync(bool now) {
-  const double time = seconds();
+  const double time = wall_seconds();
   int descriptor = -1;
   {
     const std::lock_guard lock(mutex_);

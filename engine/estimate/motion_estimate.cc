@@ -1,10 +1,10 @@
 #include "counterpoint/engine/estimate/motion_estimate.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 
+#include "counterpoint/engine/clocks.h"
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"
 #include "counterpoint/engine/estimate/motion/motion_deviations.h"
 #include "counterpoint/engine/estimate/motion/motion_intervals.h"
@@ -40,10 +40,6 @@ constexpr double kJudgingTolerance = 3e-3;
 constexpr int kRows = 1000, kOverlap = 40;
 /// A motion of this engine leaves at most this unexplained force [weights of the tree].
 constexpr double kOwn = 1e-7;
-
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 /// Arguments that are the same for all parts of a recording.
 struct Task {
@@ -268,7 +264,7 @@ bool explain_parts(const Task& task, const RecordedMotion& recorded, RecordingEr
 
 MotionEstimate estimate_motion(const Scene& scene, const ColumnMap& map, const Recording& recording,
                                const MotionEstimateOptions& options) {
-  const double start = now();
+  const double start = wall_seconds();
   const RecordedMotion recorded = prepare(scene.model, map, recording);
   const Task task{scene, map, options, with_links(scene.model, options.sums)};
   MotionEstimate out = empty_estimate(scene.model, recorded.time, task.sums);
@@ -296,7 +292,7 @@ MotionEstimate estimate_motion(const Scene& scene, const ColumnMap& map, const R
   leave_out_untouched(options.sums.size(), out);
   summarize(scene.model, recorded, out);
   out.stopped = options.stop && options.stop();
-  out.seconds = now() - start;
+  out.seconds = wall_seconds() - start;
   return out;
 }
 

@@ -18,6 +18,7 @@
 
 #include "counterpoint/engine/optimize/optimize.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/trajectory.h"
 
 namespace counterpoint::optimization {
 
@@ -89,6 +90,7 @@ class Planner {
   void force(double time, const FeedbackGains& gains, const VectorX& q, const VectorX& v,
              VectorX& out);
   const Problem& problem() const;
+  double time() const;  ///< time of frame 0 [s]
   /// Changes the target of a term by its name, for commands such as a speed.
   /// @throws InputError if no term has this name, or sizes differ.
   void set_target(const std::string& term, const VectorX& target);
@@ -103,10 +105,13 @@ class Planner {
 
 /// A force on a link during a time.
 struct Push {
-  int body = 0;
-  Vector3 force = Vector3::Zero();  ///< at the centre of mass, in W [N]
-  double start = 0.0, duration = 0.1;
+  int link = 0;                        ///< index into Model::frames of the world, see pushed_link
+  Vector3 force = Vector3::Zero();     ///< at the centre of mass, in W [N]
+  double start = 0.0, duration = 0.1;  ///< [s]
 };
+/// Index into Model::frames of a link that can be pushed. @throws InputError if there is no such
+/// link, or it is fixed to the world.
+int pushed_link(const Model& model, const std::string& name);
 
 /// Demand on the run: a coordinate, or its mean rate, lies within a range.
 struct SuccessTest {
@@ -146,6 +151,9 @@ struct ControlFile {
   Perturbation perturbation;
 };
 
+/// Columns of the pushes in a table of a run.
+InputColumns push_columns(const ControlFile& control);
+
 /// Loads a control problem. @throws InputError naming file, line, element and the expected value.
 ControlFile load_control(const std::filesystem::path& file);
 
@@ -159,18 +167,29 @@ struct WorldErrors {
 };
 
 struct ControlRun {
-  std::vector<State> states;           ///< one per plant step, and the last one
-  std::vector<VectorX> applied_force;  ///< one per plant step
+  State end;                           ///< last state of the world
   std::vector<double> replan_seconds;  ///< processor time of each replan
   double violation_mean = 0.0;         ///< mean over the replans
   int restarts = 0;
-  bool stopped = false;        ///< keep_on() returned false
+  bool stopped = false;        ///< ControlHooks::keep_on returned false
   Fault fault;                 ///< cause why a step of the world failed, if one did
   double world_seconds = 0.0;  ///< processor time of the plant
   /// Per success test: whether it holds, and its error.
   std::vector<char> passed;
   std::vector<double> error;
   bool success() const;
+};
+
+/// Callbacks of a run; each may be empty.
+struct ControlHooks {
+  /// Called after a successful step of the world with its start, input, length [s] and end.
+  std::function<void(const State& before, const Input&, double h, const State& after,
+                     const StepReport&)>
+      step;
+  /// Called after each replan with its processor time [s].
+  std::function<void(const Planner&, const ReplanReport&, double seconds)> replanned;
+  std::function<bool(double time)>
+      keep_on;  ///< returning false stops before the step at `time` [s]
 };
 
 /// Returns a copy of a scene with all masses and inertias, and all coefficients of friction,
@@ -180,6 +199,6 @@ Scene scaled_world(const Scene& scene, double mass_factor, double friction_facto
 /// Runs the loop. world: a scene with the model's bodies and coordinates; its masses and materials
 /// may differ. seed: of the perturbed start and of noise; 0: the plain start.
 ControlRun run_control(const ControlFile& control, const Scene& world, std::uint64_t seed,
-                       const WorldErrors& errors, const std::function<bool(double)>& keep_on = {});
+                       const WorldErrors& errors, const ControlHooks& hooks = {});
 
 }  // namespace counterpoint::optimization

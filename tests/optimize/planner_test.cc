@@ -146,7 +146,7 @@ TEST(Control, AQuadrupedGetsUpInAWorldThatDiffersFromThePlans) {
   const ControlRun run = run_control(file, world, 3, errors);
   EXPECT_TRUE(run.success()) << run.error.front();
   const ControlRun again = run_control(file, world, 3, errors);
-  EXPECT_EQ(run.states.back().q, again.states.back().q);
+  EXPECT_EQ(run.end.q, again.end.q);
 }
 
 }  // namespace

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <utility>
 
+#include "counterpoint/engine/clocks.h"
 #include "counterpoint/engine/simulator.h"
-#include "measure/clocks.h"
 #include "stepping_adapter.h"
 
 namespace counterpoint::apps::accuracy {

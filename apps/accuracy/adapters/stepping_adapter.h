@@ -3,8 +3,8 @@
 
 #include <utility>
 
+#include "counterpoint/engine/clocks.h"
 #include "engine_adapter.h"
-#include "measure/clocks.h"
 #include "report/failure.h"
 
 namespace counterpoint::apps::accuracy {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/optimize/control.h"
@@ -119,10 +120,12 @@ class ControlReader {
   Push read_push(const YamlValue& in) const {
     in.expect_map({"link", "force", "start", "duration"});
     Push push;
-    const int frame = model().find_frame(in.at("link").text());
-    if (frame < 0) in.fail(fmt::format("the scene has no link '{}'", in.at("link").text()));
-    push.body = model().frames()[static_cast<std::size_t>(frame)].body;
-    if (push.body == 0) in.fail("the link is fixed to the world, and cannot be pushed");
+    const YamlValue link = in.at("link");
+    try {
+      push.link = pushed_link(out_.world->model, link.text());
+    } catch (const InputError& error) {
+      link.fail(error.what());
+    }
     push.force = in.at("force").vector3();
     push.start = in.at("start").number(0.0, 1e9);
     if (in.has("duration")) push.duration = in.at("duration").positive();
@@ -166,6 +169,19 @@ class ControlReader {
 };
 
 }  // namespace
+
+int pushed_link(const Model& model, const std::string& name) {
+  const int link = frame_index(model, name);
+  if (model.frames()[static_cast<std::size_t>(link)].body == 0)
+    throw InputError(fmt::format("\"{}\" is fixed to the world, and cannot be pushed", name));
+  return link;
+}
+
+InputColumns push_columns(const ControlFile& control) {
+  std::set<int> links;
+  for (const Push& push : control.pushes) links.insert(push.link);
+  return {false, {links.begin(), links.end()}};
+}
 
 ControlFile load_control(const std::filesystem::path& file) { return ControlReader(file).read(); }
 

@@ -1,22 +1,15 @@
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 
+#include "counterpoint/engine/clocks.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/optimize/control.h"
 #include "counterpoint/engine/optimize/control/normal.h"
-#include "counterpoint/engine/optimize/newton/wall_clock.h"
 #include "counterpoint/engine/optimize/settle.h"
 #include "counterpoint/model/model_builder.h"
 
 namespace counterpoint::optimization {
 namespace {
-
-/// Processor time of this thread [s], which depends little on other load of the machine.
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// Seconds of a planner: processor time of one thread, or wall time of several.
 class Stopwatch {
@@ -25,21 +18,71 @@ class Stopwatch {
   double seconds() const { return now() - start_; }
 
  private:
-  double now() const { return wall_ ? optimization::seconds() : thread_seconds(); }
+  double now() const { return wall_ ? wall_seconds() : thread_seconds(); }
   bool wall_;
   double start_;
+};
+
+/// Judges the success tests of a run while it goes on.
+class Judge {
+ public:
+  explicit Judge(const ControlFile& control)
+      : control_(control), half_step_(0.5 * control.plant_step), seen_(control.success.size()) {}
+
+  void see(const State& state) {
+    for (std::size_t i = 0; i < seen_.size(); ++i) {
+      const SuccessTest& test = control_.success[i];
+      const double value = state.q[test.q_index];
+      if (test.always && state.time >= test.from)
+        seen_[i].error = std::max(seen_[i].error, test.error(value));
+      if (test.rate && !seen_[i].from && state.time >= test.from - half_step_)
+        seen_[i].from = {state.time, value};
+    }
+  }
+
+  void conclude(const State& end, ControlRun& run) const {
+    const bool finished = end.time > control_.duration - half_step_;
+    for (std::size_t i = 0; i < seen_.size(); ++i) {
+      const SuccessTest& test = control_.success[i];
+      const double value = end.q[test.q_index];
+      run.error.push_back(test.rate     ? rate_error(test, seen_[i], end.time, value)
+                          : test.always ? seen_[i].error
+                                        : test.error(value));
+      run.passed.push_back(finished && run.error.back() <= test.allowed());
+    }
+  }
+
+ private:
+  struct Seen {
+    double error = 0.0;                             ///< largest so far [m, rad]
+    std::optional<std::pair<double, double>> from;  ///< first time [s] and value
+  };
+
+  static double rate_error(const SuccessTest& test, const Seen& seen, double time, double value) {
+    if (!seen.from || !(time > seen.from->first)) return std::numeric_limits<double>::infinity();
+    return test.error((value - seen.from->second) / (time - seen.from->first));
+  }
+
+  const ControlFile& control_;
+  double half_step_;
+  std::vector<Seen> seen_;
 };
 
 class Loop {
  public:
   Loop(const ControlFile& control, const Scene& world, std::uint64_t seed,
-       const WorldErrors& errors)
+       const WorldErrors& errors, const ControlHooks& hooks)
       : control_(control),
         model_(*control.file.problem.model),
         errors_(errors),
+        hooks_(hooks),
+        judge_(control),
+        pushes_(push_columns(control)),
+        push_values_(VectorX::Zero(6 * static_cast<Eigen::Index>(pushes_.links.size()))),
         normal_(seed),
         planner_(control.file.problem, control.planner),
-        simulator_(scene_of(world, control.plant_step)) {
+        simulator_(scene_of(world, control.plant_step)),
+        dynamics_(simulator_.model()) {
     State state = simulator_.state();
     state.q = control.file.problem.start_q;
     state.v = control.file.problem.start_v;
@@ -56,19 +99,21 @@ class Loop {
     noise_.setZero(model_.nv());
   }
 
-  ControlRun run(const std::function<bool(double)>& keep_on) {
+  ControlRun run() {
     const long steps = std::lround(control_.duration / control_.plant_step);
+    judge_.see(simulator_.state());
     for (long i = 0; i < steps; ++i) {
-      if (keep_on && !keep_on(simulator_.state().time)) {
+      if (hooks_.keep_on && !hooks_.keep_on(simulator_.state().time)) {
         run_.stopped = true;
         break;
       }
       if (!step()) break;
+      judge_.see(simulator_.state());
     }
-    run_.states.push_back(simulator_.state());
+    run_.end = simulator_.state();
     if (!run_.replan_seconds.empty())
       run_.violation_mean /= static_cast<double>(run_.replan_seconds.size());
-    judge();
+    judge_.conclude(run_.end, run_);
     return std::move(run_);
   }
 
@@ -109,6 +154,7 @@ class Loop {
     const Stopwatch watch(control_.planner.threads);
     const ReplanReport report = planner_.replan(plan_from_.time, plan_from_.q, plan_from_.v);
     run_.replan_seconds.push_back(watch.seconds());
+    if (hooks_.replanned) hooks_.replanned(planner_, report, run_.replan_seconds.back());
     run_.violation_mean += report.violation.mean;
     run_.restarts += report.restarted;
     pending_ = false;
@@ -126,55 +172,53 @@ class Loop {
     }
     if (pending_ && (first || now >= plan_from_.time + errors_.delay - slack)) replan();
     planner_.force(now, control_.gains, q, v, force_);
-    Input& input = simulator_.input();
-    input.applied_force = force_;
-    input.wrenches.clear();
-    for (const Push& push : control_.pushes)
-      if (now >= push.start - slack && now < push.start + push.duration - slack)
-        input.wrenches.push_back(
-            {push.body, {Vector3::Zero(), push.force}, model_.body(push.body).inertia.center});
-    run_.states.push_back(simulator_.state());
-    run_.applied_force.push_back(force_);
-    const double before = thread_seconds();
+    simulator_.input().applied_force = force_;
+    push(now);
+    if (hooks_.step) before_ = simulator_.state();
+    const double start = thread_seconds();
     const StepReport report = simulator_.step();
-    run_.world_seconds += thread_seconds() - before;
-    if (!report.succeeded()) run_.fault = report.fault;
+    run_.world_seconds += thread_seconds() - start;
+    if (!report.succeeded()) {
+      run_.fault = report.fault;
+    } else if (hooks_.step) {
+      hooks_.step(before_, simulator_.input(), control_.plant_step, simulator_.state(), report);
+    }
     return report.succeeded();
   }
 
-  void judge() {
-    const double end = run_.states.back().time;
-    const bool finished = end > control_.duration - 0.5 * control_.plant_step;
-    for (const SuccessTest& test : control_.success) {
-      double error = 0.0;
-      if (test.rate) {
-        const State& last = run_.states.back();
-        const auto from = std::find_if(run_.states.begin(), run_.states.end(), [&](const State& s) {
-          return s.time >= test.from - 0.5 * control_.plant_step;
-        });
-        error = from == run_.states.end() || !(last.time > from->time)
-                    ? std::numeric_limits<double>::infinity()
-                    : test.error((last.q[test.q_index] - from->q[test.q_index]) /
-                                 (last.time - from->time));
-      } else if (test.always) {
-        for (const State& s : run_.states)
-          if (s.time >= test.from) error = std::max(error, test.error(s.q[test.q_index]));
-      } else {
-        error = test.error(run_.states.back().q[test.q_index]);
-      }
-      run_.error.push_back(error);
-      run_.passed.push_back(finished && error <= test.allowed());
+  /// Sets the wrenches on pushed links, about their origins as in a table of the run.
+  void push(double now) {
+    const double slack = 1e-3 * control_.plant_step;
+    push_values_.setZero();
+    for (const Push& push : control_.pushes) {
+      if (now < push.start - slack || now >= push.start + push.duration - slack) continue;
+      const auto column = std::find(pushes_.links.begin(), pushes_.links.end(), push.link);
+      const Model& world = simulator_.model();
+      const Frame& link = world.frames()[static_cast<std::size_t>(push.link)];
+      dynamics_.set_configuration(simulator_.state().q);
+      const Vector3 center = world.body(link.body).inertia.center - link.X_BF.translation;
+      const Matrix3 R_WB =
+          dynamics_.frame_pose(push.link).rotation * link.X_BF.rotation.transpose();
+      auto wrench = push_values_.segment<6>(6 * (column - pushes_.links.begin()));
+      wrench.head<3>() += push.force;
+      wrench.tail<3>() += (R_WB * center).cross(push.force);
     }
+    pushes_.set(simulator_.model(), push_values_, simulator_.input());
   }
 
   const ControlFile& control_;
   const Model& model_;
   WorldErrors errors_;
+  const ControlHooks& hooks_;
+  Judge judge_;
+  InputColumns pushes_;
+  VectorX push_values_;  ///< values of the columns
   NormalNumbers normal_;
   Planner planner_;
   Simulator simulator_;
+  Dynamics dynamics_;  ///< those of the world
   ControlRun run_;
-  State plan_from_;
+  State plan_from_, before_;
   VectorX measured_q_, measured_v_, force_, noise_;
   double next_replan_ = 0.0;
   bool pending_ = false;
@@ -212,8 +256,8 @@ Scene scaled_world(const Scene& scene, double mass_factor, double friction_facto
 }
 
 ControlRun run_control(const ControlFile& control, const Scene& world, std::uint64_t seed,
-                       const WorldErrors& errors, const std::function<bool(double)>& keep_on) {
-  return Loop(control, world, seed, errors).run(keep_on);
+                       const WorldErrors& errors, const ControlHooks& hooks) {
+  return Loop(control, world, seed, errors, hooks).run();
 }
 
 }  // namespace counterpoint::optimization

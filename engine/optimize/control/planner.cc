@@ -216,6 +216,8 @@ void Planner::forget() {
 
 const std::vector<VectorX>& Planner::frames() const { return impl_->frames; }
 
+double Planner::time() const { return impl_->time; }
+
 const Problem& Planner::problem() const { return impl_->problem; }
 
 void Planner::set_target(const std::string& term, const VectorX& target) {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "counterpoint/engine/clocks.h"
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/optimize/newton/wall_clock.h"
 #include "counterpoint/engine/optimize/settle.h"
 
 namespace counterpoint::optimization {
@@ -84,7 +84,7 @@ Continuing::Continuing(const Problem& problem, const std::vector<VectorX>& start
       settings_(&settings),
       newton_(problem, start, settings.threads),
       workspace_(*problem.model),
-      start_seconds_(seconds()),
+      start_seconds_(wall_seconds()),
       smoothing_(std::max(settings.continuation.resume_at.value_or(settings.continuation.start),
                           end_of(problem, settings))),
       last_good_(smoothing_),
@@ -139,7 +139,7 @@ Continuing::Next Continuing::minimize(double tolerance, int most_steps) {
     progress.cost = newton_.cost();
     progress.unactuated = newton_.unactuated();
     progress.violation = newton_.violation();
-    progress.seconds = seconds() - start_seconds_;
+    progress.seconds = wall_seconds() - start_seconds_;
     progress.step = step;
     history_.push_back(progress);
     ++stage_iterations_;
@@ -302,7 +302,7 @@ Result Continuing::result(Outcome outcome) const {
   out.iterations = static_cast<int>(history_.size());
   out.stages = stages_;
   out.refused_stages = refused_;
-  out.seconds = seconds() - start_seconds_;
+  out.seconds = wall_seconds() - start_seconds_;
   return out;
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/engine/optimize/newton/wall_clock.h"
+#include "counterpoint/engine/clocks.h"
 #include "counterpoint/model/special_values.h"
 
 namespace counterpoint::optimization {
@@ -156,9 +156,9 @@ double Newton::try_step(double bound, Iteration& iteration) {
 
 Iteration Newton::iterate() {
   Iteration iteration;
-  double start = seconds();
+  double start = wall_seconds();
   const auto lap = [&](double& sum) {
-    const double now = seconds();
+    const double now = wall_seconds();
     sum += now - start;
     start = now;
   };

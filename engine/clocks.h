@@ -1,10 +1,10 @@
-// Times of measurements.
+// Clocks to measure durations with; no result depends on them.
 #pragma once
 
 #include <chrono>
 #include <ctime>
 
-namespace counterpoint::apps {
+namespace counterpoint {
 
 /// Processor time of the calling thread [s], which depends little on other load of the machine.
 inline double thread_seconds() {
@@ -18,4 +18,4 @@ inline double wall_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-}  // namespace counterpoint::apps
+}  // namespace counterpoint
