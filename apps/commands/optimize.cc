@@ -9,6 +9,7 @@
 
 #include "command.h"
 #include "command_line/interrupt.h"
+#include "counterpoint/engine/optimize/feedback.h"
 #include "input/data_folder.h"
 #include "optimize/page.h"
 #include "optimize/run.h"
@@ -209,6 +210,7 @@ tasks::TaskList task_list(const OptimizeArguments& arguments, const opt::Problem
   list.count = arguments.starts;
   tasks::Fingerprint hash;
   hash.add_file(arguments.problem);
+  for (const auto& read : file.read_files) hash.add_file(read);
   hash.add_scene(*file.scene);
   if (!arguments.from.empty()) hash.add_file(arguments.from);
   hash.add(file.problem.steps);

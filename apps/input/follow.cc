@@ -8,7 +8,7 @@
 
 #include "command_line/command_line.h"
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/optimize/optimize.h"
+#include "counterpoint/engine/optimize/feedback.h"
 #include "input/motion.h"
 
 namespace counterpoint::apps {

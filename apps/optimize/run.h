@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "counterpoint/engine/optimize/feedback.h"
 #include "counterpoint/engine/optimize/optimize.h"
 #include "counterpoint/engine/trajectory.h"
 #include "report/report.h"

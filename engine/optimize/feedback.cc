@@ -1,3 +1,5 @@
+#include "counterpoint/engine/optimize/feedback.h"
+
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
@@ -6,7 +8,6 @@
 
 #include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/optimize/optimize.h"
 #include "counterpoint/engine/optimize/terms/evaluator.h"
 #include "counterpoint/engine/trajectory.h"
 

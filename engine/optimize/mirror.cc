@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/optimize/files/mirror_names.h"
 #include "counterpoint/engine/optimize/optimize.h"
 
 namespace counterpoint::optimization {
@@ -10,14 +11,6 @@ namespace {
 
 /// Tolerance for mirrored joint axes; larger differences mean that the model is not symmetric.
 constexpr double kAxisTolerance = 1e-3;
-
-std::string partner_name(const std::string& name, const std::string& left,
-                         const std::string& right) {
-  for (const auto& [from, to] : {std::pair(left, right), std::pair(right, left)})
-    if (const std::size_t at = name.find(from); at != std::string::npos)
-      return name.substr(0, at) + to + name.substr(at + from.size());
-  return name;
-}
 
 /// Mirrors a motion vector in y = 0: the angular part is a pseudovector, the linear part a vector.
 Motion mirrored(const Motion& m) {

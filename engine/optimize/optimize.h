@@ -72,6 +72,8 @@ struct FrameRange {
   int first = 0, last = -1;
 };
 
+class Reference;  // reference.h
+
 struct Term {
   Quantity quantity = Quantity::kConfiguration;
   std::string name;  ///< name in reports
@@ -80,6 +82,10 @@ struct Term {
   /// kConfiguration: if not empty (nv), the target is start_q (+) offset; entries without weight do
   /// not matter. A Planner counts it from the present state [m, rad].
   VectorX offset;
+  /// One target per frame 0 ... N, in place of `target`; kOrientation: unit quaternions w x y z.
+  std::vector<VectorX> targets;
+  /// Source of `targets`, which a Planner moves on with time; may be null.
+  std::shared_ptr<const Reference> reference;
   bool condition = false;  ///< the term must vanish (newton.h) instead of being weighed against the
                            ///< others
   FrameRange frames;
@@ -92,6 +98,10 @@ struct Term {
   /// Factor by which the weight grows as smoothing falls from kLateFrom to kLateTo, for terms that
   /// would block the search while contacts are forming.
   double late_weight = 1.0;
+
+  const VectorX& target_at(int frame) const {
+    return targets.empty() ? target : targets[static_cast<std::size_t>(frame)];
+  }
 };
 
 /// Range of smoothing [m] over which late weights grow.
@@ -113,12 +123,14 @@ struct Problem {
   SimulationOptions options;
   int steps = 0;  ///< N
   /// Frame t + N equals frame t after the mirror (if any) and a shift of every floating tree by
-  /// `displacement` [m]. Variables are frames 0 ... N - 1 if periodic, otherwise 1 ... N without
-  /// those fixed by a goal.
+  /// `displacement` [m]. Variables are frames 0 ... N - 1 if periodic, otherwise 1 ... N (-1 ... N
+  /// with a free start) without those fixed by a goal.
   bool periodic = false;
   Vector3 displacement = Vector3::Zero();
   std::optional<Mirror> mirror;
-  VectorX start_q, start_v;       ///< frame 0 and its velocity, if not periodic
+  VectorX start_q, start_v;  ///< frame 0 and its velocity, if not periodic
+  /// Frames 0 and -1 are variables, too: pose and velocity at the start are free.
+  bool free_start = false;
   std::optional<VectorX> goal_q;  ///< frame N; if absent, the end is free
   VectorX goal_v;                 ///< nv: velocity at frame N, used with goal_q
   /// Start and goal are standing poses: at each smoothing, their floating trees are raised or
@@ -263,6 +275,7 @@ Stage stage_at(const Problem& problem, const Settings& settings, double smoothin
 /// A problem read from a file, and the objects it refers to.
 struct ProblemFile {
   std::filesystem::path file, scene_file;
+  std::vector<std::filesystem::path> read_files;  ///< tables of targets
   std::string name;
   std::shared_ptr<const Scene> scene;  ///< owns the model of `problem`
   Problem problem;
@@ -338,59 +351,5 @@ class Verifier {
 /// several solutions, it then finds that of the plan.
 std::vector<RememberedForce> memory_of(const Model& model, const VectorX& q,
                                        const Inverse& inverse);
-
-// ---- Feedback along a motion: a correction of the planned forces for deviations of the state.
-//
-//   u = u_t - K_t x,    x = (q (-) q_t, v - v_t)
-//
-// K_t is the gain of the finite-horizon linear-quadratic regulator (Kwakernaak and Sivan, Linear
-// Optimal Control Systems, 1972, section 6.4) for x_{t+1} = A_t x_t + B_t du, with A and B from the
-// derivatives of the step (engine/derivatives.h).
-
-struct FeedbackSettings {
-  double position_weight = 1.0;  ///< weight of position deviations [1/rad, 1/m], squared in the
-                                 ///< cost
-  double velocity_weight = 0.1;  ///< weight of velocity deviations [s/rad, s/m]
-  double effort_weight = 1.0;  ///< weight of forces relative to their effort limit, or to 100 N, N
-                               ///< m
-  /// Smoothing [m] of the contacts in the linearization: with hard contacts the linear model is
-  /// valid only within their gaps.
-  double smoothing = 1e-4;
-  int cycles = 8;  ///< backward passes over a periodic motion, until the gains repeat
-};
-
-/// Feedback gains of a motion.
-struct Feedback {
-  std::vector<MatrixX> gains;
-  /// Number of steps without derivatives, whose gain is that of the following step.
-  int missing = 0;
-};
-
-/// Computes the gains: one nv x 2 nv matrix per step; rows without a motor are zero. @throws
-/// InputError as check_problem.
-Feedback compute_feedback(const Problem& problem, const Settings& settings, const Result& result,
-                          const FeedbackSettings& feedback);
-
-/// A periodic motion repeated for a number of cycles, with the problem's mirror and displacement:
-/// frames, velocities, forces and gains. A motion that is not periodic is copied once.
-struct RepeatedMotion {
-  std::vector<VectorX> q, v, applied_force;
-  std::vector<MatrixX> gains;
-};
-RepeatedMotion repeated(const Problem& problem, const Result& result, const Feedback* feedback,
-                        int cycles);
-
-/// Writes gains as CSV: one row per step and coordinate with a motor, with the columns step,
-/// v_index, and those of dq and dv.
-void write_feedback(const std::filesystem::path& file, const Model& model,
-                    const std::vector<MatrixX>& gains);
-/// Reads gains written by write_feedback. @throws InputError naming file, line and column.
-std::vector<MatrixX> read_feedback(const std::filesystem::path& file, const Model& model);
-
-/// Returns the feedback force at the state (q, v), within effort limits, from frame, velocity,
-/// force and gain of the plan (the gain may be empty).
-VectorX following_force(const Model& model, const VectorX& q_plan, const VectorX& v_plan,
-                        const VectorX& u_plan, const MatrixX& gain, const VectorX& q,
-                        const VectorX& v);
 
 }  // namespace counterpoint::optimization

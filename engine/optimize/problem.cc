@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "counterpoint/engine/optimize/optimize.h"
+#include "counterpoint/engine/optimize/reference.h"
 
 namespace counterpoint::optimization {
 namespace {
@@ -48,14 +48,23 @@ void check_size(const char* what, Eigen::Index found, Eigen::Index expected) {
         fmt::format("optimization: {} has {} entries, {} are expected", what, found, expected));
 }
 
-void check_term(const Model& model, const Term& term) {
+void check_term(const Model& model, const Term& term, int steps) {
   check_size((term.name + ": weight").c_str(), term.weight.size(), rows_of(model, term.quantity));
   if (term.target.size() > 0)
     check_size((term.name + ": target").c_str(), term.target.size(),
                term.quantity == Quantity::kConfiguration ? model.nq() : term.weight.size());
+  if (!term.targets.empty()) {
+    if (!may_follow(term.quantity))
+      throw InputError(term.name + ": this quantity has no targets over time");
+    check_size((term.name + ": targets").c_str(), static_cast<Eigen::Index>(term.targets.size()),
+               steps + 1);
+    for (const VectorX& target : term.targets)
+      check_size((term.name + ": target").c_str(), target.size(),
+                 target_size(model, term.quantity));
+  }
   if (term.offset.size() > 0)
     check_size((term.name + ": offset").c_str(), term.offset.size(), model.nv());
-  if (term.quantity == Quantity::kConfiguration && term.target.size() == 0)
+  if (term.quantity == Quantity::kConfiguration && term.target.size() == 0 && term.targets.empty())
     throw InputError(term.name + ": a configuration needs a target");
   if (term.body < 0 || term.body >= model.num_bodies())
     throw InputError(fmt::format("{}: there is no body {}", term.name, term.body));
@@ -158,6 +167,8 @@ void check_problem(const Problem& problem) {
     check_size("start_q", problem.start_q.size(), model.nq());
     check_size("start_v", problem.start_v.size(), model.nv());
   }
+  if (problem.periodic && problem.free_start)
+    throw InputError("optimization: a periodic motion has no start that could be free");
   if (problem.goal_q) {
     if (problem.periodic) throw InputError("optimization: a periodic motion has no goal");
     check_size("goal_q", problem.goal_q->size(), model.nq());
@@ -166,7 +177,7 @@ void check_problem(const Problem& problem) {
   if (problem.mirror && problem.displacement.y() != 0.0)
     throw InputError("optimization: a mirrored motion cannot be displaced along y");
   check_size("motors", static_cast<Eigen::Index>(problem.motors.size()), model.nv());
-  for (const Term& term : problem.terms) check_term(model, term);
+  for (const Term& term : problem.terms) check_term(model, term, problem.steps);
 }
 
 }  // namespace counterpoint::optimization

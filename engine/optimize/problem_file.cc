@@ -30,6 +30,7 @@ class ProblemReader {
   }
 
   ProblemFile read() {
+    TargetReader targets(out_.file.parent_path());
     Problem& problem = out_.problem;
     const Model& model = out_.scene->model;
     problem.model = &model;
@@ -42,12 +43,15 @@ class ProblemReader {
     read_ends();
     if (root_.has("periodic")) read_periodic(root_.at("periodic"));
     for (const YamlValue& entry : root_.at("terms").list())
-      for (Term& term : read_terms(entry, problem, start_, goal_))
+      for (Term& term : read_terms(entry, problem, start_, goal_, targets))
         problem.terms.push_back(std::move(term));
     bool pushed = false;
     for (const Term& term : problem.terms)
       pushed = pushed || term.quantity == Quantity::kUnactuatedForce;
     if (!pushed) problem.terms.push_back(unactuated_condition(model, problem.motors));
+    for (const auto& [target_file, table] : targets.tables())
+      out_.read_files.push_back(target_file);
+    set_targets(problem, 0.0);
     check_problem(problem);
     make_guess();
     return std::move(out_);
@@ -75,10 +79,11 @@ class ProblemReader {
     problem.start_v = VectorX::Zero(out_.scene->model.nv());
     if (root_.has("start")) {
       const YamlValue start = root_.at("start");
-      start.expect_map({"pose", "velocity", "stand"});
+      start.expect_map({"pose", "velocity", "stand", "fixed"});
       start_ = read_pose_of(start, start_);
       problem.start_v = read_velocity_of(start);
       problem.settle = start.has("stand") && start.at("stand").boolean();
+      problem.free_start = start.has("fixed") && !start.at("fixed").boolean();
     }
     if (problem.settle) start_ = standing(start_);
     problem.start_q = start_;
@@ -164,7 +169,8 @@ class ProblemReader {
         in.at(key).fail("smoothing has to fall: a number above 1 is expected");
   }
 
-  /// Guess: a straight line from start to goal, or along the displacement, plus waves.
+  /// Guess: targets of a configuration from a file, or a straight line from start to goal or along
+  /// the displacement; plus waves.
   void make_guess() {
     const Problem& problem = out_.problem;
     const Model& model = *problem.model;
@@ -174,6 +180,9 @@ class ProblemReader {
         if (model.body(i).joint_type == JointType::kFloating)
           end.segment<3>(model.body(i).q_index) += problem.displacement;
     out_.guess = straight_line(model, start_, end, problem.steps);
+    for (const Term& term : problem.terms)
+      if (term.quantity == Quantity::kConfiguration && !term.targets.empty())
+        out_.guess = term.targets;
     if (!root_.has("guess")) return;
     const YamlValue in = root_.at("guess");
     in.expect_map({"waves", "noise"});

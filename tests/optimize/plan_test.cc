@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/optimize/feedback.h"
 #include "counterpoint/engine/optimize/optimize.h"
 #include "counterpoint/engine/optimize/settle.h"
 #include "counterpoint/engine/optimize/terms/evaluator.h"

@@ -6,7 +6,7 @@
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/optimize/newton/newton.h"
-#include "counterpoint/engine/optimize/optimize.h"
+#include "counterpoint/engine/optimize/reference.h"
 #include "counterpoint/engine/optimize/terms/kinematic_terms.h"
 #include "support/paths.h"
 #include "support/random_model.h"
@@ -63,6 +63,19 @@ Term term_of(const Model& model, Quantity quantity, std::uint64_t seed) {
   return term;
 }
 
+/// Gives each frame a target of its own.
+void set_random_targets(const Start& start, Term& term) {
+  const Model& model = *start.problem.model;
+  for (int t = 0; t <= start.problem.steps; ++t) {
+    const auto seed = static_cast<std::uint64_t>(100 + t);
+    term.targets.push_back(test::random_vector(target_size(model, term.quantity), seed));
+    if (term.quantity == Quantity::kOrientation) term.targets.back().normalize();
+    if (term.quantity == Quantity::kConfiguration)
+      term.targets.back() = start.frames[static_cast<std::size_t>(5 - t)];
+    if (term.quantity == Quantity::kClearance) term.targets.back().array() += 100.0;
+  }
+}
+
 double cost_of(const Start& start, const Stage& stage, const MatrixX& step) {
   Newton newton(start.problem, start.frames, 1);
   newton.frames().move(step);
@@ -96,7 +109,8 @@ TEST(Terms, GradientsOfEveryQuantityOnARandomTree) {
   const Model model = test::make_random_model(4, shape);
   SimulationOptions options;
   options.mean_velocity_forces = false;
-  for (const bool periodic : {false, true}) {
+  for (const auto& [periodic, free_start] :
+       {std::pair(false, false), {true, false}, {false, true}}) {
     for (int q = 0; q <= static_cast<int>(Quantity::kContactForce); ++q) {
       const auto quantity = static_cast<Quantity>(q);
       // This tree has no limits, and touches nothing.
@@ -106,6 +120,8 @@ TEST(Terms, GradientsOfEveryQuantityOnARandomTree) {
       Start start = start_of(model, options, 5, periodic);
       start.problem.terms = {term_of(model, quantity, 11)};
       start.problem.terms[0].condition = q % 2 == 0;
+      start.problem.free_start = free_start;
+      if (free_start && may_follow(quantity)) set_random_targets(start, start.problem.terms[0]);
       Stage stage;
       stage.options = start.problem.options;
       stage.penalty = 3.0;

@@ -1,8 +1,9 @@
 // counterpoint.optimization: feedback along a motion, and repeated motions.
+#include "counterpoint/engine/optimize/feedback.h"
+
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include "counterpoint/engine/optimize/optimize.h"
 #include "objects/exceptions.h"
 #include "objects/properties.h"
 #include "optimization.h"

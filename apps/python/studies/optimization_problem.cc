@@ -2,6 +2,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "counterpoint/engine/optimize/reference.h"
 #include "objects/exceptions.h"
 #include "objects/typed.h"
 #include "optimization.h"
@@ -109,7 +110,7 @@ void add_term(ProblemHandle& p, const std::string& word, const py::object& weigh
               const py::object& target, const std::string& link, const Array& point,
               const PoseLike& orientation, const Array& axis, double radius, double length,
               std::pair<int, int> frames, std::optional<bool> condition, double late_weight,
-              const std::string& name) {
+              const std::string& name, const py::object& targets) {
   const auto quantity = opt::quantity_from_name(word);
   if (!quantity)
     throw py::value_error("quantity '" + word + "': expected one of " + opt::quantity_names());
@@ -131,6 +132,10 @@ void add_term(ProblemHandle& p, const std::string& word, const py::object& weigh
     term.target = vector_or(target, problem.start_q, "target");
   else if (!target.is_none() || *quantity == opt::Quantity::kClearance)
     term.target = by_row(model, *quantity, target.is_none() ? py::float_(0.0) : target, "target");
+  if (!targets.is_none())
+    for (const py::handle row : targets)
+      term.targets.push_back(
+          vector(py::cast<Array>(row), opt::target_size(model.model, *quantity), "targets"));
   term.point = vector3(point, "point");
   term.axis = vector3(axis, "axis").normalized();
   term.radius = radius;
@@ -244,6 +249,9 @@ late_weight : float
     The weight grows by this factor as smoothing falls.
 name : str
     In reports.
+targets : array_like, shape (steps + 1, rows), optional
+    Targets of frames 0 ... steps in place of `target`; configuration: rows of q; orientation: unit
+    quaternions w, x, y, z of the link's body.
 )";
 
 // Long: declarations of the members of a class.
@@ -262,7 +270,7 @@ void bind_problem(py::module_& o) {
            py::arg("axis") = py::make_tuple(0, 0, 1), py::arg("radius") = 0.0,
            py::arg("length") = 0.05, py::arg("frames") = std::pair(0, -1),
            py::arg("condition") = py::none(), py::arg("late_weight") = 1.0, py::arg("name") = "",
-           kTermDoc)
+           py::arg("targets") = py::none(), kTermDoc)
       .def_property_readonly(
           "name", [](const P& p) { return p.file.name; }, "The file's, or the scene's.")
       .def_readonly("scene", &P::scene,

@@ -6,6 +6,7 @@
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/optimize/control.h"
 #include "counterpoint/engine/optimize/newton/newton.h"
+#include "counterpoint/engine/optimize/reference.h"
 #include "counterpoint/engine/optimize/settle.h"
 
 namespace counterpoint::optimization {
@@ -26,8 +27,9 @@ Stage stage_of(const Problem& problem, const PlannerSettings& planner) {
 
 const Problem& checked(const Problem& problem) {
   check_problem(problem);
-  if (problem.periodic || problem.goal_q)
-    throw InputError("control: the problem must not be periodic, and its goal not fixed");
+  if (problem.periodic || problem.goal_q || problem.free_start)
+    throw InputError(
+        "control: the problem must not be periodic, its goal not fixed, and its start not free");
   return problem;
 }
 
@@ -134,7 +136,8 @@ struct Planner::Impl {
       if (term.quantity == Quantity::kUnactuatedForce) term.target = disturbance;
   }
 
-  void set_relative_targets() {
+  void move_targets(double now) {
+    set_targets(problem, now);
     for (Term& term : problem.terms)
       if (term.offset.size() > 0)
         integrate_configuration(model(), start, term.offset, 1.0, term.target);
@@ -194,7 +197,7 @@ ReplanReport Planner::replan(double time, const VectorX& q, const VectorX& v) {
     p.hold(p.start);
   }
   p.newton.frames().set_start(p.start, v);
-  p.set_relative_targets();
+  p.move_targets(time);
   p.iterate(p.planned ? p.settings.iterations : p.settings.first_iterations, report);
   const bool lost = !(report.violation.mean <= p.settings.lost_above);
   if (lost && p.planned && !p.lost) {

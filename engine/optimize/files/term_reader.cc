@@ -10,6 +10,10 @@
 namespace counterpoint::optimization {
 namespace {
 
+bool from_file(const YamlValue& in) {
+  return in.has("target") && TargetReader::is_from_file(in.at("target"));
+}
+
 FrameRange read_frames(const YamlValue& in, int steps) {
   if (in.is_text("last")) return {-1, -1};
   if (in.is_text("all")) return {};
@@ -74,7 +78,7 @@ void read_coordinate_target(const YamlValue& in, const Model& model, const Vecto
     integrate_configuration(model, start, term.offset, 1.0, term.target);
   } else if (term.quantity == Quantity::kConfiguration) {
     term.target = start;
-    if (!in.has("target") || in.at("target").is_text("start")) return;
+    if (!in.has("target") || in.at("target").is_text("start") || from_file(in)) return;
     const YamlValue target = in.at("target");
     if (target.is_text("goal")) {
       if (goal.size() == 0) target.fail("there is no goal in this file");
@@ -83,7 +87,7 @@ void read_coordinate_target(const YamlValue& in, const Model& model, const Vecto
     }
     if (!target.is_map()) target.fail("start, goal, or a map {coordinate: value} is expected");
     read_pose(target, model, term.target);
-  } else if (in.has("target")) {
+  } else if (in.has("target") && !from_file(in)) {
     term.target.setZero(model.nv());
     read_by_velocity(in.at("target"), model, term.target);
   }
@@ -143,7 +147,7 @@ std::vector<Term> read_body_terms(const YamlValue& in, const Model& model, const
 }  // namespace
 
 std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const VectorX& start,
-                             const VectorX& goal) {
+                             const VectorX& goal, TargetReader& targets) {
   const Model& model = *problem.model;
   in.expect_map({"quantity", "name", "weight", "over", "target", "ahead", "frames", "condition",
                  "lever", "link", "links", "point", "points", "radius", "length", "axis", "rpy",
@@ -168,12 +172,15 @@ std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const 
       if (in.has(key)) in.at(key).fail(quantity.text() + " is of coordinates, not of a link");
     read_coordinate_weights(in, model, problem.motors, term);
     read_coordinate_target(in, model, start, goal, term);
+    if (from_file(in))
+      term.reference = targets.read(in.at("target"), model, term, start, Matrix3::Identity());
     return {term};
   }
   const int rows = rows_of(model, term.quantity);
   read_vector(in, "weight", rows, 1.0, term.weight);
   if (in.has("over")) term.weight /= in.at("over").positive();
-  if (in.has("target") || term.quantity == Quantity::kClearance)
+  const bool follows = from_file(in);
+  if (!follows && (in.has("target") || term.quantity == Quantity::kClearance))
     read_vector(in, "target", rows, 0.0, term.target);
   if (in.has("radius")) term.radius = in.at("radius").number(0.0, 1e6);
   if (in.has("axis")) {
@@ -185,7 +192,14 @@ std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const 
     const Vector3 rpy = in.at("rpy").vector3();
     term.orientation = rotation_from_rpy(rpy.x(), rpy.y(), rpy.z());
   }
-  return read_body_terms(in, model, term);
+  std::vector<Term> terms = read_body_terms(in, model, term);
+  if (!follows) return terms;
+  if (terms.size() != 1)
+    in.at("target").fail("a target from a file is of one link and one point; write more terms");
+  // The orientation is that of the link, from which that of the body differs by X_BF.
+  terms[0].reference = targets.read(in.at("target"), model, terms[0], start,
+                                    terms[0].orientation.transpose() * term.orientation);
+  return terms;
 }
 
 }  // namespace counterpoint::optimization

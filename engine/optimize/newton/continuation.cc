@@ -92,8 +92,9 @@ Continuing::Continuing(const Problem& problem, const std::vector<VectorX>& start
 
 void Continuing::settle_ends() {
   if (!problem_->settle || problem_->periodic) return;
-  newton_.frames().set_start(
-      settled(*problem_->model, stage_.options, problem_->motors, problem_->start_q, workspace_));
+  if (!problem_->free_start)
+    newton_.frames().set_start(
+        settled(*problem_->model, stage_.options, problem_->motors, problem_->start_q, workspace_));
   if (problem_->goal_q)
     newton_.frames().set_goal(
         settled(*problem_->model, stage_.options, problem_->motors, *problem_->goal_q, workspace_));

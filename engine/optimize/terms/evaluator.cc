@@ -50,8 +50,8 @@ Layout::Layout(const Problem& problem) {
     const bool step = of_step(term.quantity);
     const int count = step ? problem.steps : instants;
     const auto resolved = [&](int frame) { return frame < 0 ? frame + count : frame; };
-    // Frame 0 is fixed unless the motion is periodic, so that its terms are constant.
-    const int least = step || problem.periodic ? 0 : 1;
+    // Terms of a frame 0 that is fixed are constant.
+    const int least = step || problem.periodic || problem.free_start ? 0 : 1;
     const int first = std::max(least, resolved(term.frames.first));
     const int last = std::min(count - 1, resolved(term.frames.last));
     for (int t = first; t <= last; ++t) {
@@ -100,6 +100,7 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
   const bool step = problem_->periodic || instant < problem_->steps;
   const int nv = model_->nv();
   gather(frames, instant, step);
+  instant_ = instant;
   restoring_ = stage.restoring;
   out.residual.setZero(layout.rows(instant));
   out.violation.setZero(layout.rows(instant));
@@ -159,9 +160,10 @@ void Evaluator::set_rows(const Term& term, const Span& span, double factor,
                          InstantValues& out) const {
   auto residual = out.residual.segment(span.first, span.rows);
   residual = value;
-  if (term.target.size() == span.rows && term.quantity != Quantity::kConfiguration &&
+  const VectorX& target = term.target_at(instant_);
+  if (target.size() == span.rows && term.quantity != Quantity::kConfiguration &&
       term.quantity != Quantity::kClearance)
-    residual -= term.target;
+    residual -= target;
   residual = residual.cwiseProduct(term.weight);
   if (!term.condition) {
     residual *= restoring_ ? 0.0 : factor;
@@ -196,7 +198,7 @@ void Evaluator::evaluate_coordinates(const Term& term, const Span& span, double 
   switch (term.quantity) {
     case Quantity::kConfiguration:
       value_.resize(model_->nv());
-      configuration_difference(*model_, term.target, q_, value_);
+      configuration_difference(*model_, term.target_at(instant_), q_, value_);
       differentiate_difference(value_, rotations_, by_target_, by_q_);
       maps[1] = &by_q_;
       break;
@@ -321,7 +323,7 @@ void Evaluator::evaluate_dense(const Term& term, const Span& span, const Stage& 
     if (derivatives) differentiate_angular_momentum();
     chained = true;
   } else {
-    evaluate_kinematic({*model_, problem_->h(), before_, at_}, term, scratch_,
+    evaluate_kinematic({*model_, problem_->h(), before_, at_, instant_}, term, scratch_,
                        {value, derivatives ? &by_before : nullptr, derivatives ? &by_at : nullptr});
   }
   set_rows(term, span, factor, multiplier, value, out);

@@ -76,6 +76,7 @@ class Evaluator {
   void set_rows(const Term& term, const Span& span, double factor, const VectorX& multiplier,
                 const VectorRef& value, InstantValues& out) const;
   bool restoring_ = false;
+  int instant_ = 0;
   void add_coordinate_rows(const VectorX& weight, const Span& span, const InstantValues& out,
                            const TangentMap* const (&maps)[3], NormalEquations& normal) const;
   void add_dense_rows(NormalEquations& normal);

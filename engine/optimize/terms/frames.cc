@@ -21,7 +21,14 @@ Frames::Frames(const Problem& problem, const std::vector<VectorX>& frames) : pro
     return;
   }
   const int fixed = problem.goal_q ? 2 : 0;
-  slots_.assign(frames.begin() + 1, frames.end() - fixed);
+  slots_.assign(frames.begin() + (problem.free_start ? 0 : 1), frames.end() - fixed);
+  first_ = problem.free_start ? -1 : 1;
+  if (problem.free_start) {  // frame -1 at the speed of the first step
+    VectorX back(problem.model->nv()), before = frames[0];
+    configuration_difference(*problem.model, frames[0], frames[1], back);
+    integrate_configuration(*problem.model, frames[0], back, -1.0, before);
+    slots_.insert(slots_.begin(), before);
+  }
   set_start(problem.start_q);
   if (problem.goal_q) set_goal(*problem.goal_q);
 }
@@ -39,7 +46,7 @@ void Frames::set_goal(const VectorX& q) {
 FrameSource Frames::source(int frame) const {
   const int n = problem_->steps;
   if (!problem_->periodic) {
-    const int slot = frame - 1;
+    const int slot = frame - first_;
     return {slot >= 0 && slot < num_slots() ? slot : -1, false};
   }
   if (frame >= 0 && frame < n) return {frame, false};

@@ -57,6 +57,7 @@ class Frames {
   void write_image(const VectorX& q, double sign, VectorX& out) const;
 
   const Problem* problem_;
+  int first_ = 0;  ///< frame of the first variable
   std::vector<VectorX> slots_;
   VectorX start_, before_start_;  ///< frames 0 and -1
   VectorX goal_, before_goal_;    ///< frames N and N - 1

@@ -81,7 +81,7 @@ void center_jacobian(const Model& model, BodyRange bodies, const Kinematics& dat
 /// the end and at the start; s.a, s.b: their Jacobians, if derivatives are wanted.
 void evaluate_sliding(const FramePoses& frames, const Term& term, const Vector3& x,
                       const Vector3& last, KinematicScratch& s, TermValue& out) {
-  const auto& [model, h, before, at] = frames;
+  const auto& [model, h, before, at, frame] = frames;
   const Vector3 z = Vector3::UnitZ();
   const Matrix3 turn = at.X_WB[term.body].rotation * before.X_WB[term.body].rotation.transpose();
   const Vector3 up = turn * z, slip = x - last - term.radius * (up - z);
@@ -101,7 +101,7 @@ void evaluate_sliding(const FramePoses& frames, const Term& term, const Vector3&
 
 void evaluate_point(const FramePoses& frames, const Term& term, KinematicScratch& s,
                     TermValue& out) {
-  const auto& [model, h, before, at] = frames;
+  const auto& [model, h, before, at, frame] = frames;
   const Vector3 x = point_position(at, term.body, term.point);
   const bool differs =
       term.quantity == Quantity::kPointVelocity || term.quantity == Quantity::kSliding;
@@ -121,7 +121,7 @@ void evaluate_point(const FramePoses& frames, const Term& term, KinematicScratch
       *out.by_before = -s.b / h;
       break;
     case Quantity::kClearance: {
-      const double height = x.z() - term.radius, short_of = term.target[0] - height;
+      const double height = x.z() - term.radius, short_of = term.target_at(frame)[0] - height;
       out.value[0] = std::max(0.0, short_of);
       if (!derivatives) break;
       out.by_at->setZero(1, model.nv());
@@ -133,12 +133,18 @@ void evaluate_point(const FramePoses& frames, const Term& term, KinematicScratch
   }
 }
 
+Matrix3 orientation_at(const Term& term, int frame) {
+  if (term.targets.empty()) return term.orientation;
+  const VectorX& q = term.targets[static_cast<std::size_t>(frame)];
+  return Quaternion(q[0], q[1], q[2], q[3]).toRotationMatrix();
+}
+
 void evaluate_turn(const FramePoses& frames, const Term& term, KinematicScratch& s,
                    TermValue& out) {
-  const auto& [model, h, before, at] = frames;
+  const auto& [model, h, before, at, frame] = frames;
   const Matrix3& R = at.X_WB[term.body].rotation;
   if (term.quantity == Quantity::kOrientation) {
-    const Matrix3 off = term.orientation.transpose() * R;
+    const Matrix3 off = orientation_at(term, frame).transpose() * R;
     const Vector3 r = quaternion_log(Quaternion(off));
     out.value = r;
     if (!out.derivatives()) return;
@@ -164,7 +170,7 @@ void evaluate_turn(const FramePoses& frames, const Term& term, KinematicScratch&
 
 void evaluate_center(const FramePoses& frames, const Term& term, KinematicScratch& s,
                      TermValue& out) {
-  const auto& [model, h, before, at] = frames;
+  const auto& [model, h, before, at, frame] = frames;
   const BodyRange bodies = bodies_of(model, term.body);
   const CenterOfMass now = center_of_mass(model, bodies, at);
   if (term.quantity == Quantity::kCenterOfMass) {

@@ -28,6 +28,7 @@ struct FramePoses {
   const Model& model;
   double h;
   const Data &before, &at;
+  int frame = 0;  ///< for targets by frame
 };
 
 /// A term's value (rows) and, unless null, its derivatives (rows x nv each) with respect to both
