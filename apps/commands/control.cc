@@ -12,6 +12,7 @@
 #include "command_line/interrupt.h"
 #include "input/data_folder.h"
 #include "measure/run_outputs.h"
+#include "optimize/plan_trace.h"
 #include "report/report.h"
 #include "view/view_option.h"
 
@@ -96,17 +97,24 @@ void fill_run(const opt::ControlFile& control, const opt::ControlRun& run, std::
 opt::ControlRun run_once(const ControlArguments& arguments, const opt::ControlFile& control,
                          const Scene& world, std::uint64_t seed) {
   RunOutputs outputs(arguments.output, arguments.view, world, opt::push_columns(control));
+  PlanTrace plans(control.interval);
   opt::ControlHooks hooks;
+  if (outputs.recorder)
+    hooks.replanned = [&](const opt::Planner& planner, const opt::ReplanReport& plan,
+                          double seconds) { plans.add(planner, plan, seconds); };
   hooks.keep_on = [](double) { return !Interrupt::wanted(); };
   if (outputs.any())
     hooks.step = [&](const State& before, const Input& input, double h, const State& after,
                      const StepReport& report) { outputs.step(before, input, h, after, report); };
   opt::ControlRun run = opt::run_control(control, world, seed, arguments.errors, hooks);
   if (outputs.writer) outputs.writer->write_end(run.end);
-  if (outputs.recorder)
-    view::write_replay(arguments.view.file(), world,
-                       {control.file.scene_file.string(), {arguments.problem, arguments.output}},
-                       outputs.recorder->finish(run.end));
+  if (outputs.recorder) {
+    view::Replay replay = view::make_replay(
+        world, {control.file.scene_file.string(), {arguments.problem, arguments.output}},
+        outputs.recorder->finish(run.end), plans.ghosts());
+    replay.curves = plans.curves(world.model, replay.clip);
+    view::write_whole(arguments.view.file(), view::replay_page(replay));
+  }
   return run;
 }
 

@@ -101,7 +101,9 @@ std::string replay_data(const Replay& replay) {
     out["contacts"] = pack_contacts(model, replay.clip, resolution);
   if (!replay.clip.closure_forces.empty())
     out["closure_forces"] = pack_closure_forces(model, replay.clip, resolution);
-  const std::vector<Curve> curves = curves_of(model, replay.clip, replay.ghosts);
+  std::vector<Curve> curves = replay.curves;
+  for (Curve& curve : curves_of(model, replay.clip, replay.ghosts))
+    curves.push_back(std::move(curve));
   out["curves"] = pack_curves(curves);
   out["shown_curves"] = first_groups(curves);
   out["inputs"] = pack_inputs(replay.inputs);

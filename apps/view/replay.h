@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "view/clip.h"
+#include "view/curves.h"
 #include "view/visuals.h"
 
 namespace counterpoint::view {
@@ -21,7 +22,8 @@ struct Replay {
   std::string title;
   const Scene* scene = nullptr;
   Clip clip;
-  std::vector<Clip> ghosts;  ///< other motions of the scene, shown one at a time
+  std::vector<Clip> ghosts;   ///< other motions of the scene, shown one at a time
+  std::vector<Curve> curves;  ///< shown before those of the motion, with a value per frame of it
   Visuals visuals;
   std::vector<std::pair<std::string, std::string>> made;  ///< keys and values on the replay's
                                                           ///< origin

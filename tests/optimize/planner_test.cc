@@ -90,7 +90,9 @@ TEST(Planner, ThePlanRestsBeyondItsEnd) {
   file.planner.first_iterations = 3;
   Planner planner(file.file.problem, file.planner);
   planner.replan(0.0, file.file.problem.start_q, file.file.problem.start_v);
-  VectorX q, v(file.file.problem.start_v.size()), u = v;
+  VectorX q, v, u;  // resized
+  planner.sample(0.06, q, v, u);
+  EXPECT_EQ(v.size(), file.file.problem.model->nv());
   planner.sample(100.0, q, v, u);
   EXPECT_EQ(q, planner.frames().back());
   EXPECT_TRUE(v.isZero(0.0));

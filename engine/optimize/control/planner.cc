@@ -242,10 +242,8 @@ void Planner::sample(double time, VectorX& q, VectorX& v, VectorX& force) const 
   const int step = std::min(k, p.last() - 1);
   force = p.newton.values()[static_cast<std::size_t>(step)].applied_force;
   q = p.frame(k);
-  if (k == p.last()) {
-    v.setZero(p.model().nv());
-    return;
-  }
+  v.setZero(p.model().nv());
+  if (k == p.last()) return;
   p.write_velocity(k, v);
   p.write_velocity(k + 1, p.difference);
   integrate_configuration(p.model(), p.frame(k), p.difference, (s - k) * p.problem.h(), q);
