@@ -26,13 +26,14 @@ void PlanTrace::add(const opt::Planner& planner, const opt::ReplanReport& report
     horizon_ = problem.steps * problem.h();
     for (std::size_t i = 0; i < problem.terms.size(); ++i) {
       const opt::Term& term = problem.terms[i];
-      if (term.quantity != opt::Quantity::kVelocity || term.target.size() == 0) continue;
-      for (Eigen::Index v = 0; v < term.target.size(); ++v)
+      if (term.quantity != opt::Quantity::kVelocity || term.target_at(0).size() == 0) continue;
+      for (Eigen::Index v = 0; v < term.target_at(0).size(); ++v)
         if (term.weight[v] > 0.0) speeds_.push_back({i, v});
     }
   }
   std::vector<double> commanded;
-  for (const Speed& speed : speeds_) commanded.push_back(problem.terms[speed.term].target[speed.v]);
+  for (const Speed& speed : speeds_)
+    commanded.push_back(problem.terms[speed.term].target_at(0)[speed.v]);
   plans_.push_back({planner.time(), report.cost, seconds, commanded});
   for (std::size_t i = 0; i < kShares.size(); ++i) {
     planner.sample(planner.time() + kShares[i] * horizon_, sample_.q, sample_.v, force_);

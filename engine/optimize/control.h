@@ -91,7 +91,8 @@ class Planner {
              VectorX& out);
   const Problem& problem() const;
   double time() const;  ///< time of frame 0 [s]
-  /// Changes the target of a term by its name, for commands such as a speed.
+  /// Changes the target of a term by its name, for commands such as a speed; it takes the place of
+  /// one that is relative to the state or comes from a file.
   /// @throws InputError if no term has this name, or sizes differ.
   void set_target(const std::string& term, const VectorX& target);
 
@@ -195,6 +196,10 @@ struct ControlHooks {
 /// Returns a copy of a scene with all masses and inertias, and all coefficients of friction,
 /// multiplied by factors.
 Scene scaled_world(const Scene& scene, double mass_factor, double friction_factor);
+
+/// Returns the plain start of a run (nq): that of the problem, settled on the contacts of the world
+/// if it stands.
+VectorX control_start(const ControlFile& control, const Scene& world);
 
 /// Runs the loop. world: a scene with the model's bodies and coordinates; its masses and materials
 /// may differ. seed: of the perturbed start and of noise; 0: the plain start.

@@ -88,8 +88,7 @@ Reference::Reference(const Model& model, Quantity quantity, const Samples& sampl
 /// Appends samples whose first one coincides with the last one so far.
 void Reference::append(const MatrixX& values, const std::vector<double>& time) {
   const Eigen::Index before = samples_.values.cols(), more = values.cols() - 1;
-  const VectorX shift =
-      moves_.cwiseProduct(samples_.values.rightCols<1>() - values.leftCols<1>());
+  const VectorX shift = moves_.cwiseProduct(samples_.values.rightCols<1>() - values.leftCols<1>());
   samples_.values.conservativeResize(Eigen::NoChange, before + more);
   samples_.values.rightCols(more) = values.rightCols(more).colwise() + shift;
   const double end = samples_.time.back();
@@ -107,8 +106,8 @@ void Reference::find_differences() {
   } else if (quantity_ == Quantity::kOrientation) {
     difference_.resize(3, count);
     for (Eigen::Index i = 0; i < count; ++i)
-      difference_.col(i) = quaternion_log(quaternion_of(x.col(i)).conjugate() *
-                                          quaternion_of(x.col(i + 1)));
+      difference_.col(i) =
+          quaternion_log(quaternion_of(x.col(i)).conjugate() * quaternion_of(x.col(i + 1)));
   } else {
     difference_ = x.rightCols(count) - x.leftCols(count);
   }

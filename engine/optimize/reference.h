@@ -51,8 +51,8 @@ class Reference {
   Playback playback_;
   Samples samples_;
   MatrixX difference_;  ///< from each sample to the next: rows of the tangent space x (times - 1)
-  VectorX moves_;       ///< 1 for rows that are positions in the world, which a loop moves on; else 0
-  VectorX advance_;     ///< distance of a cycle, one entry a row [m]
+  VectorX moves_;    ///< 1 for rows that are positions in the world, which a loop moves on; else 0
+  VectorX advance_;  ///< distance of a cycle, one entry a row [m]
 };
 
 /// Sets the targets of all terms with a reference to those of a motion that starts at `time` [s].

@@ -7,9 +7,9 @@
 namespace counterpoint::test::control_test {
 namespace {
 
-// A free base has no motor, so that nothing but the push and contacts moves it. The inverse takes the
-// push from the table and finds no other force, to 1e-8 of the largest force (it is exact to the
-// solver's 1e-10); without these columns it finds 60 N on the base, a tenth of that force.
+// A free base has no motor, so that nothing but the push and contacts moves it. The inverse takes
+// the push from the table and finds no other force, to 1e-8 of the largest force (it is exact to
+// the solver's 1e-10); without these columns it finds 60 N on the base, a tenth of that force.
 TEST(Control, ThePushIsInTheTableForTheInverse) {
   const CommandFolder folder("control_push");
   const CommandResult run = folder.run(

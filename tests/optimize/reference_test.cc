@@ -1,4 +1,6 @@
 // References: targets over time, from tables, and the problems and planners that follow them.
+#include "counterpoint/engine/optimize/reference.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -6,7 +8,6 @@
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/optimize/control.h"
-#include "counterpoint/engine/optimize/reference.h"
 #include "support/allocation_guard.h"
 #include "support/paths.h"
 #include "support/temp_folder.h"
@@ -78,11 +79,10 @@ constexpr const char* kSteps =
     "1,1,-0.1,0,1,0,0,0,11,3,0,21,-1,0\n";
 
 ProblemFile problem_with(const test::TempFolder& folder, const std::string& terms) {
-  folder.write("scene.yaml",
-               "models: [{name: ball, sphere: 0.1, mass: 1, position: [7, 8, 9]}]\n");
+  folder.write("scene.yaml", "models: [{name: ball, sphere: 0.1, mass: 1, position: [7, 8, 9]}]\n");
   folder.write("steps.csv", kSteps);
-  return load_problem(folder.write("p.yaml", "scene: scene.yaml\ntime_step: 0.5\nsteps: 6\n" +
-                                                 ("terms:\n" + terms)));
+  return load_problem(folder.write(
+      "p.yaml", "scene: scene.yaml\ntime_step: 0.5\nsteps: 6\n" + ("terms:\n" + terms)));
 }
 
 // Every other cycle is the mirror image in y = 0, where left and right change places.
@@ -195,8 +195,7 @@ TEST(Reference, AFreeStartFindsTheSpeedOfAThrow) {
              std::to_string(5.0 + speed * h * t - kStandardGravity * h * h * t * (t + 1) / 2.0) +
              "\n";
   folder.write("throw.csv", table);
-  folder.write("scene.yaml",
-               "models: [{name: ball, sphere: 0.1, mass: 1, position: [0, 0, 4]}]\n");
+  folder.write("scene.yaml", "models: [{name: ball, sphere: 0.1, mass: 1, position: [0, 0, 4]}]\n");
   const ProblemFile file = load_problem(folder.write(
       "p.yaml",
       "scene: scene.yaml\ntime_step: 0.05\nsteps: 8\nstart: {fixed: false}\nterms:\n  - {quantity: "

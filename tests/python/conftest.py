@@ -28,10 +28,10 @@ def command():
     if not path:
         pytest.skip("COUNTERPOINT_COMMAND is not set: no command to compare with")
 
-    def run(*arguments):
+    def run(*arguments, exit_code=0):
         words = [path, *map(str, arguments)]
         done = subprocess.run(words, capture_output=True, text=True, cwd=ROOT)
-        assert done.returncode == 0, done.stderr
+        assert done.returncode == exit_code, done.stderr
         return done.stdout
 
     return run

@@ -19,12 +19,13 @@ def test_an_example_runs(example, tmp_path):
     assert done.stdout.strip()
 
 
-def test_the_pages_first_lines_run(tmp_path):
-    """Runs the first code block of docs/guide/python.md and compares the output."""
+@pytest.mark.parametrize("page", ["python", "control"])
+def test_a_pages_first_lines_run(page):
+    """Runs the first Python block of a page of the guide and compares the output with the text block after it."""
     root = EXAMPLES.parents[2]
-    text = (root / "docs/guide/python.md").read_text()
+    text = (root / f"docs/guide/{page}.md").read_text()
     code = text.split("```python\n", 1)[1].split("```", 1)[0]
     done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    said = text.split("```text\n", 1)[1].split("```", 1)[0]
+    said = text.split("```python\n", 1)[1].split("```text\n", 1)[1].split("```", 1)[0]
     assert done.stdout == said

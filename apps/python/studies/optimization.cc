@@ -12,6 +12,7 @@ void bind_optimization(py::module_& m) {
   bind_optimization_problem(o);
   bind_optimization_result(o);
   bind_feedback(o);
+  bind_control(o);
 }
 
 }  // namespace counterpoint::python

@@ -22,14 +22,7 @@ std::vector<VectorX> straight_guess(const ProblemHandle& p) {
 }
 
 ProblemPtr load_problem(const std::filesystem::path& file, std::optional<int> steps) {
-  auto out = std::make_shared<ProblemHandle>();
-  out->file = reading(file, [&] { return opt::load_problem(file, steps); });
-  const Scene& scene = *out->file.scene;
-  out->scene = std::make_shared<SceneHandle>(
-      SceneHandle{scene.name, std::make_shared<ModelHandle>(scene.model), scene.q, scene.v,
-                  out->file.problem.options});
-  out->file.problem.model = &out->scene->model->model;
-  return out;
+  return handle_of(reading(file, [&] { return opt::load_problem(file, steps); }));
 }
 
 void set_passive(const std::vector<std::string>& joints, const Model& model,
@@ -71,28 +64,6 @@ ProblemPtr make_problem(const SceneHandle& scene, int steps, const py::object& s
   p.terms.push_back(opt::unactuated_condition(model, p.motors));
   opt::check_problem(p);
   out->file.guess = straight_guess(*out);
-  return out;
-}
-
-/// Values by row: one number for all, one per row, or by names of coordinates with zero for the
-/// others.
-VectorX by_row(const ModelHandle& model, opt::Quantity quantity, const py::object& given,
-               const char* name) {
-  const int rows = opt::rows_of(model.model, quantity);
-  if (py::isinstance<py::float_>(given) || py::isinstance<py::int_>(given))
-    return VectorX::Constant(rows, given.cast<double>());
-  if (!py::isinstance<py::dict>(given)) return vector(Array(given), rows, name);
-  if (!opt::of_coordinates(quantity))
-    throw py::type_error(std::string(name) + ": names are of coordinates; " +
-                         opt::quantity_name(quantity) + " has none");
-  VectorX out = VectorX::Zero(rows);
-  for (const auto& [key, value] : given.cast<py::dict>()) {
-    const auto place = model.coordinates->find(key.cast<std::string>());
-    if (place.kind == Coordinates::Kind::kPosition)
-      throw py::key_error(std::string(name) + ": '" + key.cast<std::string>() +
-                          "' is of q; rows are those of v and of forces");
-    out[place.index] = value.cast<double>();
-  }
   return out;
 }
 
@@ -340,6 +311,37 @@ FileNotFoundError
 )";
 
 }  // namespace
+
+VectorX by_row(const ModelHandle& model, opt::Quantity quantity, const py::object& given,
+               const char* name) {
+  const int rows = opt::rows_of(model.model, quantity);
+  if (py::isinstance<py::float_>(given) || py::isinstance<py::int_>(given))
+    return VectorX::Constant(rows, given.cast<double>());
+  if (!py::isinstance<py::dict>(given)) return vector(Array(given), rows, name);
+  if (!opt::of_coordinates(quantity))
+    throw py::type_error(std::string(name) + ": names are of coordinates; " +
+                         opt::quantity_name(quantity) + " has none");
+  VectorX out = VectorX::Zero(rows);
+  for (const auto& [key, value] : given.cast<py::dict>()) {
+    const auto place = model.coordinates->find(key.cast<std::string>());
+    if (place.kind == Coordinates::Kind::kPosition)
+      throw py::key_error(std::string(name) + ": '" + key.cast<std::string>() +
+                          "' is of q; rows are those of v and of forces");
+    out[place.index] = value.cast<double>();
+  }
+  return out;
+}
+
+ProblemPtr handle_of(opt::ProblemFile file) {
+  auto out = std::make_shared<ProblemHandle>();
+  out->file = std::move(file);
+  const Scene& scene = *out->file.scene;
+  out->scene = std::make_shared<SceneHandle>(
+      SceneHandle{scene.name, std::make_shared<ModelHandle>(scene.model), scene.q, scene.v,
+                  out->file.problem.options});
+  out->file.problem.model = &out->scene->model->model;
+  return out;
+}
 
 py::array rows_from(const std::vector<VectorX>& list, Eigen::Index width) {
   py::array_t<double> out({static_cast<py::ssize_t>(list.size()), width});

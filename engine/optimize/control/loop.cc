@@ -84,13 +84,8 @@ class Loop {
         simulator_(scene_of(world, control.plant_step)),
         dynamics_(simulator_.model()) {
     State state = simulator_.state();
-    state.q = control.file.problem.start_q;
+    state.q = control_start(control, simulator_.scene());
     state.v = control.file.problem.start_v;
-    if (control.file.problem.settle) {
-      Workspace workspace(simulator_.model());
-      state.q = settled(simulator_.model(), simulator_.options(), control.file.problem.motors,
-                        state.q, workspace);
-    }
     if (seed != 0) perturb(state);
     simulator_.set_state(state);
     measured_q_ = state.q;
@@ -216,7 +211,7 @@ class Loop {
   NormalNumbers normal_;
   Planner planner_;
   Simulator simulator_;
-  Dynamics dynamics_;  ///< those of the world
+  Dynamics dynamics_;  ///< for poses of the world's links
   ControlRun run_;
   State plan_from_, before_;
   VectorX measured_q_, measured_v_, force_, noise_;
@@ -253,6 +248,15 @@ Scene scaled_world(const Scene& scene, double mass_factor, double friction_facto
   Scene out = scene;
   out.model = editor.take();
   return out;
+}
+
+VectorX control_start(const ControlFile& control, const Scene& world) {
+  const Problem& problem = control.file.problem;
+  if (!problem.settle) return problem.start_q;
+  SimulationOptions options = world.options;
+  options.time_step = control.plant_step;
+  Workspace workspace(world.model);
+  return settled(world.model, options, problem.motors, problem.start_q, workspace);
 }
 
 ControlRun run_control(const ControlFile& control, const Scene& world, std::uint64_t seed,

@@ -56,9 +56,9 @@ class SampleReader {
   MatrixX coordinates(const VectorX& otherwise) const {
     const CoordinateNames names = coordinate_names(model_);
     const bool positions = term_.quantity == Quantity::kConfiguration;
-    const auto& own = positions                                     ? names.q
+    const auto& own = positions                                   ? names.q
                       : term_.quantity == Quantity::kAppliedForce ? names.force
-                                                                    : names.v;
+                                                                  : names.v;
     const std::map<std::string, std::string> given = given_columns(own);
     MatrixX out(otherwise.size(), static_cast<Eigen::Index>(time_.size()));
     for (int b = 1; b < model_.num_bodies(); ++b) {
@@ -70,9 +70,9 @@ class SampleReader {
         const std::string& name = own[static_cast<std::size_t>(i)];
         const auto entry = given.find(name);
         const std::string& theirs = entry == given.end() ? name : entry->second;
-        const bool needed = entry != given.end() ||
-                            (count == weights.size() ? weights[i - first] != 0.0
-                                                     : is_needed(weights, i - first));
+        const bool needed =
+            entry != given.end() ||
+            (count == weights.size() ? weights[i - first] != 0.0 : is_needed(weights, i - first));
         if (needed || table_.find_column(theirs) >= 0) {
           fill(theirs, out.row(i));
         } else {
@@ -119,7 +119,8 @@ class SampleReader {
     }
   }
 
-  void fill(const std::string& name, Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> out) const {
+  void fill(const std::string& name,
+            Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> out) const {
     const int index = column(name);
     for (int row = 0; row < table_.num_rows(); ++row) out[row] = table_.value(row, index);
   }
@@ -191,8 +192,7 @@ MatrixX mirrored_coordinates(const YamlValue& in, const Model& model, const Side
 void turn(const Matrix3& link, MatrixX& quaternions) {
   const Quaternion to_body = Quaternion(link).conjugate();
   for (auto column : quaternions.colwise()) {
-    const Quaternion turned =
-        Quaternion(column[0], column[1], column[2], column[3]) * to_body;
+    const Quaternion turned = Quaternion(column[0], column[1], column[2], column[3]) * to_body;
     column << turned.w(), turned.x(), turned.y(), turned.z();
   }
 }
