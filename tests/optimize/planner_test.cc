@@ -106,6 +106,12 @@ TEST(Planner, TermsAreCommandedByName) {
   EXPECT_THROW(planner.set_target("velocity of light", target), InputError);
   target.resize(1);
   EXPECT_THROW(planner.set_target("speed", target), InputError);
+  // A term without a target in the file, which is then zero, is commanded as well.
+  ControlFile stand = bundled("humanoid_stand");
+  Planner standing(stand.file.problem, stand.planner);
+  target.setConstant(stand.file.problem.model->nv(), 0.1);
+  standing.set_target("speed", target);
+  EXPECT_EQ(standing.problem().terms[4].target, target);
 }
 
 // A free ball of 1 kg is pulled by 2 N, of which the plan knows nothing: at first it predicts rest,

@@ -226,10 +226,16 @@ const Problem& Planner::problem() const { return impl_->problem; }
 void Planner::set_target(const std::string& term, const VectorX& target) {
   for (Term& known : impl_->problem.terms) {
     if (known.name != term) continue;
-    if (known.target.size() != target.size())
+    if (known.quantity == Quantity::kOrientation)
+      throw InputError(fmt::format("control: '{}' is an orientation, not a target", term));
+    const int size = target_size(impl_->model(), known.quantity);
+    if (target.size() != size)
       throw InputError(fmt::format("control: the target of '{}' has {} entries, {} are given", term,
-                                   known.target.size(), target.size()));
+                                   size, target.size()));
     known.target = target;
+    known.offset.resize(0);
+    known.targets.clear();
+    known.reference.reset();
     return;
   }
   throw InputError(fmt::format("control: the problem has no term '{}'", term));
