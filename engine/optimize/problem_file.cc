@@ -148,7 +148,8 @@ class ProblemReader {
     const YamlValue in = root_.at("continuation");
     in.expect_map({"start", "end", "factor", "max_factor", "extrapolate", "hard_factor",
                    "compliance_per_metre", "margin_per_smoothing", "quick_recovery_above",
-                   "limits_below", "penalty_start", "penalty_end", "rounds", "multiplier_limit"});
+                   "limits_below", "penalty_start", "penalty_end", "rounds", "multiplier_limit",
+                   "contact_damping"});
     Continuation& c = settings.continuation;
     read_positive(in, "start", c.start);
     if (in.has("end")) c.end = in.at("end").positive();
@@ -163,6 +164,7 @@ class ProblemReader {
     read_positive(in, "penalty_start", c.penalty_start);
     read_positive(in, "penalty_end", c.penalty_end);
     read_positive(in, "multiplier_limit", c.multiplier_limit);
+    read_positive(in, "contact_damping", c.contact_damping);
     if (in.has("rounds")) c.rounds = in.at("rounds").integer(1, 1000);
     for (const char* key : {"factor", "max_factor", "hard_factor"})
       if (in.has(key) && !(in.at(key).number() > 1.0))

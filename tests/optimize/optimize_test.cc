@@ -62,21 +62,26 @@ Result solve(const char* file, int threads, double smoothing, ProblemFile& probl
   return optimize(problem.problem, seeded_guess(problem, seed), settings);
 }
 
-/// Solves from the guess, then from random starts until one converges; at most `starts` in all.
-void expect_plan(const char* file, std::uint64_t starts = 1) {
+/// Solves a bundled problem down to its own last smoothing from the guess, then from random starts until one converges; at most `starts` in all.
+Result expect_plan(const char* file, std::uint64_t starts = 1) {
   ProblemFile problem;
   Result result = solve(file, 2, 0.0, problem);
   for (std::uint64_t seed = 1; seed < starts && result.outcome != Outcome::kConverged; ++seed)
     result = solve(file, 2, 0.0, problem, seed);
   EXPECT_EQ(result.outcome, Outcome::kConverged) << file;
-  EXPECT_EQ(result.options.contact, problem.problem.options.contact) << file;
-  const Verification found = verify(*problem.problem.model, problem.problem.options,
-                                    problem.problem.motors, result.q, result.v.front());
+  const double end =
+      problem.settings.continuation.end.value_or(problem.problem.options.contact.smoothing);
+  EXPECT_EQ(result.options.contact,
+            stage_at(problem.problem, problem.settings, end).options.contact)
+      << file;
+  const Verification found = verify(*problem.problem.model, result.options, problem.problem.motors,
+                                    result.q, result.v.front());
   EXPECT_LE(found.unactuated_max, 1e-3) << file;
   EXPECT_LE(found.overlap_max, 1e-4) << file;
   EXPECT_LE(found.cone_violation_max, 1e-9) << file;  // round-off of forces, relative to the weight
   EXPECT_LE(found.forward_check_max, kForward) << file;
   EXPECT_EQ(found.forward_failures, 0) << file;
+  return result;
 }
 
 TEST(Optimize, AcrobotSwingsUp) { expect_plan("acrobot.yaml"); }
@@ -84,6 +89,32 @@ TEST(Optimize, HopperHops) { expect_plan("hopper.yaml"); }
 TEST(Optimize, FingerTurnsAWheel) { expect_plan("spinner.yaml"); }
 // Two thirds of the starts converge (docs/measurements/optimization.md); round-off decides which.
 TEST(Optimize, FingerPushesABoxOverIce) { expect_plan("push_box.yaml", 4); }
+TEST(Optimize, FingerPushesABoxOverARoughFloor) { expect_plan("rough_box.yaml", 2); }
+TEST(Optimize, QuadrupedGetsUpFromItsBelly) {
+  const Result result = expect_plan("quadruped_up.yaml", 2);
+  EXPECT_LT(result.q.front()[2], 0.065);  // half the height of the trunk is 0.06 m
+  EXPECT_GT(result.q.back()[2], 0.3);
+}
+
+// While nothing touches the ground, gravity and inertia alone move the body: there is a step
+// without contact force. At 2 m/s a walk of the same stride exists, which has none.
+TEST(Optimize, HumanoidRunsWithAFlightPhase) {
+  const Result result = expect_plan("humanoid_run.yaml", 2);
+  const ProblemFile file = load_problem(kProblems / "humanoid_run.yaml");
+  const Model& model = *file.problem.model;
+  Workspace workspace(model);
+  Inverse inverse;
+  int in_flight = 0;
+  for (std::size_t t = 0; t + 1 < result.q.size(); ++t) {
+    step_inverse(model, result.options, result.q[t], result.v[t], result.v[t + 1], workspace,
+                 inverse);
+    double load = 0.0;
+    for (const ContactForce& contact : inverse.contacts) load += contact.force.norm();
+    in_flight += load < 1e-9 * scene_weight(model) ? 1 : 0;
+  }
+  EXPECT_GE(in_flight, 1);
+  EXPECT_LT(in_flight, 5);  // it lands within the 10 steps
+}
 TEST(Optimize, ArmRollsABall) { expect_plan("roll_ball.yaml", 4); }
 
 TEST(Optimize, SameBitsWhateverTheThreads) {

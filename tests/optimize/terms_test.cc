@@ -213,5 +213,62 @@ TEST(Terms, ContactForceOfABallOnTheGround) {
   expect_gradient(start, stage, "contact force");
 }
 
+// Damping by contacts is the sum of squared relative changes of normal forces with the next frame.
+TEST(Terms, ContactDampingIsTheRelativeChangeOfForces) {
+  const std::filesystem::path scenes =
+      std::filesystem::path(test::source_dir()) / "data/scenes/optimize/scenes";
+  const Scene scene = load_scene(scenes / "rough_box.yaml");
+  const Model& model = scene.model;
+  Start start = start_of(model, scene.options, 4, false);
+  for (std::size_t t = 0; t < start.frames.size(); ++t) {
+    start.frames[t] = scene.q;
+    start.frames[t][2] += 0.5;  // the finger is far above the floor; only the box touches
+    integrate_configuration(model, start.frames[t], test::random_vector(model.nv(), t), 1e-4,
+                            start.frames[t]);
+  }
+  start.problem.terms = {unactuated_condition(model, start.problem.motors)};
+  Stage stage;
+  stage.options = start.problem.options;
+  stage.options.contact.smoothing = 1e-3;
+  stage.options.contact.compliance = 1e-2;
+  stage.penalty = 30.0;
+  stage.contact_damping = 5.0;
+  const Layout layout(start.problem);
+  const Frames frames(start.problem, start.frames);
+  Evaluator evaluator(start.problem);
+  InstantValues values;
+  NormalEquations normal;
+  evaluator.evaluate(layout, frames, stage, 2, VectorX::Zero(layout.rows(2)), values, &normal);
+
+  const double h = start.problem.h(), step = 1e-6;
+  VectorX v(model.nv()), w(model.nv());
+  configuration_difference(model, frames.at(1), frames.at(2), v);
+  configuration_difference(model, frames.at(2), frames.at(3), w);
+  Workspace workspace(model);
+  const auto inverse_at = [&](Eigen::Index j, double change) {
+    VectorX w_changed = w / h;
+    w_changed[j] += change;
+    Inverse inverse;
+    step_inverse(model, stage.options, frames.at(2), v / h, w_changed, workspace, inverse);
+    return inverse.contacts;
+  };
+  const std::size_t contacts = inverse_at(0, 0.0).size();
+  EXPECT_EQ(contacts, 4u);
+  MatrixX slopes(contacts, model.nv());
+  for (Eigen::Index j = 0; j < model.nv(); ++j) {
+    const auto low = inverse_at(j, -step), high = inverse_at(j, step);
+    for (std::size_t i = 0; i < contacts; ++i)
+      slopes(static_cast<Eigen::Index>(i), j) =
+          std::log(high[i].force.dot(high[i].contact.normal) /
+                   low[i].force.dot(low[i].contact.normal)) /
+          (2.0 * step * h);
+  }
+  const MatrixX expected =
+      stage.contact_damping * stage.penalty * slopes.transpose() * slopes;
+  // The smoothing fades with the gap, by 1e-5 of it at gaps of 0.3 mm.
+  EXPECT_LT((normal.metric - expected).cwiseAbs().maxCoeff(),
+            1e-4 * expected.cwiseAbs().maxCoeff());
+}
+
 }  // namespace
 }  // namespace counterpoint::optimization::terms_test

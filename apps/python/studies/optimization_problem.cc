@@ -149,7 +149,9 @@ void bind_optimization_settings(py::module_& o) {
       .def_readwrite("penalty_end", &C::penalty_end, "Of conditions, from 1e-6 m on.")
       .def_readwrite("rounds", &C::rounds, "Of minimization and multipliers, a stage.")
       .def_readwrite("multiplier_limit", &C::multiplier_limit,
-                     "Multipliers move only where conditions are this near.");
+                     "Multipliers move only where conditions are this near.")
+      .def_readwrite("contact_damping", &C::contact_damping,
+                     "Weight of relative changes of contact forces in the damping; 0: none.");
   using S = opt::Settings;
   py::class_<S>(o, "Settings", "How a motion is looked for.")
       .def(py::init<>())

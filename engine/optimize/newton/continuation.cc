@@ -51,6 +51,7 @@ Stage stage_at(const Problem& problem, const Settings& settings, double smoothin
   const Continuation& c = settings.continuation;
   Stage stage;
   stage.derivatives = settings.derivatives;
+  stage.contact_damping = settings.continuation.contact_damping;
   stage.options = problem.options;
   stage.options.push_deep = true;
   ContactOptions& contact = stage.options.contact;

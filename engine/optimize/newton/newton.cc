@@ -96,6 +96,18 @@ void Newton::assemble() {
     shift_.col(i) = system_.block(i, i).diagonal().cwiseMax(kLeastDiagonal);
 }
 
+/// Adds `scale` times B to the system.
+void Newton::add_metric(double scale) {
+  for (int t = 0; t < problem_->steps; ++t) {
+    const FrameSource next = frames_.source(t + 1);
+    if (next.slot < 0) continue;
+    const Mirror* mirror = next.mirrored ? &*problem_->mirror : nullptr;
+    metric_ = scale * normal_[static_cast<std::size_t>(t)].metric;
+    add_block(metric_, problem_->model->nv(), 0, 0, mirror, mirror,
+              system_.block(next.slot, next.slot));
+  }
+}
+
 void Newton::add_to_system(int instant) {
   const int nv = problem_->model->nv();
   NormalEquations& normal = normal_[static_cast<std::size_t>(instant)];
@@ -164,8 +176,11 @@ Iteration Newton::iterate() {
   };
   linearize();
   lap(iteration.linearize_seconds);
+  double added = 0.0;  // mu of the B that is in the system
   while (iteration.trials < Damping::kMaxTrials && !iteration.accepted) {
     ++iteration.trials;
+    if (stage_.contact_damping > 0.0) add_metric(damping_.value() - added);
+    added = damping_.value();
     const bool factored = system_.factor(damping_.value(), shift_, pool_);
     if (factored) {
       step_ = -gradient_;

@@ -1,8 +1,11 @@
 // Gauss-Newton with Levenberg-Marquardt damping on the frames of a motion, at one stage of the
 // continuation; conditions are imposed by an augmented Lagrangian.
 //
-//   (J'J + mu D) step = -J'r,   D = diag J'J
+//   (J'J + mu (D + B)) step = -J'r,   D = diag J'J
 //
+// B is zero, or with Continuation::contact_damping penalizes relative changes of contact forces. A
+// contact with little load has small slopes, and steps within D cross its gap, where its force
+// grows by orders of magnitude.
 // mu follows the ratio of actual to predicted decrease (Nielsen, "Damping parameter in Marquardt's
 // method", 1999). A condition c = 0 adds rho / 2 |c + lambda|^2 to the cost; near
 // feasibility lambda += c (Hestenes 1969, Powell 1969). lambda is the multiplier over rho.
@@ -63,6 +66,7 @@ class Newton {
   static double cost_of(const std::vector<InstantValues>& values);
   void assemble();
   void add_to_system(int instant);
+  void add_metric(double scale);
   double try_step(double bound, Iteration& iteration);
 
   const Problem* problem_;
@@ -76,6 +80,7 @@ class Newton {
   std::vector<VectorX> multipliers_;                    ///< one per instant: lambda by row
   BlockCholesky system_;
   MatrixX gradient_, shift_, step_;  ///< nv x slots
+  MatrixX metric_;                   ///< nv x nv
   std::vector<VectorX> kept_;        ///< the variables before a trial
   double cost_ = 0.0;
   Damping damping_;

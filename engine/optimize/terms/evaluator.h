@@ -18,6 +18,7 @@ struct Stage {
   /// Restoration: only conditions have residuals, without multipliers. Other terms stay in the
   /// Gauss-Newton matrix as a metric, so that steps towards feasibility are cheapest in it.
   bool restoring = false;
+  double contact_damping = 0.0;  ///< Continuation::contact_damping
   DerivativeMethod derivatives = DerivativeMethod::kAnalytic;
 };
 
@@ -52,6 +53,9 @@ struct InstantValues {
 struct NormalEquations {
   MatrixX gram;      ///< 3 nv x 3 nv, lower triangle
   VectorX gradient;  ///< 3 nv
+  /// nv x nv, for the frame after it: contact_damping penalty sum of (dlog f / dq)^2 over contacts
+  /// with the normal force f; empty without contact_damping.
+  MatrixX metric;
 };
 
 class Evaluator {
@@ -72,6 +76,7 @@ class Evaluator {
                       const VectorX& multiplier, InstantValues& out, bool derivatives);
   void differentiate_contact_force(const Term& term, const Stage& stage);
   void differentiate_angular_momentum();
+  void find_metric(const Stage& stage, MatrixX& out);
   Vector3 contact_force(const Term& term) const;
   void set_rows(const Term& term, const Span& span, double factor, const VectorX& multiplier,
                 const VectorRef& value, InstantValues& out) const;
