@@ -54,7 +54,7 @@ class ControlReader {
     const YamlValue in = root_.at("control");
     in.expect_map({"smoothing", "compliance_per_metre", "margin_per_smoothing", "penalty",
                    "iterations", "most_iterations", "least_decrease", "first_iterations",
-                   "least_damping", "lost_above", "disturbance_time", "replan_interval",
+                   "least_damping", "lost_above", "disturbance_time", "contact_damping", "replan_interval",
                    "world_step", "duration", "feedback", "perturbation", "pushes", "success",
                    "world"});
     read_world(in);
@@ -92,6 +92,7 @@ class ControlReader {
     read_positive(in, "least_damping", planner.least_damping);
     read_positive(in, "lost_above", planner.lost_above);
     read_positive(in, "least_decrease", planner.least_decrease);
+    read_positive(in, "contact_damping", planner.contact_damping);
     read_positive(in, "disturbance_time", planner.disturbance_time);
     if (in.has("iterations")) planner.iterations = in.at("iterations").integer(1, 1000);
     if (in.has("most_iterations"))

@@ -22,6 +22,7 @@ Stage stage_of(const Problem& problem, const PlannerSettings& planner) {
   settings.continuation.margin_per_smoothing = planner.margin_per_smoothing;
   Stage stage = stage_at(problem, settings, planner.smoothing);
   stage.penalty = planner.penalty;
+  stage.contact_damping = planner.contact_damping;
   return stage;
 }
 
