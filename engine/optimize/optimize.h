@@ -205,8 +205,8 @@ struct Continuation {
   double limits_below = 1e-4;  ///< joint limits act at and below this smoothing [m]
   double penalty_start = 10.0, penalty_end = 1e4;  ///< penalties of conditions at the first
                                                    ///< smoothing and below 1e-6 m
-  /// Weight of relative changes of contact forces in the damping (newton.h), for bodies that are
-  /// pushed and tilt under light contacts: 0 none, 100 usual.
+  /// Weight of relative changes of contact forces in the damping (newton.h), for bodies that tilt
+  /// over light contacts: 0 none, 50 usual.
   double contact_damping = 0.0;
   int rounds = 2;                  ///< rounds of minimization and multiplier update per stage
   double multiplier_limit = 0.03;  ///< multipliers are updated only if all violations are below

@@ -62,7 +62,8 @@ Result solve(const char* file, int threads, double smoothing, ProblemFile& probl
   return optimize(problem.problem, seeded_guess(problem, seed), settings);
 }
 
-/// Solves a bundled problem down to its own last smoothing from the guess, then from random starts until one converges; at most `starts` in all.
+/// Solves a bundled problem down to its own last smoothing from the guess, then from random starts
+/// until one converges; at most `starts` in all.
 Result expect_plan(const char* file, std::uint64_t starts = 1) {
   ProblemFile problem;
   Result result = solve(file, 2, 0.0, problem);

@@ -306,31 +306,6 @@ Vector3 Evaluator::contact_force(const Term& term) const {
   return sum;
 }
 
-void Evaluator::find_metric(const Stage& stage, MatrixX& out) {
-  const double h = problem_->h();
-  const ContactOptions& options = stage.options.contact;
-  // Normal forces obey f = (-y + sqrt(y^2 + 4 k r)) / 2 r, y the gap at the end of the step over h,
-  // and k r = smoothing g compliance (contact_law.h), so that dlog f / dy = -1 / sqrt(y^2 + 4 k r).
-  const double least = 4.0 * h * h * options.smoothing * kStandardGravity * options.compliance;
-  out.setZero(model_->nv(), model_->nv());
-  compute_poses(*model_, q_, at_);
-  for (const ContactForce& force : inverse_.contacts) {
-    const collision::Candidate& contact = force.contact;
-    if (!(force.force.dot(contact.normal) > 0.0)) continue;
-    const auto jacobian = [&](int geometry, MatrixX& J) {
-      point_jacobian(*model_, at_, model_->geometries()[static_cast<std::size_t>(geometry)].body,
-                     contact.position, J);
-    };
-    jacobian(contact.geometry_a, scratch_.a);
-    jacobian(contact.geometry_b, scratch_.b);
-    scratch_.b -= scratch_.a;
-    value_.noalias() = scratch_.b.transpose() * contact.normal;
-    const double gap = contact.gap + h * value_.dot(w_);
-    weight_ = stage.contact_damping * stage.penalty / (gap * gap + least) * value_;
-    out.noalias() += weight_ * value_.transpose();
-  }
-}
-
 void Evaluator::evaluate_dense(const Term& term, const Span& span, const Stage& stage,
                                double factor, const VectorX& multiplier, InstantValues& out,
                                bool derivatives) {
