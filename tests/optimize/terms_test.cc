@@ -216,8 +216,8 @@ TEST(Terms, ContactForceOfABallOnTheGround) {
 // Damping by contacts is the sum of squared relative changes of normal forces with the next frame.
 TEST(Terms, ContactDampingIsTheRelativeChangeOfForces) {
   const std::filesystem::path scenes =
-      std::filesystem::path(test::source_dir()) / "data/scenes/optimize/scenes";
-  const Scene scene = load_scene(scenes / "rough_box.yaml");
+      std::filesystem::path(test::source_dir()) / "data/scenes/control/scenes";
+  const Scene scene = load_scene(scenes / "push_box.yaml");
   const Model& model = scene.model;
   Start start = start_of(model, scene.options, 4, false);
   for (std::size_t t = 0; t < start.frames.size(); ++t) {
