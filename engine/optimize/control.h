@@ -44,9 +44,9 @@ struct PlannerSettings {
   /// Time constant [s] of the estimate of a force that acts where there is no motor and that the
   /// plan does not know, such as friction that smoothed contacts lack; 0: no estimate.
   double disturbance_time = 0.0;
-  int threads = 1;              ///< 0: one per core; the plan does not depend on it
-  double contact_damping = 0.0;      ///< see Continuation
-  double least_damping = 1e-6;  ///< relative to the diagonal, kept from replan to replan
+  int threads = 1;               ///< 0: one per core; the plan does not depend on it
+  double contact_damping = 0.0;  ///< see Continuation
+  double least_damping = 1e-6;   ///< relative to the diagonal, kept from replan to replan
   /// A plan whose mean violation exceeds this after a replan is made anew from rest.
   double lost_above = 10.0;
 };

@@ -157,5 +157,28 @@ TEST(Control, AQuadrupedGetsUpInAWorldThatDiffersFromThePlans) {
   EXPECT_EQ(run.end.q, again.end.q);
 }
 
+TEST(Control, BundledProblemsLoad) {
+  const auto folder = std::filesystem::path(test::source_dir()) / "data/scenes/control";
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".yaml") continue;
+    const ControlFile file = load_control(entry.path());
+    EXPECT_FALSE(file.success.empty()) << entry.path();
+    ++count;
+  }
+  EXPECT_GE(count, 12);
+}
+
+// From their plain starts. A wheel without motor is turned; a box under friction comes to rest
+// within 5 mm of its goal, which takes the estimate of forces that the plan does not know; a
+// quadruped climbs 10 cm.
+TEST(Control, PlansMakeAndBreakContacts) {
+  for (const char* name : {"spinner", "push_box", "quadruped_step"}) {
+    const ControlFile file = bundled(name);
+    const ControlRun run = run_control(file, *file.world, 0, {});
+    EXPECT_TRUE(run.success()) << name;
+  }
+}
+
 }  // namespace
 }  // namespace counterpoint::optimization::planner_test

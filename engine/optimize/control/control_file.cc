@@ -52,10 +52,25 @@ class ControlReader {
     out_.gains = default_gains(problem);
     if (!root_.has("control")) root_.fail("the key 'control' is missing; see `optimize` for plans");
     const YamlValue in = root_.at("control");
-    in.expect_map({"smoothing", "compliance_per_metre", "margin_per_smoothing", "penalty",
-                   "iterations", "most_iterations", "least_decrease", "first_iterations",
-                   "least_damping", "lost_above", "disturbance_time", "contact_damping", "replan_interval",
-                   "world_step", "duration", "feedback", "perturbation", "pushes", "success",
+    in.expect_map({"smoothing",
+                   "compliance_per_metre",
+                   "margin_per_smoothing",
+                   "penalty",
+                   "iterations",
+                   "most_iterations",
+                   "least_decrease",
+                   "first_iterations",
+                   "least_damping",
+                   "lost_above",
+                   "disturbance_time",
+                   "contact_damping",
+                   "replan_interval",
+                   "world_step",
+                   "duration",
+                   "feedback",
+                   "perturbation",
+                   "pushes",
+                   "success",
                    "world"});
     read_world(in);
     read_planner(in);
