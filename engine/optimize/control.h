@@ -78,6 +78,10 @@ class Planner {
   /// allocate once its contacts have been met. The same calls give the same bits with any number of
   /// threads.
   ReplanReport replan(double time, const VectorX& q, const VectorX& v);
+  /// The two halves of replan(): prepare() makes the next plan, adopt() takes it into use. While
+  /// prepare() runs in a thread, others may call sample(), force() and frames() of the plan in use.
+  ReplanReport prepare(double time, const VectorX& q, const VectorX& v);
+  void adopt();
   /// Forgets the plan: the next replan() starts from rest.
   void forget();
 

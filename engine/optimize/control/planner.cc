@@ -5,6 +5,7 @@
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/optimize/control.h"
+#include "counterpoint/engine/optimize/control/plan.h"
 #include "counterpoint/engine/optimize/newton/newton.h"
 #include "counterpoint/engine/optimize/reference.h"
 #include "counterpoint/engine/optimize/settle.h"
@@ -66,12 +67,16 @@ struct Planner::Impl {
         newton(problem, at_rest(problem), planner.threads),
         lift(lift_of(problem, stage)),
         shifted(newton.frames().variables()),
-        frames(at_rest(problem)),
+        plan{problem.model, problem.h(), 0.0, at_rest(problem),
+             std::vector<VectorX>(static_cast<std::size_t>(problem.steps), problem.start_v),
+             problem.start_v},
         q(problem.start_q),
         start(problem.start_q),
-        v(problem.start_v),
-        difference(problem.start_v),
         start_v(problem.start_v),
+        difference(problem.start_v),
+        wanted_q(problem.start_q),
+        wanted_v(problem.start_v),
+        scratch_v(problem.start_v),
         dynamics(model()),
         mass(model().nv(), model().nv()),
         disturbance(VectorX::Zero(model().nv())) {
@@ -81,17 +86,6 @@ struct Planner::Impl {
 
   const Model& model() const { return *problem.model; }
   int last() const { return problem.steps; }
-  const VectorX& frame(int t) const { return frames[static_cast<std::size_t>(t)]; }
-
-  /// Velocity of the plan at a frame (nv), the difference to the frame before it.
-  void write_velocity(int t, VectorX& out) const {
-    if (t == 0) {
-      out = start_v;
-      return;
-    }
-    configuration_difference(model(), frame(t - 1), frame(t), out);
-    out /= problem.h();
-  }
 
   void hold(const VectorX& pose) {
     for (VectorX& slot : shifted) slot = pose;
@@ -126,8 +120,8 @@ struct Planner::Impl {
     if (settings.disturbance_time == 0.0 || !(duration > 0.0)) return;
     dynamics.set_configuration(at_q);
     dynamics.mass_matrix(mass);
-    write_velocity(1, difference);
-    difference = (at_v - start_v) / duration - (difference - start_v) / problem.h();
+    plan.write_velocity(1, difference);
+    difference = (at_v - plan.start_v) / duration - (difference - plan.start_v) / plan.h;
     const double share = -std::expm1(-duration / settings.disturbance_time);
     for (int k = 0; k < model().nv(); ++k)
       if (!problem.motors[static_cast<std::size_t>(k)])
@@ -156,27 +150,21 @@ struct Planner::Impl {
     report.violation = newton.violation();
   }
 
-  void keep_frames() {
-    for (int t = 0; t <= last(); ++t) {
-      VectorX& out = frames[static_cast<std::size_t>(t)];
-      newton.frames().read(t, out);
-      out -= lift;
-    }
-  }
-
   Problem problem;
   PlannerSettings settings;
   Stage stage;
   Newton newton;
   VectorX lift;
   std::vector<VectorX> shifted;  ///< variables of the shifted plan
-  std::vector<VectorX> frames;   ///< the plan, in the world
-  VectorX q, next, start, v, difference;
-  VectorX start_v;  ///< velocity of frame 0
+  Plan plan;                     ///< the one in use
+  VectorX q, next, start;
+  VectorX start_v;            ///< velocity of frame 0 of the next plan
+  double start_time = 0.0;    ///< its time [s]
+  VectorX difference;
+  VectorX wanted_q, wanted_v, scratch_v;  ///< of the plan in use
   Dynamics dynamics;
   MatrixX mass;
   VectorX disturbance;  ///< estimated force without a motor (nv) [N, N m]
-  double time = 0.0;    ///< time of frame 0 [s]
   bool planned = false, lost = false;
 };
 
@@ -186,14 +174,16 @@ Planner::~Planner() = default;
 Planner::Planner(Planner&&) noexcept = default;
 Planner& Planner::operator=(Planner&&) noexcept = default;
 
-ReplanReport Planner::replan(double time, const VectorX& q, const VectorX& v) {
+ReplanReport Planner::prepare(double time, const VectorX& q, const VectorX& v) {
   Impl& p = *impl_;
   ReplanReport report;
-  if (p.planned) p.estimate_disturbance(time - p.time, q, v);
+  const double duration = time - p.plan.time;
+  if (p.planned) p.estimate_disturbance(duration, q, v);
   p.start = q + p.lift;
   p.start_v = v;
+  p.start_time = time;
   if (p.planned) {
-    p.shift(time - p.time);
+    p.shift(duration);
   } else {
     p.hold(p.start);
   }
@@ -208,8 +198,24 @@ ReplanReport Planner::replan(double time, const VectorX& q, const VectorX& v) {
   }
   p.lost = lost;
   p.planned = true;
-  p.time = time;
-  p.keep_frames();
+  return report;
+}
+
+void Planner::adopt() {
+  Impl& p = *impl_;
+  p.plan.time = p.start_time;
+  p.plan.start_v = p.start_v;
+  for (int t = 0; t <= p.last(); ++t) {
+    const auto i = static_cast<std::size_t>(t);
+    p.newton.frames().read(t, p.plan.frames[i]);
+    p.plan.frames[i] -= p.lift;
+    if (t < p.last()) p.plan.force[i] = p.newton.values()[i].applied_force;
+  }
+}
+
+ReplanReport Planner::replan(double time, const VectorX& q, const VectorX& v) {
+  const ReplanReport report = prepare(time, q, v);
+  adopt();
   return report;
 }
 
@@ -218,9 +224,9 @@ void Planner::forget() {
   impl_->disturbance.setZero();
 }
 
-const std::vector<VectorX>& Planner::frames() const { return impl_->frames; }
+const std::vector<VectorX>& Planner::frames() const { return impl_->plan.frames; }
 
-double Planner::time() const { return impl_->time; }
+double Planner::time() const { return impl_->plan.time; }
 
 const Problem& Planner::problem() const { return impl_->problem; }
 
@@ -243,32 +249,22 @@ void Planner::set_target(const std::string& term, const VectorX& target) {
 }
 
 void Planner::sample(double time, VectorX& q, VectorX& v, VectorX& force) const {
-  Impl& p = *impl_;
-  const double s = std::max(0.0, (time - p.time) / p.problem.h());
-  const int k = static_cast<int>(std::min(std::floor(s), static_cast<double>(p.last())));
-  const int step = std::min(k, p.last() - 1);
-  force = p.newton.values()[static_cast<std::size_t>(step)].applied_force;
-  q = p.frame(k);
-  v.setZero(p.model().nv());
-  if (k == p.last()) return;
-  p.write_velocity(k, v);
-  p.write_velocity(k + 1, p.difference);
-  integrate_configuration(p.model(), p.frame(k), p.difference, (s - k) * p.problem.h(), q);
-  v += (s - k) * (p.difference - v);
+  impl_->plan.sample(time, q, v, force, impl_->scratch_v);
 }
 
 void Planner::force(double time, const FeedbackGains& gains, const VectorX& q, const VectorX& v,
                     VectorX& out) {
   Impl& p = *impl_;
-  sample(time, p.q, p.v, out);
-  configuration_difference(p.model(), q, p.q, p.difference);
+  sample(time, p.wanted_q, p.wanted_v, out);
+  VectorX& difference = p.scratch_v;
+  configuration_difference(p.model(), q, p.wanted_q, difference);
   const Model& model = p.model();
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
     const double limit = model.joint(i - 1).effort_limit;
     for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k) {
       const double wanted =
-          out[k] + gains.stiffness[k] * p.difference[k] + gains.damping[k] * (p.v[k] - v[k]);
+          out[k] + gains.stiffness[k] * difference[k] + gains.damping[k] * (p.wanted_v[k] - v[k]);
       out[k] =
           p.problem.motors[static_cast<std::size_t>(k)] ? std::clamp(wanted, -limit, limit) : 0.0;
     }
