@@ -29,6 +29,7 @@ struct ControlArguments {
   std::string pushed_link;
   opt::WorldErrors errors;
   double mass_factor = 1.0, friction_factor = 1.0;
+  bool own_thread = false;
   std::uint64_t seed = 0;
   int runs = 1;
   view::ViewOption view;
@@ -46,6 +47,7 @@ void apply(const ControlArguments& arguments, opt::ControlFile& control) {
   set(arguments.iterations, control.planner.iterations);
   set(arguments.iterations, control.planner.most_iterations);
   set(arguments.threads, control.planner.threads);
+  control.own_thread = arguments.own_thread;
   if (arguments.pushed_link.empty() && arguments.push.empty()) return;
   if (arguments.pushed_link.empty() || arguments.push.size() < 4 || arguments.push.size() > 5)
     throw InputError("--push FX FY FZ START [DURATION] (N, s) and --push-link go together");
@@ -74,7 +76,8 @@ void fill_run(const opt::ControlFile& control, const opt::ControlRun& run, std::
   out["error_to_goal"] =
       run.error.empty() ? 0.0 : *std::max_element(run.error.begin(), run.error.end());
   out["simulated_s"] = simulated;
-  out["realtime_factor"] = simulated / (planner + run.world_seconds);
+  out["realtime_factor"] =
+      simulated / (control.own_thread ? run.wall_seconds : planner + run.world_seconds);
   out["planner_share"] = planner / simulated;
   out["replans"] = run.replan_seconds.size();
   out["replan_ms_median"] = 1e3 * quantile(run.replan_seconds, 0.5);
@@ -186,6 +189,9 @@ void add_control(CommandLine& line) {
   command.add("--threads", arguments.threads,
               "Threads of the planner; 0: one per core; results are the same to the bit",
               not_negative);
+  command.add(
+      "--own-thread", arguments.own_thread,
+      "Plan in another thread while the world goes on for --delay; same results to the bit");
   command.add("--delay", arguments.errors.delay,
               "Time from a measurement to the use of its plan [s]", not_negative);
   command.add("--position-noise", arguments.errors.position_noise,

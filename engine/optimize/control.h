@@ -149,7 +149,10 @@ struct ControlFile {
   std::shared_ptr<const Scene> world;
   PlannerSettings planner;
   FeedbackGains gains;
-  double interval = 0.02;    ///< between replans [s]
+  double interval = 0.02;  ///< between replans [s]
+  /// Plans are made in a thread of their own while the world goes on for WorldErrors::delay. The
+  /// run is the same to the bit.
+  bool own_thread = false;
   double plant_step = 1e-3;  ///< time step of the simulated world [s]
   double duration = 5.0;     ///< [s]
   std::vector<Push> pushes;
@@ -180,6 +183,7 @@ struct ControlRun {
   bool stopped = false;        ///< ControlHooks::keep_on returned false
   Fault fault;                 ///< cause why a step of the world failed, if one did
   double world_seconds = 0.0;  ///< processor time of the plant
+  double wall_seconds = 0.0;   ///< wall time of the run
   /// Per success test: whether it holds, and its error.
   std::vector<char> passed;
   std::vector<double> error;

@@ -157,6 +157,17 @@ TEST(Control, AQuadrupedGetsUpInAWorldThatDiffersFromThePlans) {
   EXPECT_EQ(run.end.q, again.end.q);
 }
 
+TEST(Control, AThreadOfItsOwnChangesNoBit) {
+  ControlFile file = bundled("quadruped_walk");
+  file.duration = 0.4;
+  const WorldErrors errors{0.01, 1e-3, 1e-3};
+  const ControlRun together = run_control(file, *file.world, 2, errors);
+  file.own_thread = true;
+  const ControlRun apart = run_control(file, *file.world, 2, errors);
+  EXPECT_EQ(apart.end.q, together.end.q);
+  EXPECT_EQ(apart.end.v, together.end.v);
+}
+
 TEST(Control, BundledProblemsLoad) {
   const auto folder = std::filesystem::path(test::source_dir()) / "data/scenes/control";
   int count = 0;

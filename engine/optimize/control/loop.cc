@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <future>
 
 #include "counterpoint/engine/clocks.h"
 #include "counterpoint/engine/dynamics.h"
@@ -68,6 +69,12 @@ class Judge {
   std::vector<Seen> seen_;
 };
 
+/// A plan that is made, but not yet in use.
+struct Prepared {
+  ReplanReport report;
+  double seconds = 0.0;
+};
+
 class Loop {
  public:
   Loop(const ControlFile& control, const Scene& world, std::uint64_t seed,
@@ -95,6 +102,7 @@ class Loop {
   }
 
   ControlRun run() {
+    const double start = wall_seconds();
     const long steps = std::lround(control_.duration / control_.plant_step);
     judge_.see(simulator_.state());
     for (long i = 0; i < steps; ++i) {
@@ -106,6 +114,7 @@ class Loop {
       judge_.see(simulator_.state());
     }
     run_.end = simulator_.state();
+    run_.wall_seconds = wall_seconds() - start;
     if (!run_.replan_seconds.empty())
       run_.violation_mean /= static_cast<double>(run_.replan_seconds.size());
     judge_.conclude(run_.end, run_);
@@ -145,13 +154,19 @@ class Loop {
     for (double& x : measured_v_) x += errors_.velocity_noise * normal_();
   }
 
-  void replan() {
+  /// Makes the next plan from plan_from_, in this or another thread.
+  Prepared prepare() {
     const Stopwatch watch(control_.planner.threads);
-    const ReplanReport report = planner_.replan(plan_from_.time, plan_from_.q, plan_from_.v);
-    run_.replan_seconds.push_back(watch.seconds());
-    if (hooks_.replanned) hooks_.replanned(planner_, report, run_.replan_seconds.back());
-    run_.violation_mean += report.violation.mean;
-    run_.restarts += report.restarted;
+    const ReplanReport report = planner_.prepare(plan_from_.time, plan_from_.q, plan_from_.v);
+    return {report, watch.seconds()};
+  }
+
+  void adopt(const Prepared& prepared) {
+    planner_.adopt();
+    run_.replan_seconds.push_back(prepared.seconds);
+    if (hooks_.replanned) hooks_.replanned(planner_, prepared.report, prepared.seconds);
+    run_.violation_mean += prepared.report.violation.mean;
+    run_.restarts += prepared.report.restarted;
     pending_ = false;
   }
 
@@ -164,8 +179,11 @@ class Loop {
       pending_ = true;
       plan_from_ = {now, q, v};
       next_replan_ += control_.interval;
+      if (control_.own_thread && !first)
+        other_thread_ = std::async(std::launch::async, [this] { return prepare(); });
     }
-    if (pending_ && (first || now >= plan_from_.time + errors_.delay - slack)) replan();
+    if (pending_ && (first || now >= plan_from_.time + errors_.delay - slack))
+      adopt(other_thread_.valid() ? other_thread_.get() : prepare());
     planner_.force(now, control_.gains, q, v, force_);
     simulator_.input().applied_force = force_;
     push(now);
@@ -217,6 +235,7 @@ class Loop {
   VectorX measured_q_, measured_v_, force_, noise_;
   double next_replan_ = 0.0;
   bool pending_ = false;
+  std::future<Prepared> other_thread_;  ///< last, so that it ends before what it uses
 };
 
 }  // namespace

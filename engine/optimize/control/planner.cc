@@ -67,7 +67,10 @@ struct Planner::Impl {
         newton(problem, at_rest(problem), planner.threads),
         lift(lift_of(problem, stage)),
         shifted(newton.frames().variables()),
-        plan{problem.model, problem.h(), 0.0, at_rest(problem),
+        plan{problem.model,
+             problem.h(),
+             0.0,
+             at_rest(problem),
              std::vector<VectorX>(static_cast<std::size_t>(problem.steps), problem.start_v),
              problem.start_v},
         q(problem.start_q),
@@ -158,8 +161,8 @@ struct Planner::Impl {
   std::vector<VectorX> shifted;  ///< variables of the shifted plan
   Plan plan;                     ///< the one in use
   VectorX q, next, start;
-  VectorX start_v;            ///< velocity of frame 0 of the next plan
-  double start_time = 0.0;    ///< its time [s]
+  VectorX start_v;          ///< velocity of frame 0 of the next plan
+  double start_time = 0.0;  ///< its time [s]
   VectorX difference;
   VectorX wanted_q, wanted_v, scratch_v;  ///< of the plan in use
   Dynamics dynamics;
