@@ -99,6 +99,7 @@ class Loop {
     measured_v_ = state.v;
     force_.setZero(model_.nv());
     noise_.setZero(model_.nv());
+    moved_.setZero(model_.nv());
   }
 
   ControlRun run() {
@@ -154,6 +155,20 @@ class Loop {
     for (double& x : measured_v_) x += errors_.velocity_noise * normal_();
   }
 
+  /// State at the time when a plan made of the measured one will be used: it moves on as the plan
+  /// in use does.
+  State predicted(double now) {
+    State state{now, measured_q_, measured_v_};
+    if (errors_.delay == 0.0) return state;
+    planner_.sample(now, planned_q_, planned_v_, force_);
+    planner_.sample(now + errors_.delay, next_q_, next_v_, force_);
+    configuration_difference(model_, planned_q_, next_q_, moved_);
+    integrate_configuration(model_, measured_q_, moved_, 1.0, state.q);
+    state.v += next_v_ - planned_v_;
+    state.time += errors_.delay;
+    return state;
+  }
+
   /// Makes the next plan from plan_from_, in this or another thread.
   Prepared prepare() {
     const Stopwatch watch(control_.planner.threads);
@@ -177,12 +192,12 @@ class Loop {
     const VectorX &q = measured_q_, &v = measured_v_;
     if (!pending_ && now >= next_replan_ - slack) {
       pending_ = true;
-      plan_from_ = {now, q, v};
+      plan_from_ = first ? State{now, q, v} : predicted(now);
       next_replan_ += control_.interval;
       if (control_.own_thread && !first)
         other_thread_ = std::async(std::launch::async, [this] { return prepare(); });
     }
-    if (pending_ && (first || now >= plan_from_.time + errors_.delay - slack))
+    if (pending_ && now >= plan_from_.time - slack)
       adopt(other_thread_.valid() ? other_thread_.get() : prepare());
     planner_.force(now, control_.gains, q, v, force_);
     simulator_.input().applied_force = force_;
@@ -233,9 +248,10 @@ class Loop {
   ControlRun run_;
   State plan_from_, before_;
   VectorX measured_q_, measured_v_, force_, noise_;
+  VectorX planned_q_, planned_v_, next_q_, next_v_, moved_;
   double next_replan_ = 0.0;
   bool pending_ = false;
-  std::future<Prepared> other_thread_;  ///< last, so that it ends before what it uses
+  std::future<Prepared> other_thread_;  ///< destroyed first: it uses the members above
 };
 
 }  // namespace

@@ -164,7 +164,7 @@ struct Planner::Impl {
   VectorX start_v;          ///< velocity of frame 0 of the next plan
   double start_time = 0.0;  ///< its time [s]
   VectorX difference;
-  VectorX wanted_q, wanted_v, scratch_v;  ///< of the plan in use
+  VectorX wanted_q, wanted_v, scratch_v;  ///< scratch of sample() and force()
   Dynamics dynamics;
   MatrixX mass;
   VectorX disturbance;  ///< estimated force without a motor (nv) [N, N m]
