@@ -59,7 +59,7 @@ opt::ReplanReport replan(PlannerHandle& p, double time, const Array& q, const Ar
   return p.planner.replan(time, from_q, from_v);
 }
 
-py::array force(PlannerHandle& p, double time, const opt::FeedbackGains& gains, const Array& q,
+py::array planned_force(PlannerHandle& p, double time, const opt::FeedbackGains& gains, const Array& q,
                 const Array& v) {
   const int nv = p.model().nv();
   if (gains.stiffness.size() != nv || gains.damping.size() != nv)
@@ -217,7 +217,7 @@ Returns
 ReplanReport
 )";
 
-constexpr const char* kForceDoc = R"(
+constexpr const char* kPlannedForceDoc = R"(
 The force of the plan and of the feedback towards it, within effort limits; zero without a motor.
 
 Parameters
@@ -273,8 +273,8 @@ void bind_planner(py::module_& o) {
                }),
            py::arg("problem"), py::arg("settings") = py::none())
       .def("replan", &replan, py::arg("time"), py::arg("q"), py::arg("v"), kReplanDoc)
-      .def("force", &force, py::arg("time"), py::arg("gains"), py::arg("q"), py::arg("v"),
-           kForceDoc)
+      .def("force", &planned_force, py::arg("time"), py::arg("gains"), py::arg("q"), py::arg("v"),
+           kPlannedForceDoc)
       .def("sample", &sample, py::arg("time"), kSampleDoc)
       .def("set_target", &set_target, py::arg("term"), py::arg("target"), kTargetDoc)
       .def(
