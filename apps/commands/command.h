@@ -35,6 +35,7 @@ void add_hard_cases(CommandLine& line);
 void add_accuracy(CommandLine& line);
 void add_view(CommandLine& line);
 void add_optimize(CommandLine& line);
+void add_retarget(CommandLine& line);
 void add_control(CommandLine& line);
 void add_list(CommandLine& line);
 void add_generate(CommandLine& line);

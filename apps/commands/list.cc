@@ -15,6 +15,7 @@ struct Kind {
 constexpr Kind kKinds[] = {{"scenes", "scenes", ".yaml"},
                            {"robots", "robots", ".urdf"},
                            {"problems", "scenes/optimize", ".yaml"},
+                           {"retarget", "scenes/retarget", ".yaml"},
                            {"control", "scenes/control", ".yaml"},
                            {"maps", "maps", ".yaml"},
                            {"studies", "studies", ".yaml"}};
@@ -26,14 +27,16 @@ struct ListArguments {
 
 int list(const ListArguments& arguments) {
   const bool scenes = arguments.kind == "scenes";
-  const bool problems = arguments.kind == "problems" || arguments.kind == "control";
+  const bool problems = arguments.kind == "problems" || arguments.kind == "retarget" ||
+                        arguments.kind == "control";
   for (const Kind& kind : kKinds) {
     if (arguments.kind != kind.word) continue;
     for (const Bundled& bundled : bundled_in(kind.folder, kind.ending)) {
       const bool nested = bundled.name.find('/') != std::string::npos;
       if (nested && (problems || !arguments.all)) continue;
       if (scenes &&
-          (bundled.name.rfind("optimize/", 0) == 0 || bundled.name.rfind("control/", 0) == 0))
+          (bundled.name.rfind("optimize/", 0) == 0 || bundled.name.rfind("retarget/", 0) == 0 ||
+           bundled.name.rfind("control/", 0) == 0))
         continue;
       if (bundled.about.empty())
         fmt::print("{}\n", bundled.name);
@@ -52,8 +55,8 @@ void add_list(CommandLine& line) {
                               "Example:\n  counterpoint list scenes\n  counterpoint simulate "
                               "humanoid_drop --view fall.html",
                               list);
-  command.add("KIND scenes|robots|problems|control|studies|maps", arguments.kind,
-              "scenes, robots, problems (of optimize), control (problems of it), studies (of "
+  command.add("KIND scenes|robots|problems|retarget|control|studies|maps", arguments.kind,
+              "scenes, robots, problems (of optimize), retarget, control (problems of them), studies (of "
               "sweep) or maps",
               required);
   command.add("--all", arguments.all, "Those in folders too: hard/arch_falls");

@@ -10,6 +10,7 @@
 #include "command.h"
 #include "command_line/interrupt.h"
 #include "counterpoint/engine/optimize/feedback.h"
+#include "counterpoint/engine/optimize/retarget.h"
 #include "input/data_folder.h"
 #include "optimize/page.h"
 #include "optimize/run.h"
@@ -25,6 +26,7 @@ namespace opt = optimization;
 
 struct OptimizeArguments {
   std::string problem, output, folder, from, derivatives, feedback;
+  std::string motion, motion_scene, fit_output;  ///< of retarget
   std::optional<int> frames, iterations;
   std::optional<double> smoothing, feedback_smoothing;
   int starts = 1, cycles = 1;
@@ -261,8 +263,11 @@ std::vector<OptimizedStart> run_starts(OptimizeArguments& arguments, tasks::Worl
 
 int optimize(OptimizeArguments& arguments, tasks::World& world) {
   check(arguments);
-  opt::ProblemFile file = opt::load_problem(arguments.problem, arguments.frames);
+  opt::ProblemFile file = opt::load_problem(arguments.problem, arguments.frames,
+                                            {arguments.motion, arguments.motion_scene});
   apply(arguments, file);
+  std::optional<opt::Fit> fit;
+  if (file.retargeting != nullptr) fit = opt::fit_motion(file);
   Report& report = arguments.report;
   report.begin("optimize", file.scene_file.string());
   report["problem"] = arguments.problem;
@@ -283,6 +288,11 @@ int optimize(OptimizeArguments& arguments, tasks::World& world) {
     if (is_better(starts[i], starts[best])) best = i;
   }
   report.json().update(list[best]);
+  if (fit) {
+    fill_fit(*fit, file, starts[best], report.json());
+    print_fit(report);
+    if (!arguments.fit_output.empty()) write_fit(arguments.fit_output, file, *fit);
+  }
   if (starts.size() > 1) report["starts"] = list;
   write_outputs(arguments, file, starts[best], report.json());
   if (!arguments.folder.empty())
@@ -295,7 +305,7 @@ int optimize(OptimizeArguments& arguments, tasks::World& world) {
 }
 
 std::string bundled_problem(const std::string& name) {
-  return bundled_file(name, {"scenes/optimize"});
+  return bundled_file(name, {"scenes/optimize", "scenes/retarget"});
 }
 
 }  // namespace
@@ -330,6 +340,36 @@ void add_optimize(CommandLine& line) {
               "Smoothing [m] of the contacts that gains are found with; default 1e-4", positive);
   arguments.tasks.add_to(command,
                          "Folder where finished starts are kept: a run that was stopped goes on");
+  command.add("--quiet", arguments.quiet, "No progress line");
+  arguments.view.add_to(command);
+  arguments.report.add_to(command);
+}
+
+void add_retarget(CommandLine& line) {
+  auto [command, arguments] = line.add<OptimizeArguments>(
+      "retarget", "Turn a motion given by kinematics into one that a robot can do",
+      "Example:\n  counterpoint retarget human_walk --motion recording_raw.csv --motion-scene "
+      "scene.yaml --output walk.csv",
+      on_every_rank(optimize));
+  command.add("PROBLEM", arguments.problem,
+              "Problem file (.yaml) with the key 'retarget', or bundled name (list retarget)",
+              becomes(bundled_problem), required);
+  command.add("--motion", arguments.motion,
+              "Table of the motion to follow, in the coordinates of its scene; default: the "
+              "problem's");
+  command.add("--motion-scene", arguments.motion_scene,
+              "Scene of the motion; default: the problem's");
+  command.add("--output", arguments.output,
+              "Table to write (.csv, .h5, .npz, .mcap): the motion and its forces");
+  command.add("--fit-output", arguments.fit_output,
+              "Table to write: the kinematic fit, which the motion follows");
+  command.add("--report DIR", arguments.folder, "Folder to write: a page with figures and charts");
+  command.add("--from", arguments.from, "Table of a motion to start from; default: the fit");
+  command.add("--frames", arguments.frames, "Steps of the motion; default: the problem's",
+              range(4, 100'000));
+  command.add("--smoothing", arguments.smoothing,
+              "Smoothing [m] of the last stage; default: the problem's, or the scene's", positive);
+  command.add("--iterations", arguments.iterations, "Most Newton steps", positive);
   command.add("--quiet", arguments.quiet, "No progress line");
   arguments.view.add_to(command);
   arguments.report.add_to(command);

@@ -49,6 +49,63 @@ bool is_better(const OptimizedStart& a, const OptimizedStart& b) {
   return a.result.cost < b.result.cost;
 }
 
+void write_fit(const std::string& file, const opt::ProblemFile& problem, const opt::Fit& fit) {
+  const Model& model = *problem.problem.model;
+  opt::RepeatedMotion motion;
+  motion.q = fit.q;
+  motion.v = motion.applied_force =
+      std::vector<VectorX>(fit.q.size(), VectorX::Zero(model.nv()));
+  for (std::size_t t = 1; t < fit.q.size(); ++t) {
+    configuration_difference(model, fit.q[t - 1], fit.q[t], motion.v[t]);
+    motion.v[t] /= problem.problem.h();
+  }
+  motion.v[0] = motion.v[1];
+  write_motion(file, problem, motion);
+}
+
+void fill_fit(const opt::Fit& fit, const opt::ProblemFile& problem, const OptimizedStart& start,
+              Json& out) {
+  const Model& model = *problem.problem.model;
+  out["fit_iterations"] = fit.iterations;
+  Json& errors = out["fit_rms"] = Json::object();
+  for (const opt::FitError& error : fit.errors) errors[error.name] = error.rms;
+  const VectorX rms = opt::rms_deviation(model, fit.q, start.result.q);
+  double joints = 0.0, place = 0.0, turn = 0.0, worst = 0.0;
+  int count = 0;
+  std::string worst_name;
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    const auto own = rms.segment(body.v_index, joint_nv(body.joint_type));
+    if (body.joint_type == JointType::kFloating) {
+      place = std::max(place, own.head<3>().norm());
+      turn = std::max(turn, own.tail<3>().norm());
+      continue;
+    }
+    joints += own.squaredNorm();
+    count += joint_nv(body.joint_type);
+    if (own.maxCoeff() <= worst) continue;
+    worst = own.maxCoeff();
+    worst_name = model.joint(i - 1).name;
+  }
+  out["joint_deviation_rms"] = count > 0 ? std::sqrt(joints / count) : 0.0;
+  out["joint_deviation_rms_max"] = worst;
+  out["joint_deviation_rms_max_joint"] = worst_name;
+  out["base_deviation_rms_m"] = place;
+  out["base_deviation_rms_rad"] = turn;
+}
+
+void print_fit(Report& report) {
+  const Json& json = report.json();
+  std::string errors;
+  for (const auto& [name, rms] : json["fit_rms"].items())
+    errors += fmt::format("{}{} {:.3g}", errors.empty() ? "" : ", ", name, rms.get<double>());
+  report.print("fit: rms {} (m, rad); the motion leaves it by {}\n", errors,
+               format_entries("{joint_deviation_rms:.3g} rad rms (largest: "
+                              "{joint_deviation_rms_max_joint} {joint_deviation_rms_max:.3g}), base "
+                              "{base_deviation_rms_m:.3g} m, {base_deviation_rms_rad:.3g} rad",
+                              json));
+}
+
 Json read_json(const std::string& file) {
   std::ifstream stream(file);
   if (!stream || std::filesystem::is_directory(file))

@@ -7,6 +7,7 @@
 
 #include "counterpoint/engine/optimize/feedback.h"
 #include "counterpoint/engine/optimize/optimize.h"
+#include "counterpoint/engine/optimize/retarget.h"
 #include "counterpoint/engine/trajectory.h"
 #include "report/report.h"
 
@@ -59,6 +60,16 @@ Json read_json(const std::string& file);
 /// Frames of a trajectory as an initial guess: unchanged if their number fits, else interpolated
 /// along the motion. @throws InputError as read_trajectory
 std::vector<VectorX> frames_from(const std::string& file, const optimization::Problem& problem);
+
+/// Writes a fit as a trajectory without forces.
+void write_fit(const std::string& file, const optimization::ProblemFile& problem,
+               const optimization::Fit& fit);
+/// Writes the figures of a fit, and of a motion's deviation from it
+/// (docs/reference/json-reports.md).
+void fill_fit(const optimization::Fit& fit, const optimization::ProblemFile& problem,
+              const OptimizedStart& start, Json& out);
+/// Prints them.
+void print_fit(Report& report);
 
 /// Writes the figures of a start (docs/reference/json-reports.md).
 void fill_report(const OptimizedStart& start, Json& out);

@@ -275,6 +275,8 @@ Stage stage_at(const Problem& problem, const Settings& settings, double smoothin
 
 // ---- Problem files in YAML (docs/reference/optimization-format.md).
 
+struct Retargeting;  // retarget.h
+
 /// A problem read from a file, and the objects it refers to.
 struct ProblemFile {
   std::filesystem::path file, scene_file;
@@ -286,6 +288,7 @@ struct ProblemFile {
   std::vector<VectorX> guess;  ///< initial frames 0 ... N, without noise
   double noise = 0.0;  ///< standard deviation of the noise that seeds add to joint coordinates
                        ///< [rad, m]
+  std::shared_ptr<const Retargeting> retargeting;  ///< null: the file has no key `retarget`
 };
 
 /// Loads a problem. steps: replaces the number of steps in the file. @throws InputError naming

@@ -7,6 +7,7 @@
 #include "counterpoint/engine/optimize/control/normal.h"
 #include "counterpoint/engine/optimize/files/pose_reader.h"
 #include "counterpoint/engine/optimize/files/term_reader.h"
+#include "counterpoint/engine/optimize/retarget.h"
 #include "counterpoint/engine/optimize/optimize.h"
 #include "counterpoint/engine/optimize/settle.h"
 #include "counterpoint/engine/optimize/terms/evaluator.h"
@@ -17,11 +18,12 @@ namespace {
 /// Reads one problem file from top to bottom.
 class ProblemReader {
  public:
-  ProblemReader(const std::filesystem::path& file, std::optional<int> steps)
-      : root_(YamlValue::load(file)), steps_(steps) {
+  ProblemReader(const std::filesystem::path& file, std::optional<int> steps,
+                const SourceFiles& source)
+      : root_(YamlValue::load(file)), steps_(steps), source_files_(source) {
     root_.expect_map({"name", "scene", "time_step", "steps", "start", "goal", "periodic", "guess",
                       "passive", "terms", "continuation", "max_iterations", "stage_iterations",
-                      "tolerance", "violation_tolerance", "control"});
+                      "tolerance", "violation_tolerance", "control", "retarget"});
     out_.file = file;
     out_.name = root_.has("name") ? root_.at("name").text() : file.stem().string();
     const std::filesystem::path scene = root_.at("scene").text();
@@ -30,7 +32,7 @@ class ProblemReader {
   }
 
   ProblemFile read() {
-    TargetReader targets(out_.file.parent_path());
+    TargetSources sources{TargetReader(out_.file.parent_path()), {}};
     Problem& problem = out_.problem;
     const Model& model = out_.scene->model;
     problem.model = &model;
@@ -42,14 +44,21 @@ class ProblemReader {
     read_continuation();
     read_ends();
     if (root_.has("periodic")) read_periodic(root_.at("periodic"));
-    for (const YamlValue& entry : root_.at("terms").list())
-      for (Term& term : read_terms(entry, problem, start_, goal_, targets))
+    if (root_.has("retarget")) read_retargeting(root_.at("retarget"), sources);
+    for (const YamlValue& entry : root_.at("terms").list()) {
+      if (follows_fit(entry)) {
+        if (!retargeting_) entry.at("target").fail("there is no 'retarget' in this file");
+        retargeting_->followers.push_back(problem.terms.size());
+      }
+      for (Term& term : read_terms(entry, problem, start_, goal_, sources))
         problem.terms.push_back(std::move(term));
+    }
+    out_.retargeting = retargeting_;
     bool pushed = false;
     for (const Term& term : problem.terms)
       pushed = pushed || term.quantity == Quantity::kUnactuatedForce;
     if (!pushed) problem.terms.push_back(unactuated_condition(model, problem.motors));
-    for (const auto& [target_file, table] : targets.tables())
+    for (const auto& [target_file, table] : sources.tables.tables())
       out_.read_files.push_back(target_file);
     set_targets(problem, 0.0);
     check_problem(problem);
@@ -58,6 +67,27 @@ class ProblemReader {
   }
 
  private:
+  /// Reads the motion to follow and the terms of its fit. Needs start and goal.
+  void read_retargeting(const YamlValue& in, TargetSources& sources) {
+    if (out_.problem.periodic) in.fail("a periodic motion follows files: see 'target'");
+    sources.motion.emplace(in, source_files_, out_.scene, out_.file);
+    retargeting_ = std::make_shared<Retargeting>();
+    retargeting_->motion_file = sources.motion->motion_file();
+    retargeting_->scene_file = sources.motion->scene_file();
+    Problem& fit = retargeting_->fit;
+    fit = out_.problem;
+    fit.free_start = true;
+    fit.goal_q.reset();
+    for (const YamlValue& entry : in.at("fit").list())
+      for (Term& term : read_terms(entry, fit, start_, goal_, sources)) {
+        if (of_step(term.quantity) && term.quantity != Quantity::kAcceleration)
+          entry.fail("the fit knows no forces: a quantity of a frame or 'acceleration' is expected");
+        fit.terms.push_back(std::move(term));
+      }
+    set_targets(fit, 0.0);
+    check_problem(fit);
+  }
+
   VectorX read_pose_of(const YamlValue& in, VectorX q) const {
     if (in.has("pose")) read_pose(in.at("pose"), out_.scene->model, q);
     return q;
@@ -208,14 +238,24 @@ class ProblemReader {
 
   const YamlValue root_;
   const std::optional<int> steps_;
+  const SourceFiles source_files_;
   ProblemFile out_;
+  std::shared_ptr<Retargeting> retargeting_;
   VectorX start_, end_, goal_;
 };
 
 }  // namespace
 
 ProblemFile load_problem(const std::filesystem::path& file, std::optional<int> steps) {
-  return ProblemReader(file, steps).read();
+  return load_problem(file, steps, {});
+}
+
+ProblemFile load_problem(const std::filesystem::path& file, std::optional<int> steps,
+                         const SourceFiles& source) {
+  ProblemFile out = ProblemReader(file, steps, source).read();
+  if (out.retargeting == nullptr && !(source.motion.empty() && source.scene.empty()))
+    throw InputError(file.string() + ": the key 'retarget' is missing, which follows a motion");
+  return out;
 }
 
 std::vector<VectorX> seeded_guess(const ProblemFile& file, std::uint64_t seed) {

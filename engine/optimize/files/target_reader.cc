@@ -199,21 +199,36 @@ void turn(const Matrix3& link, MatrixX& quaternions) {
 
 }  // namespace
 
+Playback read_playback(const YamlValue& in, const Samples& samples) {
+  Playback playback{samples.time.front()};
+  if (in.has("start")) playback.start = in.at("start").number();
+  if (in.has("rate")) playback.rate = in.at("rate").positive();
+  if (in.has("loop")) playback.loop = in.at("loop").boolean();
+  return playback;
+}
+
+const Table& TargetReader::table(const std::filesystem::path& file) {
+  std::shared_ptr<const Table>& table = tables_[file];
+  if (table == nullptr) table = std::make_shared<const Table>(file);
+  return *table;
+}
+
+Samples TargetReader::configurations(const YamlValue& in, const std::filesystem::path& file,
+                                     const Model& model) {
+  Term all;
+  all.weight.setOnes(model.nv());
+  const SampleReader reader(in, table(file), model, all);
+  return {reader.time(), reader.coordinates(model.default_q())};
+}
+
 std::shared_ptr<const Reference> TargetReader::read(const YamlValue& target, const Model& model,
                                                     const Term& term, const VectorX& start,
                                                     const Matrix3& link) {
   target.expect_map({"file", "columns", "start", "rate", "loop", "mirror"});
   if (!may_follow(term.quantity))
     target.fail(fmt::format("{} takes no target from a file", quantity_name(term.quantity)));
-  const std::filesystem::path file = folder_ / target.at("file").text();
-  std::shared_ptr<const Table>& table = tables_[file];
-  if (table == nullptr) table = std::make_shared<const Table>(file);
-  const SampleReader reader(target, *table, model, term);
+  const SampleReader reader(target, table(folder_ / target.at("file").text()), model, term);
   const std::optional<Sides> sides = read_sides(target);
-  Playback playback{reader.time().front()};
-  if (target.has("start")) playback.start = target.at("start").number();
-  if (target.has("rate")) playback.rate = target.at("rate").positive();
-  if (target.has("loop")) playback.loop = target.at("loop").boolean();
   Samples samples{reader.time(), {}};
   MatrixX mirrored;
   if (of_coordinates(term.quantity)) {
@@ -228,7 +243,7 @@ std::shared_ptr<const Reference> TargetReader::read(const YamlValue& target, con
       if (sides) turn(link, mirrored);
     }
   }
-  return std::make_shared<const Reference>(model, term.quantity, samples, playback,
+  return std::make_shared<const Reference>(model, term.quantity, samples, read_playback(target, samples),
                                            sides ? &mirrored : nullptr);
 }
 

@@ -12,6 +12,9 @@
 
 namespace counterpoint::optimization {
 
+/// Reads start, rate and loop of a replay; the start is the first sample by default.
+Playback read_playback(const YamlValue& in, const Samples& samples);
+
 /// Reads the targets of a problem file; each table is read once.
 class TargetReader {
  public:
@@ -26,11 +29,16 @@ class TargetReader {
   std::shared_ptr<const Reference> read(const YamlValue& target, const Model& model,
                                         const Term& term, const VectorX& start,
                                         const Matrix3& link);
+  /// Reads configurations of a model from a table, with the map `columns` of `in`, if it has one.
+  Samples configurations(const YamlValue& in, const std::filesystem::path& file,
+                         const Model& model);
   const std::map<std::filesystem::path, std::shared_ptr<const Table>>& tables() const {
     return tables_;
   }
 
  private:
+  const Table& table(const std::filesystem::path& file);
+
   std::filesystem::path folder_;
   std::map<std::filesystem::path, std::shared_ptr<const Table>> tables_;
 };

@@ -10,8 +10,20 @@
 namespace counterpoint::optimization {
 namespace {
 
-bool from_file(const YamlValue& in) {
-  return in.has("target") && TargetReader::is_from_file(in.at("target"));
+/// True for an entry whose targets change over time, as a table or a motion says.
+bool follows(const YamlValue& in) {
+  return in.has("target") && (TargetReader::is_from_file(in.at("target")) ||
+                              SourceMotion::is_target(in.at("target")));
+}
+
+std::shared_ptr<const Reference> read_reference(const YamlValue& target, const Problem& problem,
+                                                const Term& term, const VectorX& start,
+                                                const Matrix3& link, std::size_t index,
+                                                TargetSources& sources) {
+  if (!SourceMotion::is_target(target))
+    return sources.tables.read(target, *problem.model, term, start, link);
+  if (!sources.motion) target.fail("there is no motion to follow: the file has no key 'retarget'");
+  return sources.motion->reference(target, term, index);
 }
 
 FrameRange read_frames(const YamlValue& in, int steps) {
@@ -78,8 +90,9 @@ void read_coordinate_target(const YamlValue& in, const Model& model, const Vecto
     integrate_configuration(model, start, term.offset, 1.0, term.target);
   } else if (term.quantity == Quantity::kConfiguration) {
     term.target = start;
-    if (!in.has("target") || in.at("target").is_text("start") || from_file(in)) return;
+    if (!in.has("target") || in.at("target").is_text("start") || follows(in)) return;
     const YamlValue target = in.at("target");
+    if (follows_fit(in)) return;
     if (target.is_text("goal")) {
       if (goal.size() == 0) target.fail("there is no goal in this file");
       term.target = goal;
@@ -87,7 +100,7 @@ void read_coordinate_target(const YamlValue& in, const Model& model, const Vecto
     }
     if (!target.is_map()) target.fail("start, goal, or a map {coordinate: value} is expected");
     read_pose(target, model, term.target);
-  } else if (in.has("target") && !from_file(in)) {
+  } else if (in.has("target") && !follows(in)) {
     term.target.setZero(model.nv());
     read_by_velocity(in.at("target"), model, term.target);
   }
@@ -147,7 +160,7 @@ std::vector<Term> read_body_terms(const YamlValue& in, const Model& model, const
 }  // namespace
 
 std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const VectorX& start,
-                             const VectorX& goal, TargetReader& targets) {
+                             const VectorX& goal, TargetSources& sources) {
   const Model& model = *problem.model;
   in.expect_map({"quantity", "name", "weight", "over", "target", "ahead", "frames", "condition",
                  "lever", "link", "links", "point", "points", "radius", "length", "axis", "rpy",
@@ -172,15 +185,15 @@ std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const 
       if (in.has(key)) in.at(key).fail(quantity.text() + " is of coordinates, not of a link");
     read_coordinate_weights(in, model, problem.motors, term);
     read_coordinate_target(in, model, start, goal, term);
-    if (from_file(in))
-      term.reference = targets.read(in.at("target"), model, term, start, Matrix3::Identity());
+    if (follows(in))
+      term.reference = read_reference(in.at("target"), problem, term, start, Matrix3::Identity(), 0,
+                                      sources);
     return {term};
   }
   const int rows = rows_of(model, term.quantity);
   read_vector(in, "weight", rows, 1.0, term.weight);
   if (in.has("over")) term.weight /= in.at("over").positive();
-  const bool follows = from_file(in);
-  if (!follows && (in.has("target") || term.quantity == Quantity::kClearance))
+  if (!follows(in) && (in.has("target") || term.quantity == Quantity::kClearance))
     read_vector(in, "target", rows, 0.0, term.target);
   if (in.has("radius")) term.radius = in.at("radius").number(0.0, 1e6);
   if (in.has("axis")) {
@@ -193,12 +206,14 @@ std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const 
     term.orientation = rotation_from_rpy(rpy.x(), rpy.y(), rpy.z());
   }
   std::vector<Term> terms = read_body_terms(in, model, term);
-  if (!follows) return terms;
-  if (terms.size() != 1)
+  if (!follows(in)) return terms;
+  if (terms.size() != 1 && TargetReader::is_from_file(in.at("target")))
     in.at("target").fail("a target from a file is of one link and one point; write more terms");
-  // The orientation is that of the link, from which that of the body differs by X_BF.
-  terms[0].reference = targets.read(in.at("target"), model, terms[0], start,
-                                    terms[0].orientation.transpose() * term.orientation);
+  // Targets are of links, whose axes differ from those of their bodies by X_BF.
+  for (std::size_t i = 0; i < terms.size(); ++i)
+    terms[i].reference =
+        read_reference(in.at("target"), problem, terms[i], start,
+                       terms[i].orientation.transpose() * term.orientation, i, sources);
   return terms;
 }
 

@@ -116,16 +116,18 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
     normal->gradient.setZero(3 * nv);
   }
   if (!step) out.applied_force.resize(0);
-  bool poses = false;
+  bool poses = false, forces = false;
   for (const Span& span : layout.spans(instant)) {
     const Quantity quantity = problem_->terms[static_cast<std::size_t>(span.term)].quantity;
+    forces = forces || of_forces(quantity) || quantity == Quantity::kContactForce;
     poses = poses || !(of_coordinates(quantity) || quantity == Quantity::kContactForce);
   }
   if (poses) {
     compute_poses(*model_, q_before_, before_);
     compute_poses(*model_, q_, at_);
   }
-  if (step) {
+  if (step && !forces) out.applied_force.setZero(nv);
+  if (step && forces) {
     if (normal != nullptr) {
       step_inverse_derivatives(*model_, stage.options, q_, v_, w_, nothing_, workspace_, inverse_,
                                derivatives_, stage.derivatives);
