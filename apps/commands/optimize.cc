@@ -25,6 +25,7 @@ namespace {
 namespace opt = optimization;
 
 struct OptimizeArguments {
+  const char* command = "optimize";
   std::string problem, output, folder, from, derivatives, feedback;
   std::string motion, motion_scene, fit_output;  ///< of retarget
   std::optional<int> frames, iterations;
@@ -269,7 +270,7 @@ int optimize(OptimizeArguments& arguments, tasks::World& world) {
   std::optional<opt::Fit> fit;
   if (file.retargeting != nullptr) fit = opt::fit_motion(file);
   Report& report = arguments.report;
-  report.begin("optimize", file.scene_file.string());
+  report.begin(arguments.command, file.scene_file.string());
   report["problem"] = arguments.problem;
   const Interrupt interrupt;
   const std::vector<OptimizedStart> starts = run_starts(arguments, world, file);
@@ -351,6 +352,7 @@ void add_retarget(CommandLine& line) {
       "Example:\n  counterpoint retarget human_walk --motion recording_raw.csv --motion-scene "
       "scene.yaml --output walk.csv",
       on_every_rank(optimize));
+  arguments.command = "retarget";
   command.add("PROBLEM", arguments.problem,
               "Problem file (.yaml) with the key 'retarget', or bundled name (list retarget)",
               becomes(bundled_problem), required);
