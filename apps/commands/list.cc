@@ -27,8 +27,8 @@ struct ListArguments {
 
 int list(const ListArguments& arguments) {
   const bool scenes = arguments.kind == "scenes";
-  const bool problems = arguments.kind == "problems" || arguments.kind == "retarget" ||
-                        arguments.kind == "control";
+  const bool problems =
+      arguments.kind == "problems" || arguments.kind == "retarget" || arguments.kind == "control";
   for (const Kind& kind : kKinds) {
     if (arguments.kind != kind.word) continue;
     for (const Bundled& bundled : bundled_in(kind.folder, kind.ending)) {
@@ -55,10 +55,11 @@ void add_list(CommandLine& line) {
                               "Example:\n  counterpoint list scenes\n  counterpoint simulate "
                               "humanoid_drop --view fall.html",
                               list);
-  command.add("KIND scenes|robots|problems|retarget|control|studies|maps", arguments.kind,
-              "scenes, robots, problems (of optimize), retarget, control (problems of them), studies (of "
-              "sweep) or maps",
-              required);
+  command.add(
+      "KIND scenes|robots|problems|retarget|control|studies|maps", arguments.kind,
+      "scenes, robots, problems (of optimize), retarget, control (problems of them), studies (of "
+      "sweep) or maps",
+      required);
   command.add("--all", arguments.all, "Those in folders too: hard/arch_falls");
 }
 

@@ -27,7 +27,7 @@ namespace opt = optimization;
 struct OptimizeArguments {
   const char* command = "optimize";
   std::string problem, output, folder, from, derivatives, feedback;
-  std::string motion, motion_scene, fit_output;  ///< of retarget
+  std::string motion, motion_scene, fit_output;  ///< `retarget` has these
   std::optional<int> frames, iterations;
   std::optional<double> smoothing, feedback_smoothing;
   int starts = 1, cycles = 1;

@@ -99,11 +99,12 @@ void print_fit(Report& report) {
   std::string errors;
   for (const auto& [name, rms] : json["fit_rms"].items())
     errors += fmt::format("{}{} {:.3g}", errors.empty() ? "" : ", ", name, rms.get<double>());
-  report.print("fit: rms {} (m, rad); the motion leaves it by {}\n", errors,
-               format_entries("{joint_deviation_rms:.3g} rad rms (largest: "
-                              "{joint_deviation_rms_max_joint} {joint_deviation_rms_max:.3g}), base "
-                              "{base_deviation_rms_m:.3g} m, {base_deviation_rms_rad:.3g} rad",
-                              json));
+  report.print(
+      "fit: rms {} (m, rad); the motion leaves it by {}\n", errors,
+      format_entries("{joint_deviation_rms:.3g} rad rms (largest: "
+                     "{joint_deviation_rms_max_joint} {joint_deviation_rms_max:.3g}), base "
+                     "{base_deviation_rms_m:.3g} m, {base_deviation_rms_rad:.3g} rad",
+                     json));
 }
 
 Json read_json(const std::string& file) {

@@ -7,8 +7,8 @@
 #include "counterpoint/engine/optimize/control/normal.h"
 #include "counterpoint/engine/optimize/files/pose_reader.h"
 #include "counterpoint/engine/optimize/files/term_reader.h"
-#include "counterpoint/engine/optimize/retarget.h"
 #include "counterpoint/engine/optimize/optimize.h"
+#include "counterpoint/engine/optimize/retarget.h"
 #include "counterpoint/engine/optimize/settle.h"
 #include "counterpoint/engine/optimize/terms/evaluator.h"
 
@@ -81,7 +81,8 @@ class ProblemReader {
     for (const YamlValue& entry : in.at("fit").list())
       for (Term& term : read_terms(entry, fit, start_, goal_, sources)) {
         if (of_step(term.quantity) && term.quantity != Quantity::kAcceleration)
-          entry.fail("the fit knows no forces: a quantity of a frame or 'acceleration' is expected");
+          entry.fail(
+              "the fit knows no forces: a quantity of a frame or 'acceleration' is expected");
         fit.terms.push_back(std::move(term));
       }
     set_targets(fit, 0.0);

@@ -72,7 +72,8 @@ Fit fit_motion(ProblemFile& file) {
     going = step.accepted && step.decrease > kDone * before;
   }
   if (out.iterations == kMostSteps)
-    throw InputError(file.file.string() + ": retarget: the fit of the motion does not converge; "
+    throw InputError(file.file.string() +
+                     ": retarget: the fit of the motion does not converge; "
                      "weigh accelerations and a posture");
   out.q = newton.frames().all();
   out.errors = errors_of(fit, newton);

@@ -50,9 +50,9 @@ struct Fit {
 ProblemFile load_problem(const std::filesystem::path& file, std::optional<int> steps,
                          const SourceFiles& source);
 
-/// Fits frames to the motion to follow, and makes them the guess, the targets of terms with `target:
-/// fit`, and start and speed at the start, if these are fixed. @throws InputError if the file has
-/// no key `retarget`, or the fit does not converge.
+/// Fits frames to the motion to follow, and makes them the guess, the targets of terms with
+/// `target: fit`, and start and speed at the start, if these are fixed. @throws InputError if the
+/// file has no key `retarget`, or the fit does not converge.
 Fit fit_motion(ProblemFile& file);
 
 /// Root mean square [rad, m] over frames of the deviation of each coordinate (nv) between two

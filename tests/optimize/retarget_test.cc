@@ -32,7 +32,8 @@ void write_motion(const std::filesystem::path& file, const Model& model, double 
 /// A problem that follows motion.csv of a folder by its coordinates, beside no other wish.
 std::string follower(double h, std::size_t frames, const std::string& scene) {
   return scene + "time_step: " + std::to_string(h) + "\nsteps: " + std::to_string(frames - 1) +
-         "\nviolation_tolerance: 1.0e-6\npassive: [slide_x, slide_z, pitch]\nstart: {fixed: false}\n"
+         "\nviolation_tolerance: 1.0e-6\npassive: [slide_x, slide_z, pitch]\nstart: {fixed: "
+         "false}\n"
          "retarget:\n  motion: motion.csv\n"
          "  fit:\n    - {quantity: configuration, target: source}\n"
          "terms:\n  - {quantity: configuration, target: fit}\n"
@@ -163,8 +164,7 @@ TEST(Retarget, RefusalsSayWhatIsMissing) {
 
 /// The demands of a motion that a robot can do near another one.
 void expect_done(const std::string& name, const SourceFiles& source, int steps) {
-  ProblemFile file =
-      load_problem(data() / "scenes/retarget" / (name + ".yaml"), steps, source);
+  ProblemFile file = load_problem(data() / "scenes/retarget" / (name + ".yaml"), steps, source);
   const Fit fit = fit_motion(file);
   const Model& model = *file.problem.model;
   const Result result = optimize(file.problem, file.guess, file.settings);

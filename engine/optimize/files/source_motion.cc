@@ -77,8 +77,7 @@ MatrixX SourceMotion::link_values(const YamlValue& target, const Term& term,
   compute_poses(model, scene_->q, data);
   compute_poses(own_->model, own_->q, own);
   // Both scenes start in the same posture: what turns one link from there turns the other.
-  const Matrix3 rest =
-      data.X_WB[frame.body].rotation.transpose() * own.X_WB[term.body].rotation;
+  const Matrix3 rest = data.X_WB[frame.body].rotation.transpose() * own.X_WB[term.body].rotation;
   MatrixX out(target_size(own_->model, term.quantity), samples_.values.cols());
   for (Eigen::Index i = 0; i < out.cols(); ++i) {
     compute_poses(model, samples_.values.col(i), data);

@@ -35,7 +35,7 @@ class SourceMotion {
   std::shared_ptr<const Scene> own_, scene_;
   std::filesystem::path motion_file_, scene_file_;
   Playback playback_;
-  double scale_ = 1.0;   ///< of positions about the world's origin on the ground
+  double scale_ = 1.0;   ///< factor of positions, from the world's origin on the ground
   double ground_ = 0.0;  ///< height of the ground in the motion [m]
   Samples samples_;      ///< configurations of `scene_`
 };

@@ -176,7 +176,7 @@ MatrixX mirrored_coordinates(const YamlValue& in, const Model& model, const Side
                              const MatrixX& values) {
   try {
     const Mirror mirror = make_mirror(model, sides.left, sides.right);
-    const bool positions = values.rows() == model.nq() && model.nq() == mirror.q_sign.size();
+    const bool positions = values.rows() == model.nq();
     const auto& index = positions ? mirror.q_index : mirror.v_index;
     const VectorX& sign = positions ? mirror.q_sign : mirror.v_sign;
     MatrixX out(values.rows(), values.cols());
@@ -243,8 +243,8 @@ std::shared_ptr<const Reference> TargetReader::read(const YamlValue& target, con
       if (sides) turn(link, mirrored);
     }
   }
-  return std::make_shared<const Reference>(model, term.quantity, samples, read_playback(target, samples),
-                                           sides ? &mirrored : nullptr);
+  return std::make_shared<const Reference>(
+      model, term.quantity, samples, read_playback(target, samples), sides ? &mirrored : nullptr);
 }
 
 }  // namespace counterpoint::optimization

@@ -12,8 +12,8 @@ namespace {
 
 /// True for an entry whose targets change over time, as a table or a motion says.
 bool follows(const YamlValue& in) {
-  return in.has("target") && (TargetReader::is_from_file(in.at("target")) ||
-                              SourceMotion::is_target(in.at("target")));
+  return in.has("target") &&
+         (TargetReader::is_from_file(in.at("target")) || SourceMotion::is_target(in.at("target")));
 }
 
 std::shared_ptr<const Reference> read_reference(const YamlValue& target, const Problem& problem,
@@ -186,8 +186,8 @@ std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const 
     read_coordinate_weights(in, model, problem.motors, term);
     read_coordinate_target(in, model, start, goal, term);
     if (follows(in))
-      term.reference = read_reference(in.at("target"), problem, term, start, Matrix3::Identity(), 0,
-                                      sources);
+      term.reference =
+          read_reference(in.at("target"), problem, term, start, Matrix3::Identity(), 0, sources);
     return {term};
   }
   const int rows = rows_of(model, term.quantity);

@@ -115,7 +115,7 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
     normal->gram.setZero(3 * nv, 3 * nv);
     normal->gradient.setZero(3 * nv);
   }
-  if (!step) out.applied_force.resize(0);
+  out.applied_force.setZero(step ? nv : 0);
   bool poses = false, forces = false;
   for (const Span& span : layout.spans(instant)) {
     const Quantity quantity = problem_->terms[static_cast<std::size_t>(span.term)].quantity;
@@ -126,7 +126,6 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
     compute_poses(*model_, q_before_, before_);
     compute_poses(*model_, q_, at_);
   }
-  if (step && !forces) out.applied_force.setZero(nv);
   if (step && forces) {
     if (normal != nullptr) {
       step_inverse_derivatives(*model_, stage.options, q_, v_, w_, nothing_, workspace_, inverse_,
