@@ -372,6 +372,10 @@ void add_retarget(CommandLine& line) {
   command.add("--smoothing", arguments.smoothing,
               "Smoothing [m] of the last stage; default: the problem's, or the scene's", positive);
   command.add("--iterations", arguments.iterations, "Most Newton steps", positive);
+  command.add("--feedback", arguments.feedback,
+              "Table to write: feedback gains along the motion, for simulate --follow");
+  command.add("--feedback-smoothing", arguments.feedback_smoothing,
+              "Smoothing [m] of the contacts that gains are found with; default 1e-4", positive);
   command.add("--quiet", arguments.quiet, "No progress line");
   arguments.view.add_to(command);
   arguments.report.add_to(command);
