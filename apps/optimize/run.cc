@@ -53,8 +53,7 @@ void write_fit(const std::string& file, const opt::ProblemFile& problem, const o
   const Model& model = *problem.problem.model;
   opt::RepeatedMotion motion;
   motion.q = fit.q;
-  motion.v = motion.applied_force =
-      std::vector<VectorX>(fit.q.size(), VectorX::Zero(model.nv()));
+  motion.v = motion.applied_force = std::vector<VectorX>(fit.q.size(), VectorX::Zero(model.nv()));
   for (std::size_t t = 1; t < fit.q.size(); ++t) {
     configuration_difference(model, fit.q[t - 1], fit.q[t], motion.v[t]);
     motion.v[t] /= problem.problem.h();
