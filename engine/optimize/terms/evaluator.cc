@@ -99,8 +99,7 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
                          NormalEquations* normal) {
   const bool step = problem_->periodic || instant < problem_->steps;
   const int nv = model_->nv();
-  gather(frames, instant, step);
-  instant_ = instant;
+  gather(frames, instant_ = instant, step);
   restoring_ = stage.restoring;
   out.residual.setZero(layout.rows(instant));
   out.violation.setZero(layout.rows(instant));
