@@ -59,8 +59,8 @@ opt::ReplanReport replan(PlannerHandle& p, double time, const Array& q, const Ar
   return p.planner.replan(time, from_q, from_v);
 }
 
-py::array planned_force(PlannerHandle& p, double time, const opt::FeedbackGains& gains, const Array& q,
-                const Array& v) {
+py::array planned_force(PlannerHandle& p, double time, const opt::FeedbackGains& gains,
+                        const Array& q, const Array& v) {
   const int nv = p.model().nv();
   if (gains.stiffness.size() != nv || gains.damping.size() != nv)
     throw py::value_error("gains: expected stiffness and damping of shape (" + std::to_string(nv) +
