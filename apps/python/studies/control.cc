@@ -110,6 +110,8 @@ void bind_settings(py::module_& o) {
                      "Time constant of the estimate of forces that the plan does not know [s]; 0: "
                      "no estimate.")
       .def_readwrite("threads", &S::threads, "0: one a core; no result depends on it.")
+      .def_readwrite("contact_damping", &S::contact_damping,
+                     "Weight of relative changes of contact forces in the damping; 0: none.")
       .def_readwrite("least_damping", &S::least_damping, "Least damping, over the diagonal.")
       .def_readwrite("lost_above", &S::lost_above,
                      "A plan whose mean violation exceeds this is made anew from rest.");
