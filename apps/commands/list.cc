@@ -2,6 +2,8 @@
 // command's options.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "command.h"
 #include "counterpoint/model/spatial.h"
 #include "input/data_folder.h"
@@ -20,6 +22,17 @@ constexpr Kind kKinds[] = {{"scenes", "scenes", ".yaml"},
                            {"maps", "maps", ".yaml"},
                            {"studies", "studies", ".yaml"}};
 
+bool is_within(const std::string& folder, const std::string& path) {
+  return path.rfind(folder, 0) == 0;
+}
+
+/// True for a file in a folder of problems, which are listed by their own word.
+bool has_own_kind(const std::string& path) {
+  return std::any_of(std::begin(kKinds), std::end(kKinds), [&](const Kind& kind) {
+    return is_within("scenes/", kind.folder) && is_within(kind.folder + std::string("/"), path);
+  });
+}
+
 struct ListArguments {
   std::string kind;
   bool all = false;
@@ -27,17 +40,13 @@ struct ListArguments {
 
 int list(const ListArguments& arguments) {
   const bool scenes = arguments.kind == "scenes";
-  const bool problems =
-      arguments.kind == "problems" || arguments.kind == "retarget" || arguments.kind == "control";
   for (const Kind& kind : kKinds) {
     if (arguments.kind != kind.word) continue;
+    const bool problems = is_within("scenes/", kind.folder);
     for (const Bundled& bundled : bundled_in(kind.folder, kind.ending)) {
       const bool nested = bundled.name.find('/') != std::string::npos;
       if (nested && (problems || !arguments.all)) continue;
-      if (scenes &&
-          (bundled.name.rfind("optimize/", 0) == 0 || bundled.name.rfind("retarget/", 0) == 0 ||
-           bundled.name.rfind("control/", 0) == 0))
-        continue;
+      if (scenes && has_own_kind("scenes/" + bundled.name)) continue;
       if (bundled.about.empty())
         fmt::print("{}\n", bundled.name);
       else

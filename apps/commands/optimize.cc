@@ -309,6 +309,24 @@ std::string bundled_problem(const std::string& name) {
   return bundled_file(name, {"scenes/optimize", "scenes/retarget"});
 }
 
+/// Adds the options of the search for a motion; from_help describes --from.
+void add_search(Command& command, OptimizeArguments& arguments, const char* from_help) {
+  command.add("--report DIR", arguments.folder, "Folder to write: a page with figures and charts");
+  command.add("--from", arguments.from, from_help);
+  command.add("--frames", arguments.frames, "Steps of the motion; default: the problem's",
+              range(4, 100'000));
+  command.add("--smoothing", arguments.smoothing,
+              "Smoothing [m] of the last stage; default: the problem's, or the scene's", positive);
+  command.add("--iterations", arguments.iterations, "Most Newton steps", positive);
+}
+
+void add_feedback(Command& command, OptimizeArguments& arguments) {
+  command.add("--feedback", arguments.feedback,
+              "Table to write: feedback gains along the motion, for simulate --follow");
+  command.add("--feedback-smoothing", arguments.feedback_smoothing,
+              "Smoothing [m] of the contacts that gains are found with; default 1e-4", positive);
+}
+
 }  // namespace
 
 void add_optimize(CommandLine& line) {
@@ -321,13 +339,7 @@ void add_optimize(CommandLine& line) {
               becomes(bundled_problem), required);
   command.add("--output", arguments.output,
               "Table to write (.csv, .h5, .npz, .mcap): the motion and its forces");
-  command.add("--report DIR", arguments.folder, "Folder to write: a page with figures and charts");
-  command.add("--from", arguments.from, "Table of a motion to start from");
-  command.add("--frames", arguments.frames, "Steps of the motion; default: the problem's",
-              range(4, 100'000));
-  command.add("--smoothing", arguments.smoothing,
-              "Smoothing [m] of the last stage; default: the problem's, or the scene's", positive);
-  command.add("--iterations", arguments.iterations, "Most Newton steps", positive);
+  add_search(command, arguments, "Table of a motion to start from");
   command.add("--starts", arguments.starts,
               "So many starts, from seeds one apart; the best is kept", positive);
   command.add("--seed", arguments.seed, "Of the noise on the guess; 0, the default: none");
@@ -335,10 +347,7 @@ void add_optimize(CommandLine& line) {
   command.add("--derivatives analytic|differences", arguments.derivatives,
               "analytic (default), or central differences, to compare");
   command.add("--cycles", arguments.cycles, "Write a periodic motion so many times over", positive);
-  command.add("--feedback", arguments.feedback,
-              "Table to write: feedback gains along the motion, for simulate --follow");
-  command.add("--feedback-smoothing", arguments.feedback_smoothing,
-              "Smoothing [m] of the contacts that gains are found with; default 1e-4", positive);
+  add_feedback(command, arguments);
   arguments.tasks.add_to(command,
                          "Folder where finished starts are kept: a run that was stopped goes on");
   command.add("--quiet", arguments.quiet, "No progress line");
@@ -365,17 +374,8 @@ void add_retarget(CommandLine& line) {
               "Table to write (.csv, .h5, .npz, .mcap): the motion and its forces");
   command.add("--fit-output", arguments.fit_output,
               "Table to write: the kinematic fit, which the motion follows");
-  command.add("--report DIR", arguments.folder, "Folder to write: a page with figures and charts");
-  command.add("--from", arguments.from, "Table of a motion to start from; default: the fit");
-  command.add("--frames", arguments.frames, "Steps of the motion; default: the problem's",
-              range(4, 100'000));
-  command.add("--smoothing", arguments.smoothing,
-              "Smoothing [m] of the last stage; default: the problem's, or the scene's", positive);
-  command.add("--iterations", arguments.iterations, "Most Newton steps", positive);
-  command.add("--feedback", arguments.feedback,
-              "Table to write: feedback gains along the motion, for simulate --follow");
-  command.add("--feedback-smoothing", arguments.feedback_smoothing,
-              "Smoothing [m] of the contacts that gains are found with; default 1e-4", positive);
+  add_search(command, arguments, "Table of a motion to start from; default: the fit");
+  add_feedback(command, arguments);
   command.add("--quiet", arguments.quiet, "No progress line");
   arguments.view.add_to(command);
   arguments.report.add_to(command);

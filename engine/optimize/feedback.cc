@@ -8,6 +8,7 @@
 
 #include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/optimize/terms/effort_limits.h"
 #include "counterpoint/engine/optimize/terms/evaluator.h"
 #include "counterpoint/engine/trajectory.h"
 
@@ -198,11 +199,10 @@ VectorX following_force(const Model& model, const VectorX& q_plan, const VectorX
     x.tail(model.nv()) = v - v_plan;
     u.noalias() -= gain * x;
   }
+  clamp_to_effort_limits(model, u);
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
-    const double limit = model.joint(i - 1).effort_limit;
-    for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k)
-      u[k] = model.joint(i - 1).actuated ? std::clamp(u[k], -limit, limit) : 0.0;
+    if (!model.joint(i - 1).actuated) u.segment(body.v_index, joint_nv(body.joint_type)).setZero();
   }
   return u;
 }

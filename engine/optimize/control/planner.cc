@@ -9,6 +9,7 @@
 #include "counterpoint/engine/optimize/newton/newton.h"
 #include "counterpoint/engine/optimize/reference.h"
 #include "counterpoint/engine/optimize/settle.h"
+#include "counterpoint/engine/optimize/terms/effort_limits.h"
 
 namespace counterpoint::optimization {
 namespace {
@@ -21,9 +22,9 @@ Stage stage_of(const Problem& problem, const PlannerSettings& planner) {
   settings.continuation.start = planner.smoothing;
   settings.continuation.compliance_per_metre = planner.compliance_per_metre;
   settings.continuation.margin_per_smoothing = planner.margin_per_smoothing;
+  settings.continuation.contact_damping = planner.contact_damping;
   Stage stage = stage_at(problem, settings, planner.smoothing);
   stage.penalty = planner.penalty;
-  stage.contact_damping = planner.contact_damping;
   return stage;
 }
 
@@ -180,16 +181,15 @@ Planner& Planner::operator=(Planner&&) noexcept = default;
 ReplanReport Planner::prepare(double time, const VectorX& q, const VectorX& v) {
   Impl& p = *impl_;
   ReplanReport report;
-  const double duration = time - p.plan.time;
-  if (p.planned) p.estimate_disturbance(duration, q, v);
+  if (p.planned) p.estimate_disturbance(time - p.plan.time, q, v);
   p.start = q + p.lift;
   p.start_v = v;
-  p.start_time = time;
   if (p.planned) {
-    p.shift(duration);
+    p.shift(time - p.start_time);
   } else {
     p.hold(p.start);
   }
+  p.start_time = time;
   p.newton.frames().set_start(p.start, v);
   p.move_targets(time);
   p.iterate(p.planned ? p.settings.iterations : p.settings.first_iterations, report);
@@ -261,17 +261,11 @@ void Planner::force(double time, const FeedbackGains& gains, const VectorX& q, c
   sample(time, p.wanted_q, p.wanted_v, out);
   VectorX& difference = p.scratch_v;
   configuration_difference(p.model(), q, p.wanted_q, difference);
-  const Model& model = p.model();
-  for (int i = 1; i < model.num_bodies(); ++i) {
-    const Body& body = model.body(i);
-    const double limit = model.joint(i - 1).effort_limit;
-    for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k) {
-      const double wanted =
-          out[k] + gains.stiffness[k] * difference[k] + gains.damping[k] * (p.wanted_v[k] - v[k]);
-      out[k] =
-          p.problem.motors[static_cast<std::size_t>(k)] ? std::clamp(wanted, -limit, limit) : 0.0;
-    }
-  }
+  out += gains.stiffness.cwiseProduct(difference);
+  out += gains.damping.cwiseProduct(p.wanted_v - v);
+  clamp_to_effort_limits(p.model(), out);
+  for (int k = 0; k < out.size(); ++k)
+    if (!p.problem.motors[static_cast<std::size_t>(k)]) out[k] = 0.0;
 }
 
 }  // namespace counterpoint::optimization

@@ -6,6 +6,7 @@
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/optimize/terms/effort_limits.h"
 
 namespace counterpoint::optimization {
 namespace {
@@ -17,13 +18,9 @@ bool of_forces(Quantity quantity) {
 
 /// Excess of each force over the effort limit of its joint; 0 within it.
 void effort_excess(const Model& model, const VectorX& force, VectorX& out) {
-  out.setZero(model.nv());
-  for (int i = 1; i < model.num_bodies(); ++i) {
-    const Body& body = model.body(i);
-    const double limit = model.joint(i - 1).effort_limit;
-    for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k)
-      out[k] = force[k] - std::clamp(force[k], -limit, limit);
-  }
+  out = force;
+  clamp_to_effort_limits(model, out);
+  out = force - out;
 }
 
 /// Excess of each limited coordinate over the limits tightened by `length`; 0 within them.
