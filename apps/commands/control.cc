@@ -22,7 +22,7 @@ namespace {
 namespace opt = optimization;
 
 struct ControlArguments {
-  std::string problem, output;
+  std::string problem, world, output;
   std::optional<double> duration, interval, smoothing, penalty;
   std::optional<int> iterations, threads;
   std::vector<double> push;
@@ -37,6 +37,7 @@ struct ControlArguments {
 };
 
 void apply(const ControlArguments& arguments, opt::ControlFile& control) {
+  if (!arguments.world.empty()) opt::use_world(control, arguments.world);
   const auto set = [](const auto& given, auto& value) {
     if (given) value = *given;
   };
@@ -45,7 +46,6 @@ void apply(const ControlArguments& arguments, opt::ControlFile& control) {
   set(arguments.smoothing, control.planner.smoothing);
   set(arguments.penalty, control.planner.penalty);
   set(arguments.iterations, control.planner.iterations);
-  set(arguments.iterations, control.planner.most_iterations);
   set(arguments.threads, control.planner.threads);
   control.own_thread = arguments.own_thread;
   if (arguments.pushed_link.empty() && arguments.push.empty()) return;
@@ -99,7 +99,7 @@ void fill_run(const opt::ControlFile& control, const opt::ControlRun& run, std::
 /// Runs once, writing the requested outputs on the way.
 opt::ControlRun run_once(const ControlArguments& arguments, const opt::ControlFile& control,
                          const Scene& world, std::uint64_t seed) {
-  RunOutputs outputs(arguments.output, arguments.view, world, opt::push_columns(control));
+  RunOutputs outputs(arguments.output, arguments.view, world, opt::input_columns(control));
   PlanTrace plans(control.interval);
   opt::ControlHooks hooks;
   if (outputs.recorder)
@@ -177,6 +177,8 @@ void add_control(CommandLine& line) {
   command.add("PROBLEM", arguments.problem,
               "Control problem (.yaml), or bundled name (list control)", becomes(bundled_control),
               required);
+  command.add("--world", arguments.world,
+              "Scene (.yaml) that is simulated in place of the problem's, with the same coordinates");
   command.add("--duration", arguments.duration, "Simulated time [s]; default: the problem's",
               positive);
   command.add("--seed", arguments.seed,

@@ -26,7 +26,7 @@ namespace counterpoint::optimization {
 //
 // Conditions count penalty / 2 |c|^2; there are no multipliers. Each replan shifts the frames in
 // time, holds the last one beyond the end, sets frame 0 and its velocity to the present state, and
-// takes a fixed number of Gauss-Newton steps. Kurtz, Castro, Oncul and Lin, "Inverse Dynamics
+// tries a fixed number of Gauss-Newton steps. Kurtz, Castro, Oncul and Lin, "Inverse Dynamics
 // Trajectory Optimization for Contact-Implicit Model Predictive Control" (2023), section VI.
 
 struct PlannerSettings {
@@ -34,12 +34,7 @@ struct PlannerSettings {
   double compliance_per_metre = 10;  ///< compliance over smoothing [1/m], as in Continuation
   double margin_per_smoothing = 0;   ///< see Continuation
   double penalty = 100.0;            ///< penalty of conditions
-  int iterations = 2;                ///< least number of Gauss-Newton steps of a replan
-  /// A replan takes further steps, up to this number, while the last one lowered the cost by more
-  /// than `least_decrease`, a share of the cost. After a push or at a first contact the shifted
-  /// plan is far from the best one.
-  int most_iterations = 10;
-  double least_decrease = 0.1;
+  int iterations = 2;         ///< Gauss-Newton steps that a replan tries
   int first_iterations = 50;  ///< the same for a plan from rest
   /// Time constant [s] of the estimate of a force that acts where there is no motor and that the
   /// plan does not know, such as friction that smoothed contacts lack; 0: no estimate.
@@ -51,7 +46,8 @@ struct PlannerSettings {
   double lost_above = 10.0;
 };
 
-/// Gains of the joints' feedback towards the plan (nv each); zero without a motor.
+/// Gains of the joints' feedback towards the plan (nv each); zero without a motor. A run does not
+/// use those of joints whose servo the world simulates.
 struct FeedbackGains {
   VectorX stiffness;  ///< [N m/rad, N/m]
   VectorX damping;    ///< [N m s/rad, N s/m]
@@ -160,8 +156,12 @@ struct ControlFile {
   Perturbation perturbation;
 };
 
-/// Columns of the pushes in a table of a run.
-InputColumns push_columns(const ControlFile& control);
+/// Simulates the scene of another file. @throws InputError as load_scene, or if its coordinates
+/// differ from those of the plan.
+void use_world(ControlFile& control, const std::filesystem::path& scene);
+
+/// Columns of the servos' targets and of the pushes in a table of a run.
+InputColumns input_columns(const ControlFile& control);
 
 /// Loads a control problem. @throws InputError naming file, line, element and the expected value.
 ControlFile load_control(const std::filesystem::path& file);
@@ -210,7 +210,8 @@ Scene scaled_world(const Scene& scene, double mass_factor, double friction_facto
 /// if it stands.
 VectorX control_start(const ControlFile& control, const Scene& world);
 
-/// Runs the loop. world: a scene with the model's bodies and coordinates; its masses and materials
+/// Runs the loop. Servos of the world's motors, if it has any, follow the plan, implicit in each of
+/// its steps (servos.h); the plan's forces are added within the effort limits. world: a scene with the model's bodies and coordinates; its masses and materials
 /// may differ. seed: of the perturbed start and of noise; 0: the plain start.
 ControlRun run_control(const ControlFile& control, const Scene& world, std::uint64_t seed,
                        const WorldErrors& errors, const ControlHooks& hooks = {});

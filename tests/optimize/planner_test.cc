@@ -2,12 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/optimize/control.h"
 #include "support/allocation_guard.h"
 #include "support/paths.h"
 #include "support/small_scenes.h"
+#include "support/temp_folder.h"
 
 namespace counterpoint::optimization::planner_test {
 namespace {
@@ -155,6 +157,43 @@ TEST(Control, AQuadrupedGetsUpInAWorldThatDiffersFromThePlans) {
   EXPECT_TRUE(run.success()) << run.error.front();
   const ControlRun again = run_control(file, world, 3, errors);
   EXPECT_EQ(run.end.q, again.end.q);
+}
+
+// Servos of the world follow the plan in place of the feedback, implicitly: with gains that an
+// explicit feedback at the world's step of 1 ms does not bear (damping times step 100 times the
+// inertia of a shank) the pushed quadruped stands.
+TEST(Control, ServosOfTheWorldFollowThePlan) {
+  const auto scenes = std::filesystem::path(test::source_dir()) / "data/scenes/control/scenes";
+  ControlFile file = bundled("quadruped_stand");
+  use_world(file, scenes / "quadruped_servos.yaml");
+  EXPECT_TRUE(input_columns(file).targets);
+  EXPECT_TRUE(run_control(file, *file.world, 0, {}).success());
+
+  std::ifstream in(scenes / "quadruped_servos.yaml");
+  std::string text(std::istreambuf_iterator<char>(in), {});
+  const auto replace = [&text](const std::string& old, const std::string& with) {
+    ASSERT_NE(text.find(old), std::string::npos) << old;
+    text.replace(text.find(old), old.size(), with);
+  };
+  replace("../../..", (std::filesystem::path(test::source_dir()) / "data").string());
+  replace("stiffness: 100, damping: 3", "stiffness: 30000, damping: 1000");
+  const test::TempFolder folder;
+  use_world(file, folder.write("stiff.yaml", text));
+  EXPECT_TRUE(run_control(file, *file.world, 0, {}).success());
+  file = bundled("quadruped_stand");
+  for (Eigen::Index k = 0; k < file.gains.stiffness.size(); ++k) {
+    if (file.gains.stiffness[k] == 0.0) continue;
+    file.gains.stiffness[k] = 30000;
+    file.gains.damping[k] = 1000;
+  }
+  EXPECT_FALSE(run_control(file, *file.world, 0, {}).success());
+}
+
+TEST(Control, AWorldWithOtherCoordinatesIsRefused) {
+  ControlFile file = bundled("spinner");
+  EXPECT_THROW(use_world(file, std::filesystem::path(test::source_dir()) /
+                                   "data/scenes/control/scenes/quadruped_servos.yaml"),
+               InputError);
 }
 
 TEST(Control, AThreadOfItsOwnChangesNoBit) {

@@ -101,10 +101,7 @@ void bind_settings(py::module_& o) {
       .def_readwrite("margin_per_smoothing", &S::margin_per_smoothing,
                      "Contacts exist so many smoothings away.")
       .def_readwrite("penalty", &S::penalty, "Penalty of conditions.")
-      .def_readwrite("iterations", &S::iterations, "Least number of Gauss-Newton steps.")
-      .def_readwrite("most_iterations", &S::most_iterations,
-                     "Largest number, while steps lower the cost by more than least_decrease.")
-      .def_readwrite("least_decrease", &S::least_decrease, "Share of the cost.")
+      .def_readwrite("iterations", &S::iterations, "Gauss-Newton steps that a replan tries.")
       .def_readwrite("first_iterations", &S::first_iterations, "The same for a plan from rest.")
       .def_readwrite("disturbance_time", &S::disturbance_time,
                      "Time constant of the estimate of forces that the plan does not know [s]; 0: "

@@ -57,8 +57,6 @@ class ControlReader {
                    "margin_per_smoothing",
                    "penalty",
                    "iterations",
-                   "most_iterations",
-                   "least_decrease",
                    "first_iterations",
                    "least_damping",
                    "lost_above",
@@ -91,11 +89,7 @@ class ControlReader {
   void read_world(const YamlValue& in) {
     out_.world = out_.file.scene;
     if (!in.has("world")) return;
-    const YamlValue value = in.at("world");
-    const std::filesystem::path file = out_.file.file.parent_path() / value.text();
-    out_.world = std::make_shared<const Scene>(load_scene(file));
-    if (coordinate_names(out_.world->model).q != coordinate_names(model()).q)
-      value.fail("the world's coordinates differ from those of the plan's scene");
+    use_world(out_, out_.file.file.parent_path() / in.at("world").text());
   }
 
   void read_planner(const YamlValue& in) {
@@ -106,12 +100,9 @@ class ControlReader {
     read_positive(in, "penalty", planner.penalty);
     read_positive(in, "least_damping", planner.least_damping);
     read_positive(in, "lost_above", planner.lost_above);
-    read_positive(in, "least_decrease", planner.least_decrease);
     read_positive(in, "contact_damping", planner.contact_damping);
     read_positive(in, "disturbance_time", planner.disturbance_time);
     if (in.has("iterations")) planner.iterations = in.at("iterations").integer(1, 1000);
-    if (in.has("most_iterations"))
-      planner.most_iterations = in.at("most_iterations").integer(1, 1000);
     if (in.has("first_iterations"))
       planner.first_iterations = in.at("first_iterations").integer(1, 100'000);
   }
@@ -193,10 +184,22 @@ int pushed_link(const Model& model, const std::string& name) {
   return link;
 }
 
-InputColumns push_columns(const ControlFile& control) {
+void use_world(ControlFile& control, const std::filesystem::path& scene) {
+  control.world = std::make_shared<const Scene>(load_scene(scene));
+  if (coordinate_names(control.world->model).q !=
+      coordinate_names(*control.file.problem.model).q)
+    throw InputError(fmt::format(
+        "{}: the world's coordinates differ from those of the plan's scene {}: name the same robots "
+        "in the same order",
+        scene.string(), control.file.scene_file.string()));
+}
+
+InputColumns input_columns(const ControlFile& control) {
   std::set<int> links;
   for (const Push& push : control.pushes) links.insert(push.link);
-  return {false, {links.begin(), links.end()}};
+  const Scene& world = *control.world;
+  const bool servos = world.options.effects.has(Effect::kServos) && !world.model.servos().empty();
+  return {servos, {links.begin(), links.end()}};
 }
 
 ControlFile load_control(const std::filesystem::path& file) { return ControlReader(file).read(); }

@@ -84,7 +84,8 @@ class Loop {
         errors_(errors),
         hooks_(hooks),
         judge_(control),
-        pushes_(push_columns(control)),
+        gains_(control.gains),
+        pushes_(input_columns(control)),
         push_values_(VectorX::Zero(6 * static_cast<Eigen::Index>(pushes_.links.size()))),
         normal_(seed),
         planner_(control.file.problem, control.planner),
@@ -97,7 +98,9 @@ class Loop {
     simulator_.set_state(state);
     measured_q_ = state.q;
     measured_v_ = state.v;
+    begin_servos();
     force_.setZero(model_.nv());
+    planned_force_ = force_;
     noise_.setZero(model_.nv());
     moved_.setZero(model_.nv());
   }
@@ -199,8 +202,9 @@ class Loop {
     }
     if (pending_ && now >= plan_from_.time - slack)
       adopt(other_thread_.valid() ? other_thread_.get() : prepare());
-    planner_.force(now, control_.gains, q, v, force_);
+    planner_.force(now, gains_, q, v, force_);
     simulator_.input().applied_force = force_;
+    set_servos(now);
     push(now);
     if (hooks_.step) before_ = simulator_.state();
     const double start = thread_seconds();
@@ -212,6 +216,37 @@ class Loop {
       hooks_.step(before_, simulator_.input(), control_.plant_step, simulator_.state(), report);
     }
     return report.succeeded();
+  }
+
+  /// Lets the servos of the world do the feedback of their joints.
+  void begin_servos() {
+    const Model& world = simulator_.model();
+    pushes_.targets = false;
+    if (!simulator_.scene().options.effects.has(Effect::kServos)) return;
+    for (std::size_t i = 0; i < world.servos().size(); ++i) {
+      const Body& body = world.body(world.servos()[i].joint + 1);
+      if (!control_.file.problem.motors[static_cast<std::size_t>(body.v_index)]) continue;
+      gains_.stiffness[body.v_index] = gains_.damping[body.v_index] = 0.0;
+      servos_.push_back({static_cast<Eigen::Index>(i), body.q_index, body.v_index});
+    }
+    if (servos_.empty()) return;
+    Input& input = simulator_.input();
+    input.servo_position.resize(static_cast<Eigen::Index>(world.servos().size()));
+    input.servo_velocity = input.servo_position;
+    for (std::size_t i = 0; i < world.servos().size(); ++i) {
+      input.servo_position[static_cast<Eigen::Index>(i)] = world.servos()[i].position;
+      input.servo_velocity[static_cast<Eigen::Index>(i)] = world.servos()[i].velocity;
+    }
+  }
+
+  /// Sets the servos' targets to the plan at the end of the step.
+  void set_servos(double now) {
+    if (servos_.empty()) return;
+    planner_.sample(now + control_.plant_step, next_q_, next_v_, planned_force_);
+    for (const auto& [servo, q_index, v_index] : servos_) {
+      simulator_.input().servo_position[servo] = next_q_[q_index];
+      simulator_.input().servo_velocity[servo] = next_v_[v_index];
+    }
   }
 
   /// Sets the wrenches on pushed links, about their origins as in a table of the run.
@@ -239,6 +274,12 @@ class Loop {
   WorldErrors errors_;
   const ControlHooks& hooks_;
   Judge judge_;
+  FeedbackGains gains_;  ///< zero where a servo follows the plan
+  struct Servo {
+    Eigen::Index servo;  ///< index into Model::servos
+    int q_index, v_index;
+  };
+  std::vector<Servo> servos_;  ///< of motors
   InputColumns pushes_;
   VectorX push_values_;  ///< values of the columns
   NormalNumbers normal_;
@@ -248,7 +289,7 @@ class Loop {
   ControlRun run_;
   State plan_from_, before_;
   VectorX measured_q_, measured_v_, force_, noise_;
-  VectorX planned_q_, planned_v_, next_q_, next_v_, moved_;
+  VectorX planned_q_, planned_v_, next_q_, next_v_, moved_, planned_force_;
   double next_replan_ = 0.0;
   bool pending_ = false;
   std::future<Prepared> other_thread_;  ///< destroyed first: it uses the members above
@@ -290,6 +331,7 @@ VectorX control_start(const ControlFile& control, const Scene& world) {
   if (!problem.settle) return problem.start_q;
   SimulationOptions options = world.options;
   options.time_step = control.plant_step;
+  options.effects.set(Effect::kServos, false);
   Workspace workspace(world.model);
   return settled(world.model, options, problem.motors, problem.start_q, workspace);
 }

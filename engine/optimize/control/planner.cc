@@ -28,11 +28,13 @@ Stage stage_of(const Problem& problem, const PlannerSettings& planner) {
   return stage;
 }
 
-const Problem& checked(const Problem& problem) {
+/// Returns the problem in which motors, not servos, move the joints.
+Problem checked(Problem problem) {
   check_problem(problem);
   if (problem.periodic || problem.goal_q || problem.free_start)
     throw InputError(
         "control: the problem must not be periodic, its goal not fixed, and its start not free");
+  problem.options.effects.set(Effect::kServos, false);
   return problem;
 }
 
@@ -142,13 +144,12 @@ struct Planner::Impl {
         integrate_configuration(model(), start, term.offset, 1.0, term.target);
   }
 
-  /// Takes at least `count` Gauss-Newton steps, and further ones while they lower the cost by much.
+  /// Tries `count` Gauss-Newton steps; those that do not lower the cost count, so that every replan
+  /// takes the same time.
   void iterate(int count, ReplanReport& report) {
-    for (int i = 0; i < std::max(count, settings.most_iterations); ++i) {
-      const Iteration step = newton.iterate();
+    for (int left = count; left > 0;) {
+      left -= newton.iterate(std::min(left, Damping::kMaxTrials)).trials;
       ++report.iterations;
-      if (!step.accepted) break;
-      if (i + 1 >= count && step.decrease < settings.least_decrease * step.cost) break;
     }
     report.cost = newton.cost();
     report.violation = newton.violation();

@@ -166,7 +166,7 @@ double Newton::try_step(double bound, Iteration& iteration) {
   return decrease;
 }
 
-Iteration Newton::iterate() {
+Iteration Newton::iterate(int most_trials) {
   Iteration iteration;
   double start = wall_seconds();
   const auto lap = [&](double& sum) {
@@ -177,7 +177,7 @@ Iteration Newton::iterate() {
   linearize();
   lap(iteration.linearize_seconds);
   double added = 0.0;  // mu of the B that is in the system
-  while (iteration.trials < Damping::kMaxTrials && !iteration.accepted) {
+  while (iteration.trials < most_trials && !iteration.accepted) {
     ++iteration.trials;
     if (stage_.contact_damping > 0.0) add_metric(damping_.value() - added);
     added = damping_.value();

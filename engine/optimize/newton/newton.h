@@ -35,9 +35,10 @@ class Newton {
   void begin(const Stage& stage, bool scale = true);
   /// Cost of the current motion; infinite if inverse dynamics fails.
   double cost() const { return cost_; }
-  /// Takes one iteration: linearizes, and tries steps until one lowers the cost. The frames may
-  /// have been changed since the last one. Does not allocate after the first iteration.
-  Iteration iterate();
+  /// Takes one iteration: linearizes, and tries at most `most_trials` steps until one lowers the
+  /// cost. The frames may have been changed since the last one. Does not allocate after the first
+  /// iteration.
+  Iteration iterate(int most_trials = Damping::kMaxTrials);
 
   /// Violation of all conditions over the instants.
   Spread violation() const;

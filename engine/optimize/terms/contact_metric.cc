@@ -17,17 +17,17 @@ void Evaluator::find_metric(const Stage& stage, MatrixX& out) {
   for (const ContactForce& force : inverse_.contacts) {
     const collision::Candidate& contact = force.contact;
     if (!(force.force.dot(contact.normal) > 0.0)) continue;
-    const auto jacobian = [&](int geometry, MatrixX& J) {
-      point_jacobian(*model_, at_, model_->geometries()[static_cast<std::size_t>(geometry)].body,
-                     contact.position, J);
+    value_.setZero(model_->nv());
+    const auto add = [&](int geometry, const Vector3& direction) {
+      add_point_speed(*model_, at_, model_->geometries()[static_cast<std::size_t>(geometry)].body,
+                      contact.position, direction, value_);
     };
-    jacobian(contact.geometry_a, scratch_.a);
-    jacobian(contact.geometry_b, scratch_.b);
-    scratch_.b -= scratch_.a;
-    value_.noalias() = scratch_.b.transpose() * contact.normal;
+    add(contact.geometry_b, contact.normal);
+    add(contact.geometry_a, -contact.normal);
     const double y = gap_bias(options, h, contact.gap) + value_.dot(w_);
-    weight_ = stage.contact_damping * stage.penalty / (h * h * (y * y + least)) * value_;
-    out.noalias() += weight_ * value_.transpose();
+    const double weight = stage.contact_damping * stage.penalty / (h * h * (y * y + least));
+    for (Eigen::Index j = 0; j < value_.size(); ++j)
+      if (value_[j] != 0.0) out.col(j) += weight * value_[j] * value_;
   }
 }
 

@@ -273,7 +273,6 @@ void Evaluator::add_coordinate_rows(const VectorX& weight, const Span& span,
 /// rows.
 void Evaluator::add_dense_rows(NormalEquations& normal) {
   const Eigen::Index nv = model_->nv();
-  Eigen::Index forces = 0;
   if (!force_weight2_.isZero(0.0)) {
     force_rows_.setZero(nv, 3 * nv);
     auto at = force_rows_.middleCols(nv, nv);
@@ -284,13 +283,12 @@ void Evaluator::add_dense_rows(NormalEquations& normal) {
     add_product(derivatives_.dv_next, w_by_next_, rotations_, force_rows_.rightCols(nv));
     normal.gradient.noalias() += force_rows_.transpose() * force_gradient_;
     for (Eigen::Index i = 0; i < nv; ++i) force_rows_.row(i) *= std::sqrt(force_weight2_[i]);
-    forces = nv;
-    normal.gram.selfadjointView<Eigen::Lower>().rankUpdate(force_rows_.topRows(forces).transpose());
+    gram_.add(force_rows_, normal.gram);
   }
   if (num_dense_ == 0) return;
   const auto rows = dense_.topRows(num_dense_);
   normal.gradient.noalias() += rows.transpose() * dense_residual_.head(num_dense_);
-  normal.gram.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+  gram_.add(rows, normal.gram);
 }
 
 Vector3 Evaluator::contact_force(const Term& term) const {

@@ -213,6 +213,16 @@ void point_jacobian(const Model& model, const Kinematics& data, int body, const 
   }
 }
 
+void add_point_speed(const Model& model, const Kinematics& data, int body, const Vector3& position,
+                     const Vector3& direction, VectorX& out) {
+  for (int i = body; i > 0; i = model.body(i).parent) {
+    const Body& b = model.body(i);
+    const Vector3 arm = position - data.X_WB[i].translation;
+    for (int k = b.v_index; k < b.v_index + joint_nv(b.joint_type); ++k)
+      out[k] += direction.dot(data.axis[k].at(arm));
+  }
+}
+
 void angular_jacobian(const Model& model, const Kinematics& data, int body, MatrixX& out) {
   out.setZero();
   for (int i = body; i > 0; i = model.body(i).parent) {

@@ -12,6 +12,10 @@ Vector3 point_position(const Kinematics& data, int body, const Vector3& point);
 void point_jacobian(const Model& model, const Kinematics& data, int body, const Vector3& position,
                     Eigen::Ref<MatrixX> out);
 
+/// Adds the row of that Jacobian in a direction (unit vector in W) to out (nv).
+void add_point_speed(const Model& model, const Kinematics& data, int body, const Vector3& position,
+                     const Vector3& direction, VectorX& out);
+
 /// Jacobian (3 x nv) of the angular velocity of a body in W with respect to v. Needs compute_poses.
 void angular_jacobian(const Model& model, const Kinematics& data, int body, MatrixX& out);
 
