@@ -27,6 +27,14 @@ enum class DerivativeMethod {
   kExtrapolated,        ///< differences at two steps, extrapolated (Richardson), error O(step^4)
 };
 
+/// Derivatives of the contact forces on chosen bodies, three rows for each [N] in W
+/// (contact_force_on) by the same arguments as InverseDerivatives; exact where those are, and only
+/// of semi-implicit Euler steps.
+struct ContactForceDerivatives {
+  std::vector<int> bodies;  ///< set by the caller: indices into Model::bodies
+  MatrixX dq, dv, dv_next;  ///< 3 bodies.size() x nv
+};
+
 /// Derivatives of the applied force u that step_inverse recovers (rows, nv) by its arguments
 /// (columns, nv).
 struct InverseDerivatives {
@@ -36,6 +44,7 @@ struct InverseDerivatives {
   /// True if dq and dv are extrapolated differences of the whole step although closed forms were
   /// requested: something acts that has no closed form (docs/explanation/derivatives.md).
   bool by_differences = false;
+  ContactForceDerivatives contacts;  ///< bodies that the caller has chosen; none by default
 };
 
 /// Runs step_inverse for (q, v) and v_next under `known`, with its result in `out`, and computes
@@ -48,7 +57,8 @@ struct InverseDerivatives {
 /// @param difference_step  of configurations [m, rad]; that of velocities is this over the time
 /// step, at most 1e-4 m/s. 0 selects 1e-6, or with constraints other than equalities 1e-5 of their
 /// smoothing length, 1e-10 to 1e-6. Only differences use it.
-/// @throws InputError where step_inverse does.
+/// @throws InputError where step_inverse does, and if d.contacts has bodies and the integrator is
+/// not semi_implicit_euler.
 void step_inverse_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
                               VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& out, InverseDerivatives& d,

@@ -89,6 +89,9 @@ struct Inverse {
   VectorX servo_force;
 };
 
+/// Returns the sum of the contact forces of an inverse on a body, in W [N].
+Vector3 contact_force_on(const Model& model, const Inverse& inverse, int body);
+
 /// Recovers the applied force from (q, v) at the start and v_next at the end of a step. It takes no
 /// optimization and no mass matrix: O(bodies + contacts), except for linkages with closures, whose
 /// velocity-dependent forces take a linear solve (velocity_predictor.h). All sizes as in State.

@@ -256,6 +256,15 @@ void invert_step(const InverseArguments& step, Workspace::Impl& ws, Inverse& out
   out.force_scale = largest_force(inverse.tau, out);
 }
 
+Vector3 contact_force_on(const Model& model, const Inverse& inverse, int body) {
+  Vector3 sum = Vector3::Zero();
+  for (const ContactForce& one : inverse.contacts) {
+    if (model.geometries()[one.contact.geometry_b].body == body) sum += one.force;
+    if (model.geometries()[one.contact.geometry_a].body == body) sum -= one.force;
+  }
+  return sum;
+}
+
 void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
                   VectorRef q_next, VectorRef v_next, const Input& known, Workspace& workspace,
                   Inverse& out) {

@@ -163,6 +163,12 @@ TEST(Terms, GradientsThroughContactAndItsMirror) {
                            term_of(model, quantity, 3)};
     expect_gradient(start, stage, quantity_name(quantity));
   }
+  Term force = term_of(model, Quantity::kContactForce, 5);
+  for (const char* foot : {"left_foot", "right_foot"}) {
+    force.body = model.frames()[static_cast<std::size_t>(model.find_frame(foot))].body;
+    start.problem.terms = {force};
+    expect_gradient(start, stage, foot);
+  }
 }
 
 // A rolling ball does not slide although its centre moves; without rotation it slides at that
@@ -196,21 +202,33 @@ TEST(Terms, RollingIsNoSliding) {
   }
 }
 
-TEST(Terms, ContactForceOfABallOnTheGround) {
+// A finger pushes a box over the floor: near the floor, in contact and sliding fast.
+TEST(Terms, ContactForceOfABoxThatAFingerPushes) {
   const std::filesystem::path scenes =
       std::filesystem::path(test::source_dir()) / "data/scenes/optimize/scenes";
   const Scene scene = load_scene(scenes / "push_box.yaml");
-  Start start = start_of(scene.model, scene.options, 4, false);
-  start.problem.options.contact.smoothing = 1e-2;
-  start.problem.options.contact.compliance = 0.1;
-  Term term = term_of(scene.model, Quantity::kContactForce, 5);
-  term.body = 1;
-  for (int b = 1; b < scene.model.num_bodies(); ++b)
-    if (scene.model.joint(b - 1).link == "box/body") term.body = b;
-  start.problem.terms = {term};
-  Stage stage;
-  stage.options = start.problem.options;
-  expect_gradient(start, stage, "contact force");
+  const Model& model = scene.model;
+  for (const double slide : {0.0, 0.02}) {
+    for (const double height : {-1e-3, 0.0, 5e-3}) {
+      Start start = start_of(model, scene.options, 4, false);
+      start.problem.options.contact.smoothing = 1e-2;
+      start.problem.options.contact.compliance = 0.1;
+      Term term = term_of(model, Quantity::kContactForce, 5);
+      term.body = model.frames()[static_cast<std::size_t>(model.find_frame("box/body"))].body;
+      const Body& box = model.body(term.body);
+      for (std::size_t t = 0; t < start.frames.size(); ++t) {
+        start.frames[t] = scene.q;
+        VectorX change = test::random_vector(model.nv(), 30 + t, 2e-3);
+        change[box.v_index] += slide * static_cast<double>(t);
+        change[box.v_index + 2] += height;
+        integrate_configuration(model, start.frames[t], change, 1.0, start.frames[t]);
+      }
+      start.problem.terms = {term};
+      Stage stage;
+      stage.options = start.problem.options;
+      expect_gradient(start, stage, std::to_string(slide) + " " + std::to_string(height));
+    }
+  }
 }
 
 // Damping by contacts is the sum of squared relative changes of normal forces with the next frame.

@@ -40,6 +40,10 @@ inline bool expect_exact(const Scene& scene, const Moment& at, const std::string
   sharpen(ws);
   Inverse out;
   InverseDerivatives exact, reference;
+  for (int i = 0; i < model.num_bodies(); ++i)
+    if (scene.options.integrator == Integrator::kSemiImplicitEuler)
+      exact.contacts.bodies.push_back(i);
+  reference.contacts.bodies = exact.contacts.bodies;
   step_inverse_derivatives(model, scene.options, at.q, at.v, at.q_next, at.v_next, at.known, ws,
                            out, reference, DerivativeMethod::kExtrapolated, difference_step);
   step_inverse_derivatives(model, scene.options, at.q, at.v, at.q_next, at.v_next, at.known, ws,
@@ -55,7 +59,16 @@ inline bool expect_exact(const Scene& scene, const Moment& at, const std::string
     EXPECT_LE(largest(exact.dv - reference.dv),
               kDerivativeTolerance * (scale + largest(reference.dv)))
         << what;
+    EXPECT_LE(largest(exact.contacts.dq - reference.contacts.dq),
+              kDerivativeTolerance * (scale + largest(reference.dq)))
+        << what;
+    EXPECT_LE(largest(exact.contacts.dv - reference.contacts.dv),
+              kDerivativeTolerance * (scale + largest(reference.dv)))
+        << what;
   }
+  EXPECT_LE(largest(exact.contacts.dv_next - reference.contacts.dv_next),
+            kDerivativeTolerance * largest(reference.dv_next))
+      << what;
   EXPECT_LE(largest(exact.dv_next - reference.dv_next),
             kDerivativeTolerance * largest(reference.dv_next))
       << what;

@@ -85,6 +85,15 @@ struct SpeedByMotion {
   Vector6 q, v;  ///< gradient of the speed: displacement, velocity at the start
 };
 
+/// Derivatives of a force by the motion of a body, 3 x 6 each, at the reference of that body's
+/// tree.
+struct ForceByMotion {
+  using Rows = Eigen::Matrix<double, 3, 6>;
+  int row = 0;  ///< first row in the output
+  int by = 0;
+  Rows q, next, v;  ///< matrices with the meaning of BodyResponse
+};
+
 /// Arguments of a sweep, which differentiates tau = M a + n(q, v) - loads. Gravity in n is that on
 /// the weight which is not carried (gravity_compensation.h).
 struct SweepInput {
@@ -130,6 +139,10 @@ class TreeSweep {
   /// that carry their bodies and of the gradient of the speed.
   void add_by_speed(const Model& model, std::span<const ForceBySpeed> forces,
                     std::span<const SpeedByMotion> motions, SweepOutput out);
+
+  /// Adds the derivatives of a force to three rows of `out`, 3 n x nv here. Needs columns as
+  /// add_coupling.
+  void add_force_rows(const Model& model, const ForceByMotion& force, SweepOutput out) const;
 
   /// Computes the columns P_next and P_start of a tree for the velocities at the end and the start
   /// of the step (nv). add_coupling and add_inner_pair need them; `run` computes them for trees

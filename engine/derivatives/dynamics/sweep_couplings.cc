@@ -4,6 +4,19 @@
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 
 namespace counterpoint {
+namespace {
+
+/// Calls act(k) for every coordinate that carries a body.
+template <class Act>
+void for_each_coordinate(const Model& model, int body, const Act& act) {
+  for (int b = body; b != 0; b = model.body(b).parent) {
+    const int first = model.body(b).v_index;
+    for (int k = first; k < first + joint_nv(model.body(b).joint_type); ++k) act(k);
+  }
+}
+
+}  // namespace
+
 /// Computes P of all columns with another velocity (nv).
 void TreeSweep::find_columns(const Model& model, const Tree& tree, const double* velocity,
                              Motion Column::*out) {
@@ -25,38 +38,38 @@ void TreeSweep::find_columns(const Model& model, const Tree& tree, const double*
 
 void TreeSweep::add_coupling(const Model& model, int body, int by, const BodyResponse& response,
                              SweepOutput out) const {
-  for (int b = by; b != 0; b = model.body(b).parent) {
-    const int first = model.body(b).v_index;
-    for (int k = first; k < first + joint_nv(model.body(b).joint_type); ++k) {
-      const Column& column = columns_[k];
-      const Vector6 S = stacked(column.S);
-      const Vector6 next = response.next * S, v = response.v * S;
-      const Vector6 q = response.q * S + response.next * stacked(column.P_next) +
-                        response.v * stacked(column.P_start);
-      for (int a = body; a != 0; a = model.body(a).parent) {
-        const int row = model.body(a).v_index;
-        for (int j = row; j < row + joint_nv(model.body(a).joint_type); ++j) {
-          const Vector6 along = stacked(columns_[j].S);
-          out.dq(j, k) += along.dot(q);
-          out.dnext(j, k) += along.dot(next);
-          out.dv(j, k) += along.dot(v);
-        }
-      }
-    }
-  }
+  for_each_coordinate(model, by, [&](int k) {
+    const Column& column = columns_[k];
+    const Vector6 S = stacked(column.S);
+    const Vector6 next = response.next * S, v = response.v * S;
+    const Vector6 q = response.q * S + response.next * stacked(column.P_next) +
+                      response.v * stacked(column.P_start);
+    for_each_coordinate(model, body, [&](int j) {
+      const Vector6 along = stacked(columns_[j].S);
+      out.dq(j, k) += along.dot(q);
+      out.dnext(j, k) += along.dot(next);
+      out.dv(j, k) += along.dot(v);
+    });
+  });
+}
+
+void TreeSweep::add_force_rows(const Model& model, const ForceByMotion& force,
+                               SweepOutput out) const {
+  for_each_coordinate(model, force.by, [&](int k) {
+    const Column& column = columns_[k];
+    const Vector6 S = stacked(column.S);
+    out.dq.col(k).segment<3>(force.row) +=
+        force.q * S + force.next * stacked(column.P_next) + force.v * stacked(column.P_start);
+    out.dnext.col(k).segment<3>(force.row) += force.next * S;
+    out.dv.col(k).segment<3>(force.row) += force.v * S;
+  });
 }
 
 void TreeSweep::add_by_speed(const Model& model, std::span<const ForceBySpeed> forces,
                              std::span<const SpeedByMotion> motions, SweepOutput out) {
-  const auto for_each_coordinate = [&](int body, const auto& act) {
-    for (int b = body; b != 0; b = model.body(b).parent) {
-      const int first = model.body(b).v_index;
-      for (int k = first; k < first + joint_nv(model.body(b).joint_type); ++k) act(k);
-    }
-  };
   rows_.clear();
   for (const ForceBySpeed& f : forces) {
-    for_each_coordinate(f.body, [&](int j) {
+    for_each_coordinate(model, f.body, [&](int j) {
       double& along = along_[static_cast<size_t>(j)];
       if (!carries_[static_cast<size_t>(j)]) {
         carries_[static_cast<size_t>(j)] = 1;
@@ -67,7 +80,7 @@ void TreeSweep::add_by_speed(const Model& model, std::span<const ForceBySpeed> f
     });
   }
   for (const SpeedByMotion& m : motions) {
-    for_each_coordinate(m.body, [&](int k) {
+    for_each_coordinate(model, m.body, [&](int k) {
       const Vector6 S = stacked(columns_[k].S);
       const double q = m.q.dot(S) + m.v.dot(stacked(columns_[k].P_start)), v = m.v.dot(S);
       for (const int j : rows_) {
@@ -136,17 +149,14 @@ void TreeSweep::add_inner_pair(const Model& model, const InnerPair& pair, SweepO
   }
   if (!pair.by_v) return;
   const Matrix6 both = pair.v_a + pair.v_b;
-  for (; a != 0; a = model.body(a).parent) {
-    const int first = model.body(a).v_index;
-    for (int k = first; k < first + joint_nv(model.body(a).joint_type); ++k) {
-      const Vector6 q = both * stacked(columns_[k].P_start), v = both * stacked(columns_[k].S);
-      for (int r = 0; r < count; ++r) {
-        const Vector6 along = stacked(columns_[own_[r]].S) * (r < of_a ? 1.0 : -1.0);
-        out.dq(own_[r], k) += along.dot(q);
-        out.dv(own_[r], k) += along.dot(v);
-      }
+  for_each_coordinate(model, a, [&](int k) {
+    const Vector6 q = both * stacked(columns_[k].P_start), v = both * stacked(columns_[k].S);
+    for (int r = 0; r < count; ++r) {
+      const Vector6 along = stacked(columns_[own_[r]].S) * (r < of_a ? 1.0 : -1.0);
+      out.dq(own_[r], k) += along.dot(q);
+      out.dv(own_[r], k) += along.dot(v);
     }
-  }
+  });
 }
 
 }  // namespace counterpoint

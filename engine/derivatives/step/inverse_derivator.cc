@@ -162,6 +162,7 @@ bool InverseDerivator::add_contacts(const InverseArguments& of, const InvertedSt
       known = contact_response(of, i, bodies, inverted, response) && known;
       slips_.add(model, pair, *inverted.body_velocity, h, inverted.at(),
                  late ? pair.impact_time / h : 1.0);
+      contact_forces_.add_pair(model, pair, bodies, response, h, inverted.at());
     } else if (displacing_ && displacing_ != Displacing::kEqualities) {
       break;
     } else {
@@ -195,8 +196,10 @@ bool InverseDerivator::add_slip(const Model& model, const SimulationOptions& opt
     if (!find_motion(model, h, source, inverted, motion)) return false;
     const SpeedSlope slope =
         speed_slope(pair, pair_bodies(pair, inverted.at(), *inverted.body_velocity), motion);
-    forces_.add_by_speed(slips_.forces(i), of_body(pair, pair.body_a, -slope.q, slope.v_a),
-                         of_body(pair, pair.body_b, slope.q, slope.v_b));
+    const SpeedByMotion by_a = of_body(pair, pair.body_a, -slope.q, slope.v_a);
+    const SpeedByMotion by_b = of_body(pair, pair.body_b, slope.q, slope.v_b);
+    forces_.add_by_speed(slips_.forces(i), by_a, by_b);
+    contact_forces_.add_by_speed(slips_.forces(i), by_a, by_b);
   }
   return true;
 }
@@ -240,6 +243,7 @@ bool InverseDerivator::sweep_trees(const InverseArguments& of, const InvertedSte
     velocity_terms_.add(of, t, inverted, d);
   }
   forces_.add_couplings(model, in, sweep_, out);
+  contact_forces_.write(model, in, sweep_, d.contacts);
   if (inverted.has_coriolis)
     add_flight_derivatives(model, h, v, in.gravity, inverted.start.free_flight(), inverted.at(), d);
   if (!inverted.constraints->closures.empty()) closures_.begin(model, inverted.at(), v);
@@ -272,6 +276,7 @@ void InverseDerivator::begin(const Model& model, InverseDerivatives& d) {
   }
   slips_.begin();
   forces_.begin();
+  contact_forces_.begin(d.contacts);
   motions_.begin();
 }
 

@@ -15,6 +15,7 @@
 #include "counterpoint/engine/derivatives/constraints/patch_response.h"
 #include "counterpoint/engine/derivatives/constraints/slip_response.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
+#include "counterpoint/engine/derivatives/forces/contact_force_rows.h"
 #include "counterpoint/engine/derivatives/forces/force_responses.h"
 #include "counterpoint/engine/derivatives/forces/velocity_terms.h"
 #include "counterpoint/engine/derivatives/inverted_step.h"
@@ -73,6 +74,7 @@ class InverseDerivator {
   ContactMotionFinder motions_;
   SlipResponse slips_;
   ForceResponses forces_;
+  ContactForceRows contact_forces_;
   MovingPatch patch_;
   VectorX v_;             ///< nv: velocity at which velocity-dependent forces are taken
   VectorX acceleration_;  ///< nv

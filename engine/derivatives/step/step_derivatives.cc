@@ -126,6 +126,9 @@ bool has_kinks(const ConstraintSet& constraints) {
 
 void fill_with_nan(int nv, InverseDerivatives& d) {
   for (MatrixX* m : {&d.dq, &d.dv, &d.dv_next}) m->setConstant(nv, nv, kNaN);
+  const auto rows = 3 * static_cast<Eigen::Index>(d.contacts.bodies.size());
+  for (MatrixX* m : {&d.contacts.dq, &d.contacts.dv, &d.contacts.dv_next})
+    m->setConstant(rows, nv, kNaN);
 }
 
 }  // namespace
@@ -134,6 +137,8 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
                               VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& out, InverseDerivatives& d,
                               DerivativeMethod method, double difference_step) {
+  if (!d.contacts.bodies.empty() && options.integrator != Integrator::kSemiImplicitEuler)
+    throw InputError("derivatives of contact forces need the integrator semi_implicit_euler");
   step_inverse(model, options, q, v, q_next, v_next, known, workspace, out);
   if (out.fault.any()) return fill_with_nan(model.nv(), d);
   Workspace::Impl& ws = workspace.impl();

@@ -10,27 +10,44 @@ namespace {
 /// Largest difference step of velocities [m/s, rad/s].
 constexpr double kMaxVelocityStep = 1e-4;
 
-/// Sets d(:, k) = (u(+s) - u(-s)) / (2 s); invert(k, shift, out) leaves u(shift) in `out`.
-template <class Invert>
-void difference_columns(int nv, double step, DifferenceScratch& scratch, MatrixX& d,
-                        const Invert& invert) {
-  for (int k = 0; k < nv; ++k) {
-    invert(k, step, scratch.plus);
-    invert(k, -step, scratch.minus);
-    d.col(k) = (scratch.plus.applied_force - scratch.minus.applied_force) / (2.0 * step);
-  }
-}
+/// Derivatives by one argument: of the applied force (nv x nv), and of the contact forces on some
+/// bodies (3 n x nv).
+struct Columns {
+  MatrixX &u, &contacts;
+};
 
-template <class Invert>
-void difference(int nv, double step, bool extrapolated, DifferenceScratch& scratch, MatrixX& d,
-                const Invert& invert) {
-  d.resize(nv, nv);
-  difference_columns(nv, step, scratch, d, invert);
-  if (!extrapolated) return;
-  scratch.wide.resize(nv, nv);
-  difference_columns(nv, 2.0 * step, scratch, scratch.wide, invert);
-  d = (4.0 * d - scratch.wide) / 3.0;
-}
+/// Differences of the inverse of one model.
+struct Differences {
+  const Model& model;
+  const std::vector<int>& bodies;  ///< ContactForceDerivatives::bodies
+  DifferenceScratch& scratch;
+
+  /// Sets the columns k to (u(+s) - u(-s)) / (2 s); invert(k, shift, out) leaves u(shift) in `out`.
+  template <class Invert>
+  void find(double step, const Invert& invert, Columns d) const {
+    d.u.resize(model.nv(), model.nv());
+    d.contacts.resize(3 * static_cast<Eigen::Index>(bodies.size()), model.nv());
+    for (int k = 0; k < model.nv(); ++k) {
+      const Inverse &plus = scratch.plus, &minus = scratch.minus;
+      invert(k, step, scratch.plus);
+      invert(k, -step, scratch.minus);
+      d.u.col(k) = (plus.applied_force - minus.applied_force) / (2.0 * step);
+      for (size_t i = 0; i < bodies.size(); ++i)
+        d.contacts.col(k).segment<3>(3 * static_cast<Eigen::Index>(i)) =
+            (contact_force_on(model, plus, bodies[i]) - contact_force_on(model, minus, bodies[i])) /
+            (2.0 * step);
+    }
+  }
+
+  template <class Invert>
+  void find(double step, bool extrapolated, const Invert& invert, Columns d) const {
+    find(step, invert, d);
+    if (!extrapolated) return;
+    find(2.0 * step, invert, {scratch.wide, scratch.wide_contacts});
+    d.u = (4.0 * d.u - scratch.wide) / 3.0;
+    d.contacts = (4.0 * d.contacts - scratch.wide_contacts) / 3.0;
+  }
+};
 
 }  // namespace
 
@@ -60,24 +77,26 @@ void difference_step_inverse(const InverseArguments& of, Workspace& workspace,
     step_inverse(model, of.options, scratch.q, scratch.v, none, scratch.v_next, of.known, workspace,
                  out);
   };
-  difference(nv, step, extrapolated, scratch, d.dq, [&](int k, double s, Inverse& out) {
+  const Differences differences{model, d.contacts.bodies, scratch};
+  const auto by_q = [&](int k, double s, Inverse& out) {
     scratch.direction[k] = 1.0;
     integrate_configuration(model, q, scratch.direction, s, scratch.q);
     scratch.direction[k] = 0.0;
     invert(out);
-  });
+  };
+  differences.find(step, extrapolated, by_q, {d.dq, d.contacts.dq});
   scratch.q = q;
-  difference(nv, v_step, extrapolated, scratch, d.dv, [&](int k, double s, Inverse& out) {
-    scratch.v[k] = v[k] + s;
-    invert(out);
-    scratch.v[k] = v[k];
-  });
+  const auto by_component = [&](const VectorRef& at, VectorX& changed) {
+    return [&](int k, double s, Inverse& out) {
+      changed[k] = at[k] + s;
+      invert(out);
+      changed[k] = at[k];
+    };
+  };
+  differences.find(v_step, extrapolated, by_component(v, scratch.v), {d.dv, d.contacts.dv});
   if (!by_v_next) return;
-  difference(nv, v_step, extrapolated, scratch, d.dv_next, [&](int k, double s, Inverse& out) {
-    scratch.v_next[k] = v_next[k] + s;
-    invert(out);
-    scratch.v_next[k] = v_next[k];
-  });
+  differences.find(v_step, extrapolated, by_component(v_next, scratch.v_next),
+                   {d.dv_next, d.contacts.dv_next});
 }
 
 }  // namespace counterpoint

@@ -10,7 +10,7 @@ namespace counterpoint {
 struct DifferenceScratch {
   VectorX q, v, v_next, direction;
   Inverse plus, minus;
-  MatrixX wide;  ///< derivative with the larger step
+  MatrixX wide, wide_contacts;  ///< derivatives with the larger step
 };
 
 struct DifferenceOptions {
@@ -19,7 +19,8 @@ struct DifferenceOptions {
   bool by_v_next;     ///< whether to compute du/dv+; else it stays
 };
 
-/// Computes step_inverse_derivatives by differences, without `out`.
+/// Computes step_inverse_derivatives by differences, without `out`: of contact forces by all
+/// arguments that are asked for.
 void difference_step_inverse(const InverseArguments& of, Workspace& workspace,
                              const DifferenceOptions& how, DifferenceScratch& scratch,
                              InverseDerivatives& d);

@@ -71,7 +71,13 @@ Evaluator::Evaluator(const Problem& problem)
       scratch_(*problem.model),
       v_(VectorX::Zero(problem.model->nv())),
       w_(VectorX::Zero(problem.model->nv())),
-      difference_(VectorX::Zero(problem.model->nv())) {}
+      difference_(VectorX::Zero(problem.model->nv())) {
+  std::vector<int>& bodies = derivatives_.contacts.bodies;
+  for (const Term& term : problem.terms)
+    if (term.quantity == Quantity::kContactForce &&
+        std::find(bodies.begin(), bodies.end(), term.body) == bodies.end())
+      bodies.push_back(term.body);
+}
 
 void Evaluator::gather(const Frames& frames, int instant, bool step) {
   const double h = problem_->h();
@@ -146,7 +152,7 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
     } else if (of_coordinates(term.quantity)) {
       evaluate_coordinates(term, span, factor, multiplier, out, normal);
     } else {
-      evaluate_dense(term, span, stage, factor, multiplier, out, normal != nullptr);
+      evaluate_dense(term, span, factor, multiplier, out, normal != nullptr);
     }
   }
   if (normal != nullptr) add_dense_rows(*normal);
@@ -291,27 +297,16 @@ void Evaluator::add_dense_rows(NormalEquations& normal) {
   gram_.add(rows, normal.gram);
 }
 
-Vector3 Evaluator::contact_force(const Term& term) const {
-  Vector3 sum = Vector3::Zero();
-  for (const ContactForce& contact : inverse_.contacts) {
-    const auto& geometries = model_->geometries();
-    if (geometries[contact.contact.geometry_b].body == term.body) sum += contact.force;
-    if (geometries[contact.contact.geometry_a].body == term.body) sum -= contact.force;
-  }
-  return sum;
-}
-
-void Evaluator::evaluate_dense(const Term& term, const Span& span, const Stage& stage,
-                               double factor, const VectorX& multiplier, InstantValues& out,
-                               bool derivatives) {
+void Evaluator::evaluate_dense(const Term& term, const Span& span, double factor,
+                               const VectorX& multiplier, InstantValues& out, bool derivatives) {
   const Eigen::Index nv = model_->nv();
   MatrixX &by_before = by_before_[span.rows - 1], &by_at = by_at_[span.rows - 1];
   Vector3 rows_of_value;
   auto value = rows_of_value.head(span.rows);
   bool chained = false;
   if (term.quantity == Quantity::kContactForce) {
-    value = contact_force(term);
-    if (derivatives) differentiate_contact_force(term, stage);
+    value = contact_force_on(*model_, inverse_, term.body);
+    if (derivatives) take_contact_rows(term);
     chained = true;
   } else if (term.quantity == Quantity::kAngularMomentum) {
     compute_velocities(*model_, v_, at_);
@@ -343,31 +338,12 @@ void Evaluator::evaluate_dense(const Term& term, const Span& span, const Stage& 
   num_dense_ += span.rows;
 }
 
-/// Differentiates by central differences of the inverse, which has no derivatives of single contact
-/// forces.
-void Evaluator::differentiate_contact_force(const Term& term, const Stage& stage) {
-  const double step = std::clamp(1e-3 * stage.options.contact.smoothing, 1e-10, 1e-6);
-  const Inverse kept = inverse_;
-  VectorX change = VectorX::Zero(model_->nv()), moved = q_;
-  for (MatrixX& out : by_q_v_w_) out.setZero(3, model_->nv());
-  for (int k = 0; k < 3; ++k) {
-    for (Eigen::Index j = 0; j < model_->nv(); ++j) {
-      const double size = k == 0 ? step : std::min(step / problem_->h(), 1e-4);
-      Vector3 forces[2];
-      for (const int side : {0, 1}) {
-        change[j] = side == 0 ? -size : size;
-        moved = q_;
-        if (k == 0) integrate_configuration(*model_, q_, change, 1.0, moved);
-        const VectorX v = k == 1 ? VectorX(v_ + change) : v_;
-        const VectorX w = k == 2 ? VectorX(w_ + change) : w_;
-        step_inverse(*model_, stage.options, moved, v, w, nothing_, workspace_, inverse_);
-        forces[side] = contact_force(term);
-      }
-      change[j] = 0.0;
-      by_q_v_w_[k].col(j) = (forces[1] - forces[0]) / (2.0 * size);
-    }
-  }
-  inverse_ = kept;
+void Evaluator::take_contact_rows(const Term& term) {
+  const ContactForceDerivatives& all = derivatives_.contacts;
+  const auto at = std::find(all.bodies.begin(), all.bodies.end(), term.body) - all.bodies.begin();
+  by_q_v_w_[0] = all.dq.middleRows<3>(3 * at);
+  by_q_v_w_[1] = all.dv.middleRows<3>(3 * at);
+  by_q_v_w_[2] = all.dv_next.middleRows<3>(3 * at);
 }
 
 /// Differentiates the angular momentum: exactly with respect to v, in which it is linear; by

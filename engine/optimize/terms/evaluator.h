@@ -73,12 +73,11 @@ class Evaluator {
                             const VectorX& multiplier, InstantValues& out, NormalEquations* normal);
   void evaluate_forces(const Term& term, const Span& span, double factor, const VectorX& multiplier,
                        InstantValues& out, bool derivatives);
-  void evaluate_dense(const Term& term, const Span& span, const Stage& stage, double factor,
-                      const VectorX& multiplier, InstantValues& out, bool derivatives);
-  void differentiate_contact_force(const Term& term, const Stage& stage);
+  void evaluate_dense(const Term& term, const Span& span, double factor, const VectorX& multiplier,
+                      InstantValues& out, bool derivatives);
+  void take_contact_rows(const Term& term);
   void differentiate_angular_momentum();
   void find_metric(const Stage& stage, MatrixX& out);
-  Vector3 contact_force(const Term& term) const;
   void set_rows(const Term& term, const Span& span, double factor, const VectorX& multiplier,
                 const VectorRef& value, InstantValues& out) const;
   bool restoring_ = false;
