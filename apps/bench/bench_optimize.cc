@@ -28,7 +28,7 @@ constexpr double kMiddle = 1e-2;
 struct Prepared {
   opt::ProblemFile file;
   std::unique_ptr<opt::Newton> newton;
-  std::vector<VectorX> frames;
+  opt::Variables frames;
   double damping = 0.0;
 
   Prepared(const fs::path& problem, std::optional<int> steps, int threads)
@@ -43,8 +43,8 @@ struct Prepared {
 
 /// Repeats one Newton step from the same frames, with the damping that a run has there. Writes the
 /// time of its parts into the counters and returns their sum [ms].
-double repeat_step(benchmark::State& state, opt::Newton& newton,
-                   const std::vector<VectorX>& variables, double damping, const opt::Stage& stage) {
+double repeat_step(benchmark::State& state, opt::Newton& newton, const opt::Variables& variables,
+                   double damping, const opt::Stage& stage) {
   double linearize = 0.0, factor = 0.0, trial = 0.0;
   int trials = 0;
   for (auto _ : state) {

@@ -97,7 +97,7 @@ void apply(const OptimizeArguments& arguments, opt::ProblemFile& file) {
 void keep(const OptimizeArguments& arguments, const opt::ProblemFile& file,
           const opt::Result& result) {
   if (arguments.output.empty()) return;
-  write_motion(arguments.output, file, result);
+  write_motion(arguments.output, *file.problem.model, result.options.time_step, result);
   const Json json = {{"smoothing_m", result.smoothing},
                      {"outcome", opt::outcome_name(result.outcome)}};
   write_file(resume_file(arguments), json.dump(1) + "\n");
@@ -122,10 +122,11 @@ OptimizedStart run_start(const OptimizeArguments& arguments, const opt::ProblemF
     const Json kept = read_json(resume_file(arguments));
     settings.continuation.resume_at = kept.at("smoothing_m").get<double>();
   }
+  opt::Problem problem = file.problem;
   const std::vector<VectorX> guess =
-      from.empty() ? opt::seeded_guess(file, seed) : frames_from(from, file.problem);
+      from.empty() ? opt::seeded_guess(file, seed) : frames_from(from, problem);
   start.seed = seed;
-  start.result = opt::optimize(file.problem, guess, settings);
+  start.result = opt::optimize(problem, guess, settings);
   if (Interrupt::wanted()) Interrupt::end();  // the next signal ends verifying and saving
   start.verification = opt::verify(*file.problem.model, start.result.options, file.problem.motors,
                                    start.result.q, start.result.v.front());
@@ -144,14 +145,14 @@ view::Clip clip_of(const Scene& scene, double h, const Motion& motion, bool forc
 }
 
 /// Returns clips of at most kMost stages that led to the motion, the first among them.
-std::vector<view::Clip> stage_clips(const Scene& scene, double h, const OptimizedStart& best) {
+std::vector<view::Clip> stage_clips(const Scene& scene, const OptimizedStart& best) {
   constexpr std::size_t kMost = 6;
   std::vector<view::Clip> clips;
   const std::size_t count = best.stages.size();
   for (std::size_t i = 0; i < std::min(kMost, count); ++i) {
     const std::size_t stage = count <= kMost ? i : i * (count - 1) / (kMost - 1);
     const opt::Result& r = best.stages[stage];
-    clips.push_back(clip_of(scene, h, r, false));
+    clips.push_back(clip_of(scene, r.options.time_step, r, false));
     clips.back().name = fmt::format("stage {}, smoothing {:.2g} m", stage + 1, r.smoothing);
   }
   return clips;
@@ -168,12 +169,12 @@ void write_outputs(const OptimizeArguments& arguments, const opt::ProblemFile& f
     json["feedback_missing_steps"] = feedback->missing;
   }
   if (!arguments.output.empty()) keep(arguments, file, best.result);
-  const double h = file.problem.h();
+  const double h = best.result.options.time_step;
   std::optional<opt::RepeatedMotion> motion;
   if (arguments.cycles > 1 || feedback) {
     motion =
         opt::repeated(file.problem, best.result, feedback ? &*feedback : nullptr, arguments.cycles);
-    if (!arguments.output.empty()) write_motion(arguments.output, file, *motion);
+    if (!arguments.output.empty()) write_motion(arguments.output, *file.problem.model, h, *motion);
     if (feedback) opt::write_feedback(arguments.feedback, *file.problem.model, motion->gains);
   }
   const bool linked = !arguments.folder.empty() && view::can_make_pages();
@@ -182,7 +183,7 @@ void write_outputs(const OptimizeArguments& arguments, const opt::ProblemFile& f
   scene.options = best.result.options;
   const view::Clip clip =
       motion ? clip_of(scene, h, *motion, true) : clip_of(scene, h, best.result, true);
-  const std::vector<view::Clip> stages = stage_clips(scene, h, best);
+  const std::vector<view::Clip> stages = stage_clips(scene, best);
   const view::Origin origin{file.scene_file.string(), {arguments.problem, arguments.output}};
   if (arguments.view.wanted())
     view::write_replay(arguments.view.file(), scene, origin, clip, stages);
@@ -193,7 +194,7 @@ void write_outputs(const OptimizeArguments& arguments, const opt::ProblemFile& f
 }
 
 /// Prints the entry of a start in the report.
-void print_start(const Json& start, const Report& report) {
+void print_start(const Json& start, bool free_duration, const Report& report) {
   report.print(
       "{}, effort {:.0f} % of the limits\n",
       format_entries(
@@ -204,6 +205,9 @@ void print_start(const Json& start, const Report& report) {
           "{stance_slip_max_m:.1e} m a step, landings {landing_slip_max_m:.1e} m",
           start),
       100.0 * start["effort_share_max"].get<double>());
+  if (free_duration)
+    report.print("  duration found: {}\n",
+                 format_entries("{duration_s:.6g} s, steps of {time_step_s:.6g} s", start));
 }
 
 /// Returns the list of starts, a task each. Both arguments must outlive it.
@@ -285,7 +289,7 @@ int optimize(OptimizeArguments& arguments, tasks::World& world) {
   Json list = Json::array();
   for (std::size_t i = 0; i < starts.size(); ++i) {
     fill_report(starts[i], list.emplace_back());
-    print_start(list.back(), report);
+    print_start(list.back(), file.problem.duration.has_value(), report);
     if (is_better(starts[i], starts[best])) best = i;
   }
   report.json().update(list[best]);

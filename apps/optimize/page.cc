@@ -15,7 +15,7 @@ namespace opt = optimization;
 
 MotionMetrics motion_metrics(const opt::ProblemFile& problem, const opt::Result& result) {
   const Model& model = *problem.problem.model;
-  const double h = problem.problem.h();
+  const double h = result.options.time_step;
   Workspace workspace(model);
   Inverse inverse;
   MotionMetrics metrics;
@@ -150,10 +150,11 @@ void write_optimization_page(const std::filesystem::path& folder, const opt::Pro
   const MotionMetrics metrics = motion_metrics(problem, result);
   make_report_folder(folder);
   write_iterations((folder / "iterations.csv").string(), result);
-  write_motion((folder / "motion.csv").string(), problem, result);
+  write_motion((folder / "motion.csv").string(), *problem.problem.model, result.options.time_step,
+               result);
   HtmlPage page("Motion found: " + problem.name);
   page.paragraph(fmt::format("{} steps of {} s; {} after {} Newton steps in {:.2f} s.",
-                             problem.problem.steps, problem.problem.h(),
+                             problem.problem.steps, result.options.time_step,
                              opt::outcome_name(result.outcome), result.iterations, result.seconds));
   std::vector<std::pair<std::string, std::string>> links = {{"iterations.csv", "iterations.csv"},
                                                             {"motion.csv", "motion.csv"}};

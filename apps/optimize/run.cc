@@ -59,7 +59,7 @@ void write_fit(const std::string& file, const opt::ProblemFile& problem, const o
     motion.v[t] /= problem.problem.h();
   }
   motion.v[0] = motion.v[1];
-  write_motion(file, problem, motion);
+  write_motion(file, model, problem.problem.h(), motion);
 }
 
 void fill_fit(const opt::Fit& fit, const opt::ProblemFile& problem, const OptimizedStart& start,
@@ -115,10 +115,12 @@ Json read_json(const std::string& file) {
   return json;
 }
 
-std::vector<VectorX> frames_from(const std::string& file, const opt::Problem& problem) {
+std::vector<VectorX> frames_from(const std::string& file, opt::Problem& problem) {
   const Model& model = *problem.model;
   const Trajectory trajectory = read_trajectory(file, model);
   const int rows = trajectory.num_rows(), steps = problem.steps;
+  if (problem.duration && rows > 1)
+    problem.options.time_step = (trajectory.time.back() - trajectory.time.front()) / steps;
   std::vector<VectorX> frames;
   VectorX difference(model.nv());
   for (int t = 0; t <= steps; ++t) {
@@ -161,6 +163,8 @@ void fill_report(const OptimizedStart& start, Json& out) {
     out[key] = times.empty() ? 0.0 : median(times);
   }
   out["smoothing_end_m"] = result.smoothing;
+  out["time_step_s"] = result.options.time_step;
+  out["duration_s"] = result.options.time_step * static_cast<double>(result.applied_force.size());
   out["unactuated_force_relative_max"] = found.unactuated_max;
   out["unactuated_force_relative_mean"] = found.unactuated_mean;
   out["violation_max"] = result.violation.max;

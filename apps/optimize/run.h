@@ -44,22 +44,24 @@ State for_each_step(const Motion& motion, double h, const Step& step) {
   return state;
 }
 
-/// Writes a motion as a trajectory (docs/reference/trajectory-format.md).
+/// Writes a motion, whose frames are h [s] apart, as a trajectory
+/// (docs/reference/trajectory-format.md).
 template <class Motion>
-void write_motion(const std::string& file, const optimization::ProblemFile& problem,
-                  const Motion& motion) {
-  TrajectoryWriter writer(file, *problem.problem.model);
-  writer.write_end(for_each_step(motion, problem.problem.h(),
-                                 [&](const State& state, const Input& input, double h,
-                                     const State&) { writer.write_step(state, input, h); }));
+void write_motion(const std::string& file, const Model& model, double h, const Motion& motion) {
+  TrajectoryWriter writer(file, model);
+  writer.write_end(for_each_step(
+      motion, h, [&](const State& state, const Input& input, double step, const State&) {
+        writer.write_step(state, input, step);
+      }));
 }
 
 /// @throws InputError if the file is not JSON
 Json read_json(const std::string& file);
 
 /// Frames of a trajectory as an initial guess: unchanged if their number fits, else interpolated
-/// along the motion. @throws InputError as read_trajectory
-std::vector<VectorX> frames_from(const std::string& file, const optimization::Problem& problem);
+/// along the motion. If the duration is free, the problem gets the time step of the trajectory.
+/// @throws InputError as read_trajectory
+std::vector<VectorX> frames_from(const std::string& file, optimization::Problem& problem);
 
 /// Writes a fit as a trajectory without forces.
 void write_fit(const std::string& file, const optimization::ProblemFile& problem,

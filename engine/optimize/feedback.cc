@@ -85,7 +85,8 @@ Feedback compute_feedback(const Problem& problem, const Settings& settings, cons
                           const FeedbackSettings& feedback) {
   check_problem(problem);
   const int nv = problem.model->nv();
-  const Stage stage = stage_at(problem, settings, feedback.smoothing);
+  Stage stage = stage_at(problem, settings, feedback.smoothing);
+  stage.options.time_step = result.options.time_step;
   const std::vector<LinearStep> steps = linearize(problem, stage, result);
   VectorX weight(2 * nv);
   weight << VectorX::Constant(nv, feedback.position_weight),

@@ -19,7 +19,7 @@
 
 namespace counterpoint::optimization {
 
-// ---- The problem. Its only variables are the frames of a motion.
+// ---- The problem. Its variables are the frames of a motion, and their distance h if wished.
 //
 // Frames q_0 ... q_N are h apart; velocities are differences, v_t = (q_t (-) q_{t-1}) / h, and u_t
 // is the applied force of the step from frame t to t + 1 that step_inverse recovers from (q_t, v_t,
@@ -56,6 +56,8 @@ enum class Quantity {
   kAngularMomentum,  ///< 3 rows: of all bodies about their centre of mass, in W [kg m^2/s]
   // for a step, and a body
   kContactForce,  ///< 3 rows: sum of the contact forces on the body, in W [N]
+  // for the whole motion
+  kDuration,  ///< 1 row: N h [s]
 };
 /// Name in problem files: "configuration", "applied_force", ...
 const char* quantity_name(Quantity quantity);
@@ -66,6 +68,9 @@ bool of_step(Quantity quantity);
 /// True for quantities with one row per coordinate of v.
 bool of_coordinates(Quantity quantity);
 int rows_of(const Model& model, Quantity quantity);
+/// Power of 1/h in a quantity while the frames are held: 1 for velocities and momenta, 2 for
+/// accelerations, -1 for the duration, else 0. Forces follow no power; 0 for them, too.
+int rate_order(Quantity quantity);
 
 /// Frames first ... last; negative values count from the end, -1 is the last frame.
 struct FrameRange {
@@ -117,11 +122,19 @@ struct Mirror {
 /// default pose. @throws InputError if a joint has no partner, or its axes are not mirror images.
 Mirror make_mirror(const Model& model, const std::string& left, const std::string& right);
 
+/// Bounds of a duration [s].
+struct DurationRange {
+  double least = 0.0, most = 0.0;
+};
+
 struct Problem {
   const Model* model = nullptr;
   /// Options of the steps at the end of the continuation; time_step is h.
   SimulationOptions options;
   int steps = 0;  ///< N
+  /// If set, h is an unknown, too: N h lies within this range, and options.time_step is where the
+  /// search starts, moved into the range. Not for a Planner.
+  std::optional<DurationRange> duration;
   /// Frame t + N equals frame t after the mirror (if any) and a shift of every floating tree by
   /// `displacement` [m]. Variables are frames 0 ... N - 1 if periodic, otherwise 1 ... N (-1 ... N
   /// with a free start) without those fixed by a goal.
@@ -243,7 +256,7 @@ struct Result {
   VectorX cost_by_term;
   Spread unactuated, violation;
   double smoothing = 0.0;     ///< smoothing of the last stage [m]
-  SimulationOptions options;  ///< options of the last stage
+  SimulationOptions options;  ///< options of the last stage; time_step is the h that was found
   int iterations = 0;         ///< Newton steps
   int stages = 0, refused_stages = 0;
   std::vector<Progress> history;

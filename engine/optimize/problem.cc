@@ -10,7 +10,7 @@
 namespace counterpoint::optimization {
 namespace {
 
-constexpr std::array<std::pair<Quantity, const char*>, 17> kNames = {{
+constexpr std::array<std::pair<Quantity, const char*>, 18> kNames = {{
     {Quantity::kConfiguration, "configuration"},
     {Quantity::kVelocity, "velocity"},
     {Quantity::kJointLimits, "joint_limits"},
@@ -28,11 +28,13 @@ constexpr std::array<std::pair<Quantity, const char*>, 17> kNames = {{
     {Quantity::kMomentum, "momentum"},
     {Quantity::kAngularMomentum, "angular_momentum"},
     {Quantity::kContactForce, "contact_force"},
+    {Quantity::kDuration, "duration"},
 }};
 
 int rows_of_point(Quantity quantity) {
   switch (quantity) {
     case Quantity::kClearance:
+    case Quantity::kDuration:
       return 1;
     case Quantity::kSliding:
     case Quantity::kTilt:
@@ -69,6 +71,24 @@ void check_term(const Model& model, const Term& term, int steps) {
   if (term.body < 0 || term.body >= model.num_bodies())
     throw InputError(fmt::format("{}: there is no body {}", term.name, term.body));
   if (!(term.length > 0.0)) throw InputError(term.name + ": length must be positive");
+}
+
+void check_duration(const Problem& problem) {
+  if (problem.duration &&
+      !(problem.duration->least > 0.0 && problem.duration->least <= problem.duration->most &&
+        std::isfinite(problem.duration->most)))
+    throw InputError(
+        fmt::format("optimization: a duration of {} ... {} s; expected 0 < least <= most",
+                    problem.duration->least, problem.duration->most));
+  for (const Term& term : problem.terms) {
+    if (term.quantity == Quantity::kDuration && !problem.duration)
+      throw InputError(term.name + ": the duration is fixed; give the range that it may have");
+    const bool timed = of_step(term.quantity) || rate_order(term.quantity) != 0;
+    if (problem.duration && !term.targets.empty() && timed)
+      throw InputError(fmt::format(
+          "{}: targets over time of '{}' need a fixed duration; those of positions do not",
+          term.name, quantity_name(term.quantity)));
+  }
 }
 
 double tree_weight(const Model& model, const Tree& tree) {
@@ -178,6 +198,7 @@ void check_problem(const Problem& problem) {
     throw InputError("optimization: a mirrored motion cannot be displaced along y");
   check_size("motors", static_cast<Eigen::Index>(problem.motors.size()), model.nv());
   for (const Term& term : problem.terms) check_term(model, term, problem.steps);
+  check_duration(problem);
 }
 
 }  // namespace counterpoint::optimization

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -23,7 +24,7 @@ class ProblemReader {
       : root_(YamlValue::load(file)), steps_(steps), source_files_(source) {
     root_.expect_map({"name", "scene", "time_step", "steps", "start", "goal", "periodic", "guess",
                       "passive", "terms", "continuation", "max_iterations", "stage_iterations",
-                      "tolerance", "violation_tolerance", "control", "retarget"});
+                      "tolerance", "violation_tolerance", "control", "retarget", "duration"});
     out_.file = file;
     out_.name = root_.has("name") ? root_.at("name").text() : file.stem().string();
     const std::filesystem::path scene = root_.at("scene").text();
@@ -39,6 +40,7 @@ class ProblemReader {
     problem.options = out_.scene->options;
     if (root_.has("time_step")) problem.options.time_step = root_.at("time_step").positive();
     problem.steps = steps_ ? *steps_ : root_.at("steps").integer(4, 100'000);
+    if (root_.has("duration")) read_duration(root_.at("duration"));
     problem.motors = motors_of(model);
     if (root_.has("passive")) read_passive(root_.at("passive"));
     read_continuation();
@@ -152,6 +154,18 @@ class ProblemReader {
     }
     if (problem.displacement.y() != 0.0)
       in.at("displacement").fail("a mirrored motion cannot go along y; expected [x, 0, z]");
+  }
+
+  /// Reads the range of a free duration. The guess has the time step, moved into the range.
+  void read_duration(const YamlValue& in) {
+    if (root_.has("retarget")) in.fail("a motion is followed at its own speed: remove 'duration'");
+    const std::vector<double> range = in.numbers();
+    if (range.size() != 2 || !(range[0] > 0.0) || !(range[0] < range[1]))
+      in.fail("[least, most] in s is expected, 0 < least < most");
+    Problem& problem = out_.problem;
+    problem.duration = {range[0], range[1]};
+    double& h = problem.options.time_step;
+    h = std::clamp(h, range[0] / problem.steps, range[1] / problem.steps);
   }
 
   /// Reads joints whose motors are inactive.

@@ -86,6 +86,24 @@ Result expect_plan(const char* file, std::uint64_t starts = 1) {
 }
 
 TEST(Optimize, AcrobotSwingsUp) { expect_plan("acrobot.yaml"); }
+// The same swing-up in a time that is an unknown: with less weight on effort it is quicker.
+TEST(Optimize, AcrobotSwingsUpInATimeOfItsChoice) {
+  for (const std::uint64_t seed : {0, 1, 2}) {
+    ProblemFile problem;
+    const Result result = solve("acrobot_quick.yaml", 2, 0.0, problem, seed);
+    EXPECT_EQ(result.outcome, Outcome::kConverged) << seed;
+    const Verification found = verify(*problem.problem.model, result.options,
+                                      problem.problem.motors, result.q, result.v.front());
+    EXPECT_LE(found.unactuated_max, 1e-5) << seed;  // violation_tolerance
+    EXPECT_LE(found.forward_check_max, kForward) << seed;
+    EXPECT_LE(found.effort_max, 1.0) << seed;
+    const double duration = result.options.time_step * problem.problem.steps;
+    EXPECT_GT(duration, problem.problem.duration->least) << seed;
+    EXPECT_LT(duration, problem.problem.duration->most) << seed;
+    // At the optimum, stretching the motion does not pay; its cost of time is T^2 / 2.
+    EXPECT_NEAR(result.cost_by_term[0], 0.5 * duration * duration, 1e-9) << seed;
+  }
+}
 TEST(Optimize, HopperHops) { expect_plan("hopper.yaml"); }
 TEST(Optimize, FingerTurnsAWheel) { expect_plan("spinner.yaml"); }
 // Two thirds of the starts converge (docs/measurements/optimization.md); round-off decides which.

@@ -1,6 +1,7 @@
 // Derivatives of every cost term: the gradient of the cost against its central differences.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "counterpoint/engine/dynamics.h"
@@ -76,6 +77,48 @@ void set_random_targets(const Start& start, Term& term) {
   }
 }
 
+/// Checks the derivatives by log h, with the duration free. Multipliers shift the residuals of
+/// conditions: a shift by dr/ds changes J'r by J' dr/ds.
+void expect_time_derivatives(Start start, const Stage& stage, const std::string& what) {
+  start.problem.duration = {1e-3, 1e3};
+  for (Term& term : start.problem.terms) {
+    term.condition = true;
+    if (term.targets.empty() || term.quantity == Quantity::kOrientation) continue;
+    term.target = term.targets[0];
+    term.targets.clear();
+  }
+  Newton newton(start.problem, start.frames, 1);
+  newton.begin(stage);
+  newton.linearize();
+  const double found = newton.time_gradient(), found_gram = newton.time_gram();
+  const MatrixX gradient = newton.gradient(), border = newton.border();
+  const Variables kept = newton.frames().variables();
+  const MatrixX nothing = MatrixX::Zero(gradient.rows(), gradient.cols());
+  constexpr double kTimeStep = 1e-5;
+  double cost[2];
+  std::vector<VectorX> change = newton.multipliers();
+  for (const int side : {0, 1}) {
+    newton.frames().set_variables(kept);
+    newton.frames().move(nothing, side == 0 ? -kTimeStep : kTimeStep);
+    newton.begin(stage);
+    cost[side] = newton.cost();
+    for (std::size_t t = 0; t < change.size(); ++t)
+      change[t] += (side == 0 ? -0.5 : 0.5) / kTimeStep * newton.values()[t].violation;
+  }
+  newton.frames().set_variables(kept);
+  newton.set_multipliers(change);
+  newton.linearize();
+  const double expected = (cost[1] - cost[0]) / (2.0 * kTimeStep);
+  const double scale = std::max(1.0, std::abs(expected));
+  EXPECT_NEAR(found, expected, kTolerance * scale) << what;
+  EXPECT_NEAR(found_gram, newton.time_gradient() - found, kTolerance * std::max(1.0, found_gram))
+      << what;
+  const MatrixX expected_border = newton.gradient() - gradient;
+  EXPECT_LT((border - expected_border).cwiseAbs().maxCoeff(),
+            kTolerance * std::max(1.0, expected_border.cwiseAbs().maxCoeff()))
+      << what;
+}
+
 double cost_of(const Start& start, const Stage& stage, const MatrixX& step) {
   Newton newton(start.problem, start.frames, 1);
   newton.frames().move(step);
@@ -100,6 +143,7 @@ void expect_gradient(const Start& start, const Stage& stage, const std::string& 
   const double scale = expected.cwiseAbs().maxCoeff();
   EXPECT_GT(scale, 0.0) << what;
   EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), kTolerance * std::max(scale, 1.0)) << what;
+  expect_time_derivatives(start, stage, what);
 }
 
 TEST(Terms, GradientsOfEveryQuantityOnARandomTree) {

@@ -41,7 +41,8 @@ ProblemPtr make_problem(const SceneHandle& scene, int steps, const py::object& s
                         const py::object& goal_v, bool settle, bool periodic,
                         const Array& displacement,
                         const std::optional<std::pair<std::string, std::string>>& mirror,
-                        const std::vector<std::string>& passive) {
+                        const std::vector<std::string>& passive,
+                        const std::optional<std::pair<double, double>>& duration) {
   auto out = std::make_shared<ProblemHandle>();
   out->scene = std::make_shared<SceneHandle>(scene);
   out->file.name = scene.name;
@@ -59,6 +60,7 @@ ProblemPtr make_problem(const SceneHandle& scene, int steps, const py::object& s
   p.periodic = periodic;
   p.displacement = vector3(displacement, "displacement");
   if (mirror) p.mirror = opt::make_mirror(model, mirror->first, mirror->second);
+  if (duration) p.duration = {duration->first, duration->second};
   p.motors = opt::motors_of(model);
   set_passive(passive, model, p.motors);
   p.terms.push_back(opt::unactuated_condition(model, p.motors));
@@ -165,7 +167,7 @@ void bind_optimization_settings(py::module_& o) {
 }
 
 constexpr const char* kProblemDoc = R"(
-What is wanted of a motion, its frames being the only variables (docs/guide/trajectory-optimization.md).
+What is wanted of a motion, its frames being the variables (docs/guide/trajectory-optimization.md).
 
 Forces follow from the frames by the inverse; that nothing pushes where no motor is, is a condition
 of every problem.
@@ -190,6 +192,9 @@ mirror : pair of str, optional
     Words for left and right in joints' names: frame t + N is frame t's mirror image.
 passive : sequence of str
     Joints whose motors do nothing.
+duration : pair of float, optional
+    Least and most [s]: the time step is an unknown, too, and Result.options has the one found.
+    Default: steps times the scene's time_step.
 )";
 
 constexpr const char* kTermDoc = R"(
@@ -199,7 +204,7 @@ Parameters
 ----------
 quantity : {'configuration', 'velocity', 'joint_limits', 'acceleration', 'applied_force',
             'unactuated_force', 'position', 'orientation', 'point_velocity', 'clearance', 'sliding',
-            'tilt', 'center_of_mass', 'momentum', 'angular_momentum', 'contact_force'}
+            'tilt', 'center_of_mass', 'momentum', 'angular_momentum', 'contact_force', 'duration'}
 weight : float, array_like or dict of str to float, optional
     For all rows, by row, or by coordinate ('elbow.u'), the others zero; default 1.
 target : float, array_like or dict of str to float, optional
@@ -236,7 +241,7 @@ void bind_problem(py::module_& o) {
            py::arg("goal_q") = py::none(), py::arg("goal_v") = py::none(),
            py::arg("settle") = false, py::arg("periodic") = false,
            py::arg("displacement") = py::make_tuple(0, 0, 0), py::arg("mirror") = py::none(),
-           py::arg("passive") = std::vector<std::string>())
+           py::arg("passive") = std::vector<std::string>(), py::arg("duration") = py::none())
       .def("add_term", &add_term, py::arg("quantity"), py::kw_only(),
            py::arg("weight") = py::none(), py::arg("target") = py::none(), py::arg("link") = "",
            py::arg("point") = py::make_tuple(0, 0, 0), py::arg("orientation") = py::none(),

@@ -70,7 +70,7 @@ TrajectoryPtr trajectory(const ResultPtr& r) {
   out->scene = std::make_shared<SceneHandle>(scene);
   out->scene->options = result.options;
   MotionRecorder recorder(scene.model->model, {}, result.applied_force.size());
-  const double h = r->problem->file.problem.h();
+  const double h = result.options.time_step;
   Input input;
   const auto state = [&](size_t t) {
     return State{static_cast<double>(t) * h, result.q[t], result.v[t]};

@@ -34,6 +34,8 @@ Problem checked(Problem problem) {
   if (problem.periodic || problem.goal_q || problem.free_start)
     throw InputError(
         "control: the problem must not be periodic, its goal not fixed, and its start not free");
+  if (problem.duration)
+    throw InputError("control: a plan looks ahead by a fixed duration; remove 'duration'");
   problem.options.effects.set(Effect::kServos, false);
   return problem;
 }
@@ -94,7 +96,7 @@ struct Planner::Impl {
   int last() const { return problem.steps; }
 
   void hold(const VectorX& pose) {
-    for (VectorX& slot : shifted) slot = pose;
+    for (VectorX& slot : shifted.q) slot = pose;
     newton.frames().set_variables(shifted);
     newton.set_damping(kFirstDamping);
   }
@@ -102,15 +104,15 @@ struct Planner::Impl {
   /// Moves the frames on by `duration` [s]; beyond the last frame the plan holds it.
   void shift(double duration) {
     const double h = problem.h();
-    for (std::size_t i = 0; i < shifted.size(); ++i) {
+    for (std::size_t i = 0; i < shifted.q.size(); ++i) {
       const double s = static_cast<double>(i + 1) + duration / h;
       const int k = static_cast<int>(std::min(std::floor(s), static_cast<double>(last())));
       newton.frames().read(k, q);
-      shifted[i] = q;
+      shifted.q[i] = q;
       if (k == last()) continue;
       newton.frames().read(k + 1, next);
       configuration_difference(model(), q, next, difference);
-      integrate_configuration(model(), q, difference, s - k, shifted[i]);
+      integrate_configuration(model(), q, difference, s - k, shifted.q[i]);
     }
     newton.frames().set_variables(shifted);
   }
@@ -160,8 +162,8 @@ struct Planner::Impl {
   Stage stage;
   Newton newton;
   VectorX lift;
-  std::vector<VectorX> shifted;  ///< variables of the shifted plan
-  Plan plan;                     ///< the one in use
+  Variables shifted;  ///< variables of the shifted plan
+  Plan plan;          ///< the one in use
   VectorX q, next, start;
   VectorX start_v;          ///< velocity of frame 0 of the next plan
   double start_time = 0.0;  ///< its time [s]

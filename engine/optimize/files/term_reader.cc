@@ -133,9 +133,9 @@ std::vector<Term> read_body_terms(const YamlValue& in, const Model& model, const
     for (const YamlValue& point : in.at("points").list()) points.push_back(point.vector3());
   if (points.empty()) points.push_back(Vector3::Zero());
   const std::vector<std::string> links = read_links(in);
-  const bool of_all = common.quantity == Quantity::kCenterOfMass ||
-                      common.quantity == Quantity::kMomentum ||
-                      common.quantity == Quantity::kAngularMomentum;
+  const bool of_all =
+      common.quantity == Quantity::kCenterOfMass || common.quantity == Quantity::kMomentum ||
+      common.quantity == Quantity::kAngularMomentum || common.quantity == Quantity::kDuration;
   if (links.empty()) {
     if (!of_all) in.fail("'link' or 'links' is missing: what is the term about?");
     return {common};
@@ -157,6 +157,14 @@ std::vector<Term> read_body_terms(const YamlValue& in, const Model& model, const
   return terms;
 }
 
+void check_duration(const YamlValue& in, const Problem& problem) {
+  if (!problem.duration)
+    in.at("quantity")
+        .fail("the duration is fixed; give its range, as duration: [0.5, 2] beside 'steps'");
+  for (const char* key : {"link", "links", "point", "points", "radius", "axis", "rpy", "frames"})
+    if (in.has(key)) in.at(key).fail("a duration is of the whole motion");
+}
+
 }  // namespace
 
 std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const VectorX& start,
@@ -172,6 +180,7 @@ std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const 
     quantity.fail(fmt::format("'{}' is no quantity; known: {}", quantity.text(), quantity_names()));
   term.quantity = *known;
   term.name = in.has("name") ? in.at("name").text() : quantity.text();
+  if (term.quantity == Quantity::kDuration) check_duration(in, problem);
   if (in.has("frames")) term.frames = read_frames(in.at("frames"), problem.steps);
   term.condition = in.has("condition") ? in.at("condition").boolean()
                                        : term.quantity == Quantity::kUnactuatedForce;

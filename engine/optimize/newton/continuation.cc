@@ -103,6 +103,7 @@ void Continuing::settle_ends() {
 
 void Continuing::begin_stage() {
   stage_ = stage_at(*problem_, *settings_, smoothing_);
+  stage_.options.time_step = newton_.frames().time_step();
   settle_ends();
   newton_.begin(stage_);
   stage_iterations_ = 0;
@@ -110,18 +111,18 @@ void Continuing::begin_stage() {
 
 /// Extrapolates the last two stages linearly in the smoothing, if that lowers the cost: gaps of
 /// loaded contacts are proportional to it, and Newton's method overshoots from gaps twice as large.
-void Continuing::extrapolate(const std::vector<VectorX>& last) {
-  if (previous_.empty() || !settings_->continuation.extrapolate) return;
+void Continuing::extrapolate(const Variables& last) {
+  if (previous_.q.empty() || !settings_->continuation.extrapolate) return;
   const Model& model = *problem_->model;
   const double share = (last_good_ - smoothing_) / (previous_smoothing_ - last_good_);
   MatrixX step(model.nv(), newton_.frames().num_slots());
   VectorX difference(model.nv());
-  for (std::size_t i = 0; i < last.size(); ++i) {
-    configuration_difference(model, previous_[i], last[i], difference);
+  for (std::size_t i = 0; i < last.q.size(); ++i) {
+    configuration_difference(model, previous_.q[i], last.q[i], difference);
     step.col(static_cast<Eigen::Index>(i)) = share * difference;
   }
   const double cost = newton_.cost();
-  newton_.frames().move(step);
+  newton_.frames().move(step, share * std::log(last.time_step / previous_.time_step));
   newton_.begin(stage_);
   if (newton_.cost() < cost) return;
   newton_.frames().set_variables(last);
@@ -187,7 +188,7 @@ Continuing::Next Continuing::polish() {
   for (int round = 0; round < kPolishRounds; ++round) {
     const double violation = newton_.violation().max;
     if (violation <= settings_->violation_tolerance) break;
-    const std::vector<VectorX> kept = newton_.frames().variables();
+    const Variables kept = newton_.frames().variables();
     if (restore(settings_->violation_tolerance) == Next::kStop) return Next::kStop;
     if (newton_.violation().max <= settings_->violation_tolerance) break;
     // The restoration got stuck: continue with multipliers from the motion before it.
@@ -230,7 +231,7 @@ Outcome Continuing::go() {
   const double end = end_of(*problem_, *settings_);
   const Continuation& c = settings_->continuation;
   for (;;) {
-    const std::vector<VectorX> kept = newton_.frames().variables();
+    const Variables kept = newton_.frames().variables();
     const std::vector<VectorX> kept_multipliers = newton_.multipliers();
     const Stage kept_stage = stage_;
     begin_stage();
@@ -290,7 +291,7 @@ Result Continuing::result(Outcome outcome) const {
   for (int t = 0; t <= problem_->steps; ++t) {
     VectorX v(model.nv());
     configuration_difference(model, newton_.frames().at(t - 1), newton_.frames().at(t), v);
-    out.v.push_back(v / problem_->h());
+    out.v.push_back(v / newton_.frames().time_step());
   }
   for (int t = 0; t < problem_->steps; ++t)
     out.applied_force.push_back(newton_.values()[static_cast<std::size_t>(t)].applied_force);
@@ -300,6 +301,7 @@ Result Continuing::result(Outcome outcome) const {
   out.violation = newton_.violation();
   out.smoothing = smoothing_;
   out.options = stage_.options;
+  out.options.time_step = newton_.frames().time_step();
   out.options.push_deep = problem_->options.push_deep;
   out.iterations = static_cast<int>(history_.size());
   out.stages = stages_;

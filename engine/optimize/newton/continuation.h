@@ -19,7 +19,7 @@ class Continuing {
   Next polish();
   Next restore(double tolerance);
   void begin_stage();
-  void extrapolate(const std::vector<VectorX>& last);
+  void extrapolate(const Variables& last);
   bool has_got_worse(const Spread& found, double objective) const;
   void settle_ends();
   double objective() const;
@@ -34,8 +34,7 @@ class Continuing {
   double smoothing_ = 0.0, last_good_ = 0.0, last_mean_ = 0.0, last_objective_ = 0.0, factor_;
   int stages_ = 0, refused_ = 0, refused_in_row_ = 0, stage_iterations_ = 0;
   bool stopped_ = false;
-  std::vector<VectorX> previous_;    ///< variables at the end of the accepted stage before the last
-                                     ///< one
+  Variables previous_;               ///< at the end of the accepted stage before the last one
   double previous_smoothing_ = 0.0;  ///< [m]
   std::vector<Progress> history_;
 };

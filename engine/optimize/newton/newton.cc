@@ -11,6 +11,8 @@ namespace {
 
 /// Largest step of a coordinate [m, rad], beyond which the linearization is invalid.
 constexpr double kMaxStep = 0.5;
+/// Largest change of log h in a step.
+constexpr double kMaxTimeStep = 0.2;
 /// Lower bound of the damped diagonal, for coordinates without weight.
 constexpr double kLeastDiagonal = 1e-4;
 
@@ -62,6 +64,7 @@ void Newton::begin(const Stage& stage, bool scale) {
 }
 
 double Newton::evaluate(std::vector<InstantValues>& values) {
+  stage_.options.time_step = frames_.time_step();
   pool_.run(frames_.num_instants(), [&](int t, int thread) {
     const auto i = static_cast<std::size_t>(t);
     evaluators_[static_cast<std::size_t>(thread)]->evaluate(layout_, frames_, stage_, t,
@@ -77,6 +80,7 @@ double Newton::cost_of(const std::vector<InstantValues>& values) {
 }
 
 void Newton::linearize() {
+  stage_.options.time_step = frames_.time_step();
   pool_.run(frames_.num_instants(), [&](int t, int thread) {
     const auto i = static_cast<std::size_t>(t);
     evaluators_[static_cast<std::size_t>(thread)]->evaluate(
@@ -90,10 +94,14 @@ void Newton::linearize() {
 void Newton::assemble() {
   system_.set_zero();
   gradient_.setZero(problem_->model->nv(), frames_.num_slots());
+  border_.setZero(problem_->model->nv(), frames_.num_slots());
+  time_gram_ = time_gradient_ = time_curvature_ = 0.0;
   for (int t = 0; t < frames_.num_instants(); ++t) add_to_system(t);
   shift_.resize(problem_->model->nv(), frames_.num_slots());
   for (int i = 0; i < frames_.num_slots(); ++i)
     shift_.col(i) = system_.block(i, i).diagonal().cwiseMax(kLeastDiagonal);
+  time_hessian_ = time_gram_ + std::max(time_curvature_, 0.0);
+  time_shift_ = std::max(time_hessian_, kLeastDiagonal);
 }
 
 /// Adds `scale` times B to the system.
@@ -108,6 +116,23 @@ void Newton::add_metric(double scale) {
   }
 }
 
+/// Adds to the derivatives of an instant by log h the motion of fixed frames with it.
+void Newton::add_fixed_frames(int instant, NormalEquations& normal) {
+  const Eigen::Index nv = problem_->model->nv();
+  bool any = false;
+  moved_.setZero(3 * nv);
+  for (int a = 0; a < 3; ++a) {
+    if (!frames_.moves_with_time(instant - 1 + a, moved_frame_)) continue;
+    moved_.segment(a * nv, nv) = moved_frame_;
+    any = true;
+  }
+  if (!any) return;
+  moved_rows_.noalias() = normal.gram.selfadjointView<Eigen::Lower>() * moved_;
+  normal.time_gram += moved_.dot(2.0 * normal.by_time + moved_rows_);
+  normal.by_time += moved_rows_;
+  normal.time_gradient += moved_.dot(normal.gradient);
+}
+
 void Newton::add_to_system(int instant) {
   const int nv = problem_->model->nv();
   NormalEquations& normal = normal_[static_cast<std::size_t>(instant)];
@@ -115,12 +140,20 @@ void Newton::add_to_system(int instant) {
   for (int a = 0; a < 3; ++a) sources[a] = frames_.source(instant - 1 + a);
   if (!problem_->periodic && instant == problem_->steps) sources[2].slot = -1;
   const auto mirror = [&](int a) { return sources[a].mirrored ? &*problem_->mirror : nullptr; };
+  if (problem_->duration) {
+    add_fixed_frames(instant, normal);
+    time_gram_ += normal.time_gram;
+    time_gradient_ += normal.time_gradient;
+    time_curvature_ += normal.time_curvature;
+  }
   for (int a = 0; a < 3; ++a) {
     if (sources[a].slot < 0) continue;
     for (int j = 0; j < nv; ++j) {
       const Mirror* m = mirror(a);
       const int to = m ? m->v_index[static_cast<std::size_t>(j)] : j;
-      gradient_(to, sources[a].slot) += (m ? m->v_sign[j] : 1.0) * normal.gradient[a * nv + j];
+      const double sign = m ? m->v_sign[j] : 1.0;
+      gradient_(to, sources[a].slot) += sign * normal.gradient[a * nv + j];
+      border_(to, sources[a].slot) += sign * normal.by_time[a * nv + j];
     }
     for (int b = 0; b <= a; ++b) {
       if (sources[b].slot < 0) continue;
@@ -140,19 +173,51 @@ void Newton::add_to_system(int instant) {
   }
 }
 
-/// Moves the frames by step_, limited to `bound`, if that lowers the cost. Returns the decrease.
-double Newton::try_step(double bound, Iteration& iteration) {
-  double expected = 0.0;
+/// Solves for step_ and time_step_ with the factored system: step_ as a linear function of log h,
+/// whose parabola then has its minimum within the bounds. Returns false if there is none.
+bool Newton::solve() {
+  step_ = -gradient_;
+  system_.solve(step_, pool_);
+  time_step_ = 0.0;
+  if (problem_->duration) {
+    column_ = border_;
+    system_.solve(column_, pool_);
+    const double curvature =
+        time_hessian_ + damping_.value() * time_shift_ - border_.reshaped().dot(column_.reshaped());
+    if (!(curvature > 0.0)) return false;
+    const double duration = problem_->steps * frames_.time_step();
+    const double least = std::log(problem_->duration->least / duration);
+    const double most = std::log(problem_->duration->most / duration);
+    time_step_ = -(time_gradient_ + border_.reshaped().dot(step_.reshaped())) / curvature;
+    time_step_ =
+        std::clamp(time_step_, std::max(least, -kMaxTimeStep), std::min(most, kMaxTimeStep));
+    step_ -= time_step_ * column_;
+  }
+  return step_.allFinite();
+}
+
+/// Decrease of the cost that the linear model predicts for step_ and time_step_.
+double Newton::expected_decrease() const {
+  double expected = -time_step_ * (time_gradient_ + 0.5 * time_hessian_ * time_step_ +
+                                   0.5 * border_.reshaped().dot(step_.reshaped()));
   for (Eigen::Index i = 0; i < step_.cols(); ++i)
     expected += -0.5 * step_.col(i).dot(gradient_.col(i)) +
                 0.5 * damping_.value() * step_.col(i).dot(shift_.col(i).cwiseProduct(step_.col(i)));
+  return expected;
+}
+
+/// Moves the frames by step_, limited to `bound`, and h by time_step_, if that lowers the cost.
+/// Returns the decrease.
+double Newton::try_step(double bound, Iteration& iteration) {
+  const double expected = expected_decrease();
   iteration.step = step_.cwiseAbs().maxCoeff();
   if (iteration.step > bound) {
     step_ *= bound / iteration.step;
+    time_step_ *= bound / iteration.step;
     iteration.step = bound;
   }
   kept_ = frames_.variables();
-  frames_.move(step_);
+  frames_.move(step_, time_step_);
   const double cost = evaluate(trial_values_);
   const double decrease = cost_ - cost;
   if (!(decrease > 0.0)) {
@@ -181,13 +246,9 @@ Iteration Newton::iterate(int most_trials) {
     ++iteration.trials;
     if (stage_.contact_damping > 0.0) add_metric(damping_.value() - added);
     added = damping_.value();
-    const bool factored = system_.factor(damping_.value(), shift_, pool_);
-    if (factored) {
-      step_ = -gradient_;
-      system_.solve(step_, pool_);
-    }
+    const bool solved = system_.factor(damping_.value(), shift_, pool_) && solve();
     lap(iteration.factor_seconds);
-    if (!factored || !step_.allFinite()) {
+    if (!solved) {
       damping_.strengthen();
       continue;
     }

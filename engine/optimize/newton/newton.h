@@ -9,6 +9,11 @@
 // mu follows the ratio of actual to predicted decrease (Nielsen, "Damping parameter in Marquardt's
 // method", 1999). A condition c = 0 adds rho / 2 |c + lambda|^2 to the cost; near
 // feasibility lambda += c (Hestenes 1969, Powell 1969). lambda is the multiplier over rho.
+//
+// A free duration adds s = log h to the unknowns, a border of the system, which is eliminated last:
+// within its bounds the model is then a parabola over s alone. The entry of s on the diagonal has
+// r' d^2r/ds^2, too: J'J alone is half of the Hessian of T^2 by log T, and a step that minimized
+// that model would go twice as far as it should.
 #pragma once
 
 #include <memory>
@@ -61,12 +66,20 @@ class Newton {
   void linearize();
   const BlockCholesky& system() const { return system_; }
   const MatrixX& gradient() const { return gradient_; }
+  /// Derivative of the cost by log h; 0 if the duration is fixed.
+  double time_gradient() const { return time_gradient_; }
+  /// J' dr/ds (nv x slots) and |dr/ds|^2 with s = log h; 0 if the duration is fixed.
+  const MatrixX& border() const { return border_; }
+  double time_gram() const { return time_gram_; }
 
  private:
   double evaluate(std::vector<InstantValues>& values);
   static double cost_of(const std::vector<InstantValues>& values);
   void assemble();
   void add_to_system(int instant);
+  void add_fixed_frames(int instant, NormalEquations& normal);
+  bool solve();
+  double expected_decrease() const;
   void add_metric(double scale);
   double try_step(double bound, Iteration& iteration);
 
@@ -81,8 +94,13 @@ class Newton {
   std::vector<VectorX> multipliers_;                    ///< one per instant: lambda by row
   BlockCholesky system_;
   MatrixX gradient_, shift_, step_;  ///< nv x slots
-  MatrixX metric_;                   ///< nv x nv
-  std::vector<VectorX> kept_;        ///< the variables before a trial
+  MatrixX border_, column_;          ///< nv x slots: column of log h, and its solution
+  // Sums for s = log h, |dr/ds|^2, r' dr/ds and r' d^2r/ds^2; the Hessian, its shift and the step.
+  double time_gram_ = 0.0, time_gradient_ = 0.0, time_curvature_ = 0.0;
+  double time_hessian_ = 0.0, time_shift_ = 0.0, time_step_ = 0.0;
+  VectorX moved_, moved_frame_, moved_rows_;  ///< scratch of add_fixed_frames
+  MatrixX metric_;                            ///< nv x nv
+  Variables kept_;                            ///< before a trial
   double cost_ = 0.0;
   Damping damping_;
 };

@@ -6,7 +6,7 @@
 namespace counterpoint::optimization {
 
 void Evaluator::find_metric(const Stage& stage, MatrixX& out) {
-  const double h = problem_->h();
+  const double h = h_;
   const ContactOptions& options = stage.options.contact;
   // Normal forces obey f = (-y + sqrt(y^2 + 4 k r)) / 2 r, y the gap at the end of the step over h,
   // and k r = smoothing g compliance (contact_law.h), so that dlog f / dy = -1 / sqrt(y^2 + 4 k r).

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
@@ -44,6 +45,10 @@ Layout::Layout(const Problem& problem) {
   rows_.assign(static_cast<std::size_t>(instants), 0);
   for (std::size_t i = 0; i < problem.terms.size(); ++i) {
     const Term& term = problem.terms[i];
+    if (term.quantity == Quantity::kDuration) {
+      spans_[0].push_back({static_cast<int>(i), rows_[0]++, 1});
+      continue;
+    }
     const bool step = of_step(term.quantity);
     const int count = step ? problem.steps : instants;
     const auto resolved = [&](int frame) { return frame < 0 ? frame + count : frame; };
@@ -80,7 +85,7 @@ Evaluator::Evaluator(const Problem& problem)
 }
 
 void Evaluator::gather(const Frames& frames, int instant, bool step) {
-  const double h = problem_->h();
+  const double h = h_ = frames.time_step();
   frames.read(instant - 1, q_before_);
   frames.read(instant, q_);
   configuration_difference(*model_, q_before_, q_, difference_);
@@ -110,12 +115,15 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
   if (dense_.rows() < layout.rows(instant)) {  // only the first num_dense_ rows are used
     dense_.resize(layout.rows(instant), 3 * nv);
     dense_residual_.resize(layout.rows(instant));
+    dense_by_time_.resize(layout.rows(instant));
   }
   force_weight2_.setZero(nv);
   force_gradient_.setZero(nv);
   if (normal != nullptr) {
     normal->gram.setZero(3 * nv, 3 * nv);
     normal->gradient.setZero(3 * nv);
+    normal->by_time.setZero(3 * nv);
+    normal->time_gram = normal->time_gradient = normal->time_curvature = 0.0;
   }
   out.applied_force.setZero(step ? nv : 0);
   bool poses = false, forces = false;
@@ -129,13 +137,7 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
     compute_poses(*model_, q_, at_);
   }
   if (step && forces) {
-    if (normal != nullptr) {
-      step_inverse_derivatives(*model_, stage.options, q_, v_, w_, nothing_, workspace_, inverse_,
-                               derivatives_, stage.derivatives);
-    } else {
-      step_inverse(*model_, stage.options, q_, v_, w_, nothing_, workspace_, inverse_);
-    }
-    if (normal != nullptr && stage.contact_damping > 0.0) find_metric(stage, normal->metric);
+    find_forces(stage, normal);
     out.applied_force = inverse_.applied_force;
     if (inverse_.fault.any()) {
       out.residual.setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -152,10 +154,22 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
     } else if (of_coordinates(term.quantity)) {
       evaluate_coordinates(term, span, factor, multiplier, out, normal);
     } else {
-      evaluate_dense(term, span, factor, multiplier, out, normal != nullptr);
+      evaluate_dense(term, span, factor, multiplier, out, normal);
     }
   }
   if (normal != nullptr) add_dense_rows(*normal);
+}
+
+/// Finds the forces of a step; for the linearization with their derivatives.
+void Evaluator::find_forces(const Stage& stage, NormalEquations* normal) {
+  if (normal == nullptr) {
+    step_inverse(*model_, stage.options, q_, v_, w_, nothing_, workspace_, inverse_);
+    return;
+  }
+  step_inverse_derivatives(*model_, stage.options, q_, v_, w_, nothing_, workspace_, inverse_,
+                           derivatives_, stage.derivatives);
+  if (stage.contact_damping > 0.0) find_metric(stage, normal->metric);
+  if (problem_->duration) differentiate_by_time(stage);
 }
 
 /// Sets residual and violation of a term from its value.
@@ -219,7 +233,7 @@ void Evaluator::evaluate_coordinates(const Term& term, const Span& span, double 
         if (value_[i] == 0.0) weight_[i] = 0.0;
       break;
     default: {  // kAcceleration
-      const double rate = 1.0 / problem_->h();
+      const double rate = 1.0 / h_;
       value_ = (w_ - v_) * rate;
       sum_ = v_by_at_;
       sum_ *= -1.0;
@@ -235,14 +249,22 @@ void Evaluator::evaluate_coordinates(const Term& term, const Span& span, double 
     }
   }
   set_rows(term, span, factor, multiplier, value_, out);
-  if (normal != nullptr) add_coordinate_rows(weight_, span, out, maps, *normal);
+  if (normal == nullptr) return;
+  const int order = rate_order(term.quantity);
+  by_time_ = -order * weight_.cwiseProduct(value_);
+  normal->time_curvature -= order * by_time_.dot(out.residual.segment(span.first, span.rows));
+  add_coordinate_rows(span, out, maps, *normal);
 }
 
-void Evaluator::add_coordinate_rows(const VectorX& weight, const Span& span,
-                                    const InstantValues& out, const TangentMap* const (&maps)[3],
+/// Adds the rows of a term with the weights weight_ and the derivatives by_time_ by log h.
+void Evaluator::add_coordinate_rows(const Span& span, const InstantValues& out,
+                                    const TangentMap* const (&maps)[3],
                                     NormalEquations& normal) const {
   const Eigen::Index nv = model_->nv();
+  const VectorX& weight = weight_;
   const auto r = out.residual.segment(span.first, span.rows);
+  normal.time_gram += by_time_.squaredNorm();
+  normal.time_gradient += by_time_.dot(r);
   std::size_t next = 0;
   for (Eigen::Index i = 0; i < nv;) {
     const bool turns = next < rotations_.size() && rotations_[next] == i;
@@ -257,6 +279,7 @@ void Evaluator::add_coordinate_rows(const VectorX& weight, const Span& span,
       if (!turns) {
         const double scaled = weight[i] * maps[a]->diagonal[i];
         normal.gradient[a * nv + i] += scaled * r[i];
+        normal.by_time[a * nv + i] += scaled * by_time_[i];
         for (Eigen::Index b = 0; b <= a; ++b)
           if (maps[b] != nullptr)
             normal.gram(a * nv + i, b * nv + i) += scaled * weight[i] * maps[b]->diagonal[i];
@@ -265,6 +288,7 @@ void Evaluator::add_coordinate_rows(const VectorX& weight, const Span& span,
       const auto w = weight.segment<3>(i).asDiagonal();
       const Matrix3 A = w * maps[a]->blocks[next];
       normal.gradient.segment<3>(a * nv + i) += A.transpose() * r.segment<3>(i);
+      normal.by_time.segment<3>(a * nv + i) += A.transpose() * by_time_.segment<3>(i);
       for (Eigen::Index b = 0; b <= a; ++b)
         if (maps[b] != nullptr)
           normal.gram.block<3, 3>(a * nv + i, b * nv + i) +=
@@ -288,17 +312,32 @@ void Evaluator::add_dense_rows(NormalEquations& normal) {
     add_product(derivatives_.dv_next, w_by_at_, rotations_, at);
     add_product(derivatives_.dv_next, w_by_next_, rotations_, force_rows_.rightCols(nv));
     normal.gradient.noalias() += force_rows_.transpose() * force_gradient_;
+    if (problem_->duration) {
+      by_time_ = force_weight2_.cwiseProduct(force_by_time_);
+      normal.by_time.noalias() += force_rows_.transpose() * by_time_;
+      normal.time_gram += by_time_.dot(force_by_time_);
+      normal.time_gradient += force_gradient_.dot(force_by_time_);
+      normal.time_curvature += force_gradient_.dot(force_curvature_);
+    }
     for (Eigen::Index i = 0; i < nv; ++i) force_rows_.row(i) *= std::sqrt(force_weight2_[i]);
     gram_.add(force_rows_, normal.gram);
   }
   if (num_dense_ == 0) return;
   const auto rows = dense_.topRows(num_dense_);
-  normal.gradient.noalias() += rows.transpose() * dense_residual_.head(num_dense_);
+  const auto residual = dense_residual_.head(num_dense_);
+  normal.gradient.noalias() += rows.transpose() * residual;
   gram_.add(rows, normal.gram);
+  if (!problem_->duration) return;
+  const auto by_time = dense_by_time_.head(num_dense_);
+  normal.by_time.noalias() += rows.transpose() * by_time;
+  normal.time_gram += by_time.squaredNorm();
+  normal.time_gradient += by_time.dot(residual);
 }
 
 void Evaluator::evaluate_dense(const Term& term, const Span& span, double factor,
-                               const VectorX& multiplier, InstantValues& out, bool derivatives) {
+                               const VectorX& multiplier, InstantValues& out,
+                               NormalEquations* normal) {
+  const bool derivatives = normal != nullptr;
   const Eigen::Index nv = model_->nv();
   MatrixX &by_before = by_before_[span.rows - 1], &by_at = by_at_[span.rows - 1];
   Vector3 rows_of_value;
@@ -313,8 +352,12 @@ void Evaluator::evaluate_dense(const Term& term, const Span& span, double factor
     value = angular_momentum(*model_, at_);
     if (derivatives) differentiate_angular_momentum();
     chained = true;
+  } else if (term.quantity == Quantity::kDuration) {
+    value[0] = problem_->steps * h_;
+    by_before.setZero(1, nv);
+    by_at.setZero(1, nv);
   } else {
-    evaluate_kinematic({*model_, problem_->h(), before_, at_, instant_}, term, scratch_,
+    evaluate_kinematic({*model_, h_, before_, at_, instant_}, term, scratch_,
                        {value, derivatives ? &by_before : nullptr, derivatives ? &by_at : nullptr});
   }
   set_rows(term, span, factor, multiplier, value, out);
@@ -333,39 +376,20 @@ void Evaluator::evaluate_dense(const Term& term, const Span& span, double factor
     rows.leftCols(nv) = by_before;
     rows.middleCols(nv, nv) = by_at;
   }
-  for (Eigen::Index i = 0; i < span.rows; ++i) rows.row(i) *= factor * term.weight[i];
+  const int order = rate_order(term.quantity);
+  Vector3 first = Vector3::Zero(), second = Vector3::Zero();  // derivatives by log h
+  first.head(span.rows) = -order * value;
+  second.head(span.rows) = order * order * value;
+  if (term.quantity == Quantity::kContactForce && problem_->duration)
+    std::tie(first, second) = contact_force_by_time(term.body);
+  for (Eigen::Index i = 0; i < span.rows; ++i) {
+    const double weight = factor * term.weight[i];
+    rows.row(i) *= weight;
+    dense_by_time_[num_dense_ + i] = weight * first[i];
+    normal->time_curvature += weight * second[i] * out.residual[span.first + i];
+  }
   dense_residual_.segment(num_dense_, span.rows) = out.residual.segment(span.first, span.rows);
   num_dense_ += span.rows;
-}
-
-void Evaluator::take_contact_rows(const Term& term) {
-  const ContactForceDerivatives& all = derivatives_.contacts;
-  const auto at = std::find(all.bodies.begin(), all.bodies.end(), term.body) - all.bodies.begin();
-  by_q_v_w_[0] = all.dq.middleRows<3>(3 * at);
-  by_q_v_w_[1] = all.dv.middleRows<3>(3 * at);
-  by_q_v_w_[2] = all.dv_next.middleRows<3>(3 * at);
-}
-
-/// Differentiates the angular momentum: exactly with respect to v, in which it is linear; by
-/// central differences of kinematics with respect to q.
-void Evaluator::differentiate_angular_momentum() {
-  constexpr double kStep = 1e-5;
-  const Eigen::Index nv = model_->nv();
-  for (MatrixX& out : by_q_v_w_) out.setZero(3, nv);
-  VectorX unit = VectorX::Zero(nv), moved = q_;
-  for (Eigen::Index j = 0; j < nv; ++j) {
-    unit[j] = 1.0;
-    compute_velocities(*model_, unit, at_);
-    by_q_v_w_[1].col(j) = angular_momentum(*model_, at_);
-    for (const double side : {1.0, -1.0}) {
-      moved = q_;
-      integrate_configuration(*model_, q_, unit, side * kStep, moved);
-      compute_poses(*model_, moved, scratch_data_);
-      compute_velocities(*model_, v_, scratch_data_);
-      by_q_v_w_[0].col(j) += side / (2.0 * kStep) * angular_momentum(*model_, scratch_data_);
-    }
-    unit[j] = 0.0;
-  }
 }
 
 }  // namespace counterpoint::optimization

@@ -1,6 +1,7 @@
 // Residuals of one instant of a motion and their derivatives; one object per thread.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "counterpoint/engine/derivatives.h"
@@ -54,6 +55,10 @@ struct InstantValues {
 struct NormalEquations {
   MatrixX gram;      ///< 3 nv x 3 nv, lower triangle
   VectorX gradient;  ///< 3 nv
+  /// With s = log h and the frames held: J' dr/ds (3 nv), |dr/ds|^2, r' dr/ds and r' d^2r/ds^2;
+  /// found only if the duration is free.
+  VectorX by_time;
+  double time_gram = 0.0, time_gradient = 0.0, time_curvature = 0.0;
   /// nv x nv, for the frame after it: contact_damping penalty sum of (dlog f / dq)^2 over contacts
   /// with the normal force f; empty without contact_damping.
   MatrixX metric;
@@ -69,20 +74,24 @@ class Evaluator {
 
  private:
   void gather(const Frames& frames, int instant, bool step);
+  void find_forces(const Stage& stage, NormalEquations* normal);
   void evaluate_coordinates(const Term& term, const Span& span, double factor,
                             const VectorX& multiplier, InstantValues& out, NormalEquations* normal);
   void evaluate_forces(const Term& term, const Span& span, double factor, const VectorX& multiplier,
                        InstantValues& out, bool derivatives);
   void evaluate_dense(const Term& term, const Span& span, double factor, const VectorX& multiplier,
-                      InstantValues& out, bool derivatives);
+                      InstantValues& out, NormalEquations* normal);
   void take_contact_rows(const Term& term);
+  void differentiate_by_time(const Stage& stage);
+  std::pair<Vector3, Vector3> contact_force_by_time(int body) const;
   void differentiate_angular_momentum();
   void find_metric(const Stage& stage, MatrixX& out);
   void set_rows(const Term& term, const Span& span, double factor, const VectorX& multiplier,
                 const VectorRef& value, InstantValues& out) const;
   bool restoring_ = false;
   int instant_ = 0;
-  void add_coordinate_rows(const VectorX& weight, const Span& span, const InstantValues& out,
+  double h_ = 0.0;  ///< [s]
+  void add_coordinate_rows(const Span& span, const InstantValues& out,
                            const TangentMap* const (&maps)[3], NormalEquations& normal) const;
   void add_dense_rows(NormalEquations& normal);
 
@@ -104,7 +113,11 @@ class Evaluator {
   VectorX force_weight2_, force_gradient_;  ///< nv: sums over all terms of applied forces
   MatrixX force_rows_;                      ///< nv x 3 nv: derivatives of the applied force
   MatrixX dense_;  ///< rows x 3 nv, weighted; the first num_dense_ rows are used
-  VectorX dense_residual_;
+  VectorX dense_residual_, dense_by_time_;
+  VectorX by_time_;  ///< nv: derivatives of the current term of coordinates by log h, weighted
+  VectorX force_by_time_, force_curvature_;  ///< nv: derivatives of the applied force by log h
+  SimulationOptions changed_options_;
+  Inverse quick_, slow_;  ///< the same frames in less and in more time
   Eigen::Index num_dense_ = 0;
 };
 

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "counterpoint/engine/dynamics.h"
 
 namespace counterpoint::optimization {
@@ -16,18 +19,20 @@ Frames::Frames(const Problem& problem, const std::vector<VectorX>& frames) : pro
     if (q.size() != problem.model->nq())
       throw InputError(fmt::format("optimization: a frame of {} coordinates, the model has {}",
                                    q.size(), problem.model->nq()));
+  std::vector<VectorX>& slots = variables_.q;
+  set_time_step(problem.h());
   if (problem.periodic) {
-    slots_.assign(frames.begin(), frames.begin() + problem.steps);
+    slots.assign(frames.begin(), frames.begin() + problem.steps);
     return;
   }
   const int fixed = problem.goal_q ? 2 : 0;
-  slots_.assign(frames.begin() + (problem.free_start ? 0 : 1), frames.end() - fixed);
+  slots.assign(frames.begin() + (problem.free_start ? 0 : 1), frames.end() - fixed);
   first_ = problem.free_start ? -1 : 1;
   if (problem.free_start) {  // frame -1 at the speed of the first step
     VectorX back(problem.model->nv()), before = frames[0];
     configuration_difference(*problem.model, frames[0], frames[1], back);
     integrate_configuration(*problem.model, frames[0], back, -1.0, before);
-    slots_.insert(slots_.begin(), before);
+    slots.insert(slots.begin(), before);
   }
   set_start(problem.start_q);
   if (problem.goal_q) set_goal(*problem.goal_q);
@@ -35,12 +40,38 @@ Frames::Frames(const Problem& problem, const std::vector<VectorX>& frames) : pro
 
 void Frames::set_start(const VectorX& q, const VectorX& v) {
   start_ = before_start_ = q;
-  integrate_configuration(*problem_->model, q, v, -problem_->h(), before_start_);
+  start_v_ = v;
+  set_time_step(time_step());
 }
 
 void Frames::set_goal(const VectorX& q) {
   goal_ = before_goal_ = q;
-  integrate_configuration(*problem_->model, q, problem_->goal_v, -problem_->h(), before_goal_);
+  set_time_step(time_step());
+}
+
+/// Sets h, within the bounds of the duration, and the fixed frames that depend on it.
+void Frames::set_time_step(double h) {
+  const Problem& problem = *problem_;
+  if (problem.duration)
+    h = std::clamp(h, problem.duration->least / problem.steps,
+                   problem.duration->most / problem.steps);
+  variables_.time_step = h;
+  if (start_.size() > 0)
+    integrate_configuration(*problem.model, start_, start_v_, -h, before_start_);
+  if (goal_.size() > 0)
+    integrate_configuration(*problem.model, goal_, problem.goal_v, -h, before_goal_);
+}
+
+void Frames::set_variables(const Variables& variables) {
+  variables_ = variables;
+  set_time_step(variables.time_step);
+}
+
+bool Frames::moves_with_time(int frame, VectorX& out) const {
+  if (problem_->periodic || source(frame).slot >= 0) return false;
+  if (frame != -1 && frame != problem_->steps - 1) return false;
+  out = -time_step() * (frame < 0 ? start_v_ : problem_->goal_v);
+  return true;
 }
 
 FrameSource Frames::source(int frame) const {
@@ -71,7 +102,7 @@ void Frames::read(int frame, VectorX& q) const {
   const FrameSource from = source(frame);
   const int n = problem_->steps;
   if (from.slot >= 0) {
-    const VectorX& own = slots_[static_cast<std::size_t>(from.slot)];
+    const VectorX& own = variables_.q[static_cast<std::size_t>(from.slot)];
     if (!problem_->periodic || (frame >= 0 && frame < n)) {
       q = own;
     } else {
@@ -92,10 +123,12 @@ std::vector<VectorX> Frames::all() const {
   return frames;
 }
 
-void Frames::move(const MatrixX& step) {
-  for (std::size_t i = 0; i < slots_.size(); ++i)
-    integrate_configuration(*problem_->model, slots_[i], step.col(static_cast<Eigen::Index>(i)),
-                            1.0, slots_[i]);
+void Frames::move(const MatrixX& step, double log_time) {
+  for (int i = 0; i < num_slots(); ++i) {
+    VectorX& q = variables_.q[static_cast<std::size_t>(i)];
+    integrate_configuration(*problem_->model, q, step.col(i), 1.0, q);
+  }
+  if (log_time != 0.0) set_time_step(time_step() * std::exp(log_time));
 }
 
 std::vector<VectorX> straight_line(const Model& model, const VectorX& from, const VectorX& to,

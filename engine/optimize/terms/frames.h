@@ -14,6 +14,12 @@ struct FrameSource {
   bool mirrored = false;
 };
 
+/// The unknowns of a problem.
+struct Variables {
+  std::vector<VectorX> q;  ///< one per slot
+  double time_step = 0.0;  ///< h [s]; constant unless Problem::duration is set
+};
+
 /// Frames -1 ... N of a problem, some of which are variables.
 class Frames {
  public:
@@ -21,7 +27,8 @@ class Frames {
   /// start and goal. @throws InputError if their number or size is wrong.
   Frames(const Problem& problem, const std::vector<VectorX>& frames);
 
-  int num_slots() const { return static_cast<int>(slots_.size()); }
+  int num_slots() const { return static_cast<int>(variables_.q.size()); }
+  double time_step() const { return variables_.time_step; }
   /// Number of instants that may have terms: frames 0 ... N - 1, and N if not periodic.
   int num_instants() const { return problem_->periodic ? problem_->steps : problem_->steps + 1; }
   FrameSource source(int frame) const;
@@ -41,11 +48,15 @@ class Frames {
   void set_start(const VectorX& q, const VectorX& v);
   void set_goal(const VectorX& q);
 
-  /// Moves all variables by a step (nv x slots).
-  void move(const MatrixX& step);
-  const std::vector<VectorX>& variables() const { return slots_; }
+  /// Moves all frames that are variables by a step (nv x slots), and h by a factor exp(log_time) as
+  /// far as the bounds of the duration allow.
+  void move(const MatrixX& step, double log_time = 0.0);
+  const Variables& variables() const { return variables_; }
   /// Replaces all variables. Does not allocate if their sizes stay the same.
-  void set_variables(const std::vector<VectorX>& q) { slots_ = q; }
+  void set_variables(const Variables& variables);
+  /// Writes the derivative of a frame by log h (nv) in its tangent space, if it has one: those
+  /// before a fixed start and a fixed goal follow from the velocity there.
+  bool moves_with_time(int frame, VectorX& out) const;
   /// Image of q one period later (sign 1) or earlier (-1) in a periodic motion.
   VectorX image(const VectorX& q, double sign) const {
     VectorX out;
@@ -55,12 +66,13 @@ class Frames {
 
  private:
   void write_image(const VectorX& q, double sign, VectorX& out) const;
+  void set_time_step(double h);
 
   const Problem* problem_;
   int first_ = 0;  ///< frame of the first variable
-  std::vector<VectorX> slots_;
-  VectorX start_, before_start_;  ///< frames 0 and -1
-  VectorX goal_, before_goal_;    ///< frames N and N - 1
+  Variables variables_;
+  VectorX start_, start_v_, before_start_;  ///< frame 0, its velocity, and frame -1
+  VectorX goal_, before_goal_;              ///< frames N and N - 1
 };
 
 }  // namespace counterpoint::optimization
