@@ -94,6 +94,9 @@ struct Term {
   bool condition = false;  ///< the term must vanish (newton.h) instead of being weighed against the
                            ///< others
   FrameRange frames;
+  /// One entry per frame 0 ... N: 0 where the term does not count although `frames` has the frame;
+  /// empty: it counts in all of them. Not for a Planner, whose frames move on with time.
+  std::vector<char> active;
   int body = 0;                               ///< index into Model::bodies
   Vector3 point = Vector3::Zero();            ///< in the body frame [m]
   Vector3 axis = Vector3::UnitZ();            ///< kTilt: unit vector in the body frame

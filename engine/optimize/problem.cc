@@ -64,6 +64,9 @@ void check_term(const Model& model, const Term& term, int steps) {
       check_size((term.name + ": target").c_str(), target.size(),
                  target_size(model, term.quantity));
   }
+  if (!term.active.empty())
+    check_size((term.name + ": active").c_str(), static_cast<Eigen::Index>(term.active.size()),
+               steps + 1);
   if (term.offset.size() > 0)
     check_size((term.name + ": offset").c_str(), term.offset.size(), model.nv());
   if (term.quantity == Quantity::kConfiguration && term.target.size() == 0 && term.targets.empty())

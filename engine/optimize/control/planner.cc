@@ -34,6 +34,9 @@ Problem checked(Problem problem) {
   if (problem.periodic || problem.goal_q || problem.free_start)
     throw InputError(
         "control: the problem must not be periodic, its goal not fixed, and its start not free");
+  for (const Term& term : problem.terms)
+    if (!term.active.empty())
+      throw InputError("control: " + term.name + ": 'when' chooses frames of a motion that stays");
   if (problem.duration)
     throw InputError("control: a plan looks ahead by a fixed duration; remove 'duration'");
   problem.options.effects.set(Effect::kServos, false);

@@ -52,6 +52,17 @@ class SampleReader {
 
   const std::vector<double>& time() const { return time_; }
 
+  /// Values of a column of zeros and ones.
+  Eigen::RowVectorXd flags(const YamlValue& name) const {
+    Eigen::RowVectorXd out(static_cast<Eigen::Index>(time_.size()));
+    fill(name.text(), out);
+    for (Eigen::Index row = 0; row < out.size(); ++row)
+      if (out[row] != 0.0 && out[row] != 1.0)
+        name.fail(fmt::format("{}: {} is neither 0 nor 1", table_.where(static_cast<int>(row)),
+                              out[row]));
+    return out;
+  }
+
   /// Values by coordinate; `otherwise` where the file has no column, which has no weight then.
   MatrixX coordinates(const VectorX& otherwise) const {
     const CoordinateNames names = coordinate_names(model_);
@@ -211,6 +222,24 @@ const Table& TargetReader::table(const std::filesystem::path& file) {
   std::shared_ptr<const Table>& table = tables_[file];
   if (table == nullptr) table = std::make_shared<const Table>(file);
   return *table;
+}
+
+std::vector<char> TargetReader::flags(const YamlValue& in, const Problem& problem) {
+  in.expect_map({"file", "column", "is", "start"});
+  const Term any;  // its quantity does not matter
+  const SampleReader reader(in, table(folder_ / in.at("file").text()), *problem.model, any);
+  const Eigen::RowVectorXd flags = reader.flags(in.at("column"));
+  const double wanted = in.has("is") ? in.at("is").integer(0, 1) : 1;
+  const std::vector<double>& time = reader.time();
+  const double start = in.has("start") ? in.at("start").number() : time.front();
+  std::vector<char> active;
+  for (int t = 0; t <= problem.steps; ++t) {
+    // A frame at the time of a row, up to round-off, has its flag.
+    const double now = start + (t + 1e-6) * problem.h();
+    const auto row = std::upper_bound(time.begin(), time.end(), now) - time.begin();
+    active.push_back(flags[std::max<Eigen::Index>(row - 1, 0)] == wanted);
+  }
+  return active;
 }
 
 Samples TargetReader::configurations(const YamlValue& in, const std::filesystem::path& file,

@@ -29,6 +29,9 @@ class TargetReader {
   std::shared_ptr<const Reference> read(const YamlValue& target, const Model& model,
                                         const Term& term, const VectorX& start,
                                         const Matrix3& link);
+  /// Reads in which frames a column of flags, {file, column, is, start}, has the value `is`: one
+  /// entry per frame, from the last row at or before its time.
+  std::vector<char> flags(const YamlValue& in, const Problem& problem);
   /// Reads configurations of a model from a table, with the map `columns` of `in`, if it has one.
   Samples configurations(const YamlValue& in, const std::filesystem::path& file,
                          const Model& model);

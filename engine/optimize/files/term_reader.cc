@@ -161,7 +161,8 @@ void check_duration(const YamlValue& in, const Problem& problem) {
   if (!problem.duration)
     in.at("quantity")
         .fail("the duration is fixed; give its range, as duration: [0.5, 2] beside 'steps'");
-  for (const char* key : {"link", "links", "point", "points", "radius", "axis", "rpy", "frames"})
+  for (const char* key :
+       {"link", "links", "point", "points", "radius", "axis", "rpy", "frames", "when"})
     if (in.has(key)) in.at(key).fail("a duration is of the whole motion");
 }
 
@@ -172,7 +173,7 @@ std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const 
   const Model& model = *problem.model;
   in.expect_map({"quantity", "name", "weight", "over", "target", "ahead", "frames", "condition",
                  "lever", "link", "links", "point", "points", "radius", "length", "axis", "rpy",
-                 "late_weight"});
+                 "late_weight", "when"});
   Term term;
   const YamlValue quantity = in.at("quantity");
   const auto known = quantity_from_name(quantity.text());
@@ -182,6 +183,7 @@ std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const 
   term.name = in.has("name") ? in.at("name").text() : quantity.text();
   if (term.quantity == Quantity::kDuration) check_duration(in, problem);
   if (in.has("frames")) term.frames = read_frames(in.at("frames"), problem.steps);
+  if (in.has("when")) term.active = sources.tables.flags(in.at("when"), problem);
   term.condition = in.has("condition") ? in.at("condition").boolean()
                                        : term.quantity == Quantity::kUnactuatedForce;
   if (in.has("length")) term.length = in.at("length").positive();

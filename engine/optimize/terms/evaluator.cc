@@ -57,6 +57,7 @@ Layout::Layout(const Problem& problem) {
     const int first = std::max(least, resolved(term.frames.first));
     const int last = std::min(count - 1, resolved(term.frames.last));
     for (int t = first; t <= last; ++t) {
+      if (!term.active.empty() && !term.active[static_cast<std::size_t>(t)]) continue;
       int& rows = rows_[static_cast<std::size_t>(t)];
       const int size = rows_of(*problem.model, term.quantity);
       spans_[static_cast<std::size_t>(t)].push_back({static_cast<int>(i), rows, size});
