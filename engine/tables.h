@@ -1,6 +1,6 @@
 // Tables of numbers in files: rows under named columns. The ending of the file name selects the
 // format for reading and writing: .h5 or .hdf5 (HDF5), .npz (NumPy), .mcap (MCAP), and for reading
-// only .trc (TRC) and .c3d (C3D) of motion capture; any other ending means CSV
+// only .trc (TRC), .c3d (C3D) and .bvh (BVH) of motion capture; any other ending means CSV
 // (docs/reference/trajectory-format.md).
 #pragma once
 
@@ -46,6 +46,9 @@ struct TableOptions {
   bool any_cells = false;
   bool nan_is_empty = false;       ///< with any_cells: "nan" in CSV files means empty
   std::vector<std::string> names;  ///< column names of a CSV file without a header
+  /// The unit of lengths in BVH files, which they do not say, is known to the caller; places are
+  /// in this unit. Otherwise such files are refused.
+  bool any_unit = false;
   std::string topic;               ///< topic to read from an MCAP file with several ROS topics
   /// Column name -> text: only rows with this text are read (CSV and ROS messages).
   std::map<std::string, std::string> rows;

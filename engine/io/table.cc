@@ -23,7 +23,8 @@ const std::vector<TableFormat>& formats() {
       {"NumPy", {".npz"}, "PK\x03\x04", open_npz, create_npz, 0},
       {"MCAP", {".mcap"}, "\x89MCAP0\r\n", open_mcap, create_mcap, 0},
       {"TRC", {".trc"}, "PathFile", open_trc, nullptr, 4},
-      {"C3D", {".c3d"}, "", open_c3d, nullptr, 0}};
+      {"C3D", {".c3d"}, "", open_c3d, nullptr, 0},
+      {"BVH", {".bvh"}, "HIERARCH", open_bvh, nullptr, 1}};
   return all;
 }
 

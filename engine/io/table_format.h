@@ -87,6 +87,8 @@ std::unique_ptr<TableSink> create_mcap(const std::filesystem::path& file,
                                        const std::vector<Column>& columns);
 std::unique_ptr<TableSource> open_trc(const std::filesystem::path& file,
                                       const TableOptions& options);
+std::unique_ptr<TableSource> open_bvh(const std::filesystem::path& file,
+                                      const TableOptions& options);
 std::unique_ptr<TableSource> open_c3d(const std::filesystem::path& file,
                                       const TableOptions& options);
 

@@ -111,6 +111,7 @@ auto selected_target() {
                                  {"mesh_stl", read_mesh_stl},
                                  {"height_image", read_height_image},
                                  {"height_table", read_height_table},
+                                 {"bvh", read_bvh},
                                  {"c3d", read_c3d},
                                  {"csv", read_csv},
                                  {"hdf5", read_hdf5},

@@ -42,6 +42,7 @@ void read_mesh_obj(std::string_view input);
 void read_mesh_stl(std::string_view input);
 void read_height_image(std::string_view input);
 void read_height_table(std::string_view input);
+void read_bvh(std::string_view input);
 void read_c3d(std::string_view input);
 void read_csv(std::string_view input);
 void read_hdf5(std::string_view input);

@@ -39,8 +39,8 @@ void read_as_trajectory(const std::filesystem::path& file, const Model& model) {
   });
 }
 
-void read_cells(const std::filesystem::path& file) {
-  const Table table(file);
+void read_cells(const std::filesystem::path& file, const TableOptions& options = {}) {
+  const Table table(file, {}, options);
   for (int row = 0; row < table.num_rows(); ++row)
     for (int column = 0; column < table.num_columns(); ++column) table.cell(row, column);
 }
@@ -53,6 +53,13 @@ void read_table(const char* name, std::string_view input) {
 }
 
 }  // namespace
+
+/// BVH files: all joints of all frames.
+void read_bvh(std::string_view input) {
+  TableOptions options;
+  options.any_unit = true;
+  read_cells(write("table.bvh", input), options);
+}
 
 void read_c3d(std::string_view input) { read_table("table.c3d", input); }
 void read_hdf5(std::string_view input) { read_table("table.h5", input); }
