@@ -49,7 +49,7 @@ struct TableOptions {
   /// The unit of lengths in BVH files, which they do not say, is known to the caller; places are
   /// in this unit. Otherwise such files are refused.
   bool any_unit = false;
-  std::string topic;               ///< topic to read from an MCAP file with several ROS topics
+  std::string topic;  ///< topic to read from an MCAP file with several ROS topics
   /// Column name -> text: only rows with this text are read (CSV and ROS messages).
   std::map<std::string, std::string> rows;
 };

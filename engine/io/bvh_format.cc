@@ -17,8 +17,8 @@ namespace counterpoint {
 namespace {
 
 /// A channel sets the position along an axis (0 to 2), or turns about one (3 to 5).
-constexpr std::array<std::string_view, 6> kChannels = {
-    "Xposition", "Yposition", "Zposition", "Xrotation", "Yrotation", "Zrotation"};
+constexpr std::array<std::string_view, 6> kChannels = {"Xposition", "Yposition", "Zposition",
+                                                       "Xrotation", "Yrotation", "Zrotation"};
 constexpr std::size_t kMaxJoints = kMaxColumns / 7;  ///< a joint has seven columns
 
 struct BvhJoint {
@@ -28,7 +28,7 @@ struct BvhJoint {
   bool has_offset = false, has_channels = false;
   Vector3 offset = Vector3::Zero();
   std::vector<int> channels;
-  int line = 0;
+  int line = 0, ends = 0;  ///< ends: number of its End Sites
 };
 
 class BvhSource final : public TableSource {
@@ -55,8 +55,7 @@ class BvhSource final : public TableSource {
   bool read(TableBlock& block) override {
     const int rows = rows_of_block(columns_.size());
     for (; block.rows < rows && read_ < count_; ++block.rows, ++read_) {
-      if (!next_line())
-        fail(fmt::format("the file ends after {} of {} frames", read_, count_), 1);
+      if (!next_line()) fail(fmt::format("the file ends after {} of {} frames", read_, count_), 1);
       append_frame(block);
       block.lines.push_back(lines_.number());
     }
@@ -139,7 +138,7 @@ class BvhSource final : public TableSource {
     if (name.empty() || (next.is_end && name != "Site"))
       fail(fmt::format("'{}'; expected {}", line_,
                        next.is_end ? "End Site" : "the joint's name after it"));
-    next.name = next.is_end ? joint(next.parent).name + ".end" : std::string(name);
+    next.name = next.is_end ? name_of_end(joint(next.parent)) : std::string(name);
     if (next.parent >= 0) check_parent(joint(next.parent));
     if (!names_.insert(next.name).second)
       fail(fmt::format("a second '{}'; expected another name", next.name));
@@ -149,6 +148,12 @@ class BvhSource final : public TableSource {
     if (brace) return;
     need_line("{");
     if (line_ != "{") fail(fmt::format("'{}'; expected {{", line_));
+  }
+
+  /// Returns JOINT.end, or JOINT.end_2 and so on for further ones of the joint.
+  static std::string name_of_end(BvhJoint& of) {
+    ++of.ends;
+    return of.ends == 1 ? of.name + ".end" : fmt::format("{}.end_{}", of.name, of.ends);
   }
 
   void check_parent(const BvhJoint& parent) const {
@@ -177,8 +182,8 @@ class BvhSource final : public TableSource {
     for (std::size_t i = 2; i < words_.size(); ++i) {
       const auto known = std::find(kChannels.begin(), kChannels.end(), words_[i]);
       if (known == kChannels.end())
-        fail(fmt::format("channel '{}'; expected one of {}", words_[i],
-                         fmt::join(kChannels, ", ")));
+        fail(
+            fmt::format("channel '{}'; expected one of {}", words_[i], fmt::join(kChannels, ", ")));
       const auto channel = static_cast<int>(known - kChannels.begin());
       if (std::count(at.channels.begin(), at.channels.end(), channel) > 0)
         fail(fmt::format("a second channel {} of '{}'", words_[i], at.name));
@@ -220,7 +225,8 @@ class BvhSource final : public TableSource {
       place(i, next);
       for (int k = 0; k < 3; ++k) block.numbers.push_back(position_[i][k]);
       const Quaternion& q = orientation_[i];
-      if (!joints_[i].is_end) block.numbers.insert(block.numbers.end(), {q.w(), q.x(), q.y(), q.z()});
+      if (!joints_[i].is_end)
+        block.numbers.insert(block.numbers.end(), {q.w(), q.x(), q.y(), q.z()});
     }
   }
 
@@ -253,9 +259,10 @@ class BvhSource final : public TableSource {
   /// Refuses positions that count from the offset, as some programs write them.
   void check_place(const BvhJoint& at, const Vector3& offset) const {
     if (at.parent >= 0 && offset.isZero(0.0) && !at.offset.isZero(0.0))
-      fail(fmt::format("position 0 0 0 of '{}', though its OFFSET is not; expected positions that "
-                       "contain the offset: leave them out of the export",
-                       at.name));
+      fail(
+          fmt::format("position 0 0 0 of '{}', though its OFFSET is not; expected positions that "
+                      "contain the offset: leave them out of the export",
+                      at.name));
   }
 
   static constexpr std::string_view kBlank = " \t\r";
@@ -268,8 +275,8 @@ class BvhSource final : public TableSource {
   std::set<std::string> names_;
   std::size_t values_ = 0;  ///< channels of all joints
   long count_ = 0, read_ = 0;
-  double frame_time_ = 0.0;  ///< [s]
-  std::vector<Vector3> position_;  ///< of the current frame, in the file's unit
+  double frame_time_ = 0.0;        ///< [s]
+  std::vector<Vector3> position_;  ///< places in the current frame, in the file's unit
   std::vector<Quaternion> orientation_;
 };
 

@@ -100,11 +100,11 @@ TEST_F(Bvh, OrientationsAreProductsInTheOrderOfTheChannels) {
     for (int j = 0; j < 3; ++j) {
       if (i == j) continue;
       const int k = 3 - i - j;
-      const Table t = table(skeleton(axes[i] + "rotation " + axes[j] + "rotation " + axes[k] +
-                                     "rotation") +
-                            motion("0 0 0 20 -50 170 33\n"));
-      const Matrix3 hips = about(Vector3::Unit(i), 20) * about(Vector3::Unit(j), -50) *
-                           about(Vector3::Unit(k), 170);
+      const Table t =
+          table(skeleton(axes[i] + "rotation " + axes[j] + "rotation " + axes[k] + "rotation") +
+                motion("0 0 0 20 -50 170 33\n"));
+      const Matrix3 hips =
+          about(Vector3::Unit(i), 20) * about(Vector3::Unit(j), -50) * about(Vector3::Unit(k), 170);
       EXPECT_LT((turn(t, "Hips") - hips).norm(), kRounding);
       EXPECT_LT((turn(t, "Left Leg") - hips * about(Vector3::UnitX(), 33)).norm(), kRounding);
     }
@@ -133,10 +133,15 @@ TEST_F(Bvh, VariantsOfProgramsGiveTheSameTable) {
     ASSERT_EQ(t.num_rows(), 1);
     for (int i = 0; i < t.num_columns(); ++i) EXPECT_EQ(t.cell(0, i), plain.cell(0, i)) << i;
   }
+  const std::string tips = "End Site\n{\nOFFSET 0 0 4\n}\n}\n}\n";
+  EXPECT_EQ(place(table(replaced(skeleton(), "  }\n}\n", tips) + motion("0 0 0 0 0 0 0\n")), 0,
+                  "Left Leg.end_2"),
+            Vector3(0, 0, 5))
+      << "two ends of a limb";
   const std::string second = replaced(skeleton(), "HIERARCHY\n", "");
-  const Table two = table(skeleton() +
-                          replaced(replaced(second, "Hips", "Box"), "Left Leg", "Lid") +
-                          motion("1 2 3 0 0 0 0 4 5 6 0 0 0 0\n"));
+  const Table two =
+      table(skeleton() + replaced(replaced(second, "Hips", "Box"), "Left Leg", "Lid") +
+            motion("1 2 3 0 0 0 0 4 5 6 0 0 0 0\n"));
   EXPECT_EQ(place(two, 0, "Box"), Vector3(4, 5, 6)) << "a second root";
 }
 
@@ -181,7 +186,8 @@ TEST_F(Bvh, IsRefusedByLineWithWhatWasExpected) {
       {replaced(all, "0.25", "0"), "t.bvh:18: Frame Time: expected a time above 0"},
       {replaced(all, "0.25", "inf"), "t.bvh:18: Frame Time: 'inf'; expected a number"},
       {all + "0 0 0 0 0 0 0\n", "t.bvh:20: a line after the last of 1 frames"},
-      {skeleton() + motion("0 0 0 0 0 0\n"), "t.bvh:19: 6 values; the channels of all joints are 7"},
+      {skeleton() + motion("0 0 0 0 0 0\n"),
+       "t.bvh:19: 6 values; the channels of all joints are 7"},
       {skeleton() + motion("0 0 0 0 x 0 0\n"), "t.bvh:19: channel value 'x'; expected a number"},
       {skeleton() + motion("0 0 0 0 NaN 0 0\n"), "t.bvh:19: channel value 'NaN'"},
       {replaced(skeleton(), "1 Xrotation", "3 Xposition Yposition Zposition") +
