@@ -12,7 +12,7 @@ from pile_scenes import bundled_pile_files  # noqa: E402
 from scenes.box_scenes import SCENES, box_scene, ellipse, hollow  # noqa: E402
 from scenes.hard_scenes import hard_files  # noqa: E402
 from scenes.mechanism_scenes import mechanism_files  # noqa: E402
-from scenes.motions import turning_jump  # noqa: E402
+from scenes.motions import turning_jump, turning_jump_bvh  # noqa: E402
 from scenes.robots import ROBOTS, toss_cube  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent / "data"
@@ -27,6 +27,7 @@ def main():
     files["scenes/hollow.csv"] = hollow()
     files["robots/ellipse.obj"] = ellipse()
     files["scenes/retarget/turning_jump.csv"] = turning_jump(files["robots/humanoid.urdf"])
+    files["scenes/retarget/jump_bvh.bvh"] = turning_jump_bvh(files["robots/humanoid.urdf"])
     files.update(hard_files())
     files.update(mechanism_files())
     files.update(bundled_pile_files())
