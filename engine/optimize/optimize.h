@@ -88,6 +88,7 @@ struct Term {
   /// not matter. A Planner counts it from the present state [m, rad].
   VectorX offset;
   /// One target per frame 0 ... N, in place of `target`; kOrientation: unit quaternions w x y z.
+  /// One that contains NaN is unknown, and the term has no residual in that frame.
   std::vector<VectorX> targets;
   /// Source of `targets`, which a Planner moves on with time; may be null.
   std::shared_ptr<const Reference> reference;
@@ -109,6 +110,9 @@ struct Term {
 
   const VectorX& target_at(int frame) const {
     return targets.empty() ? target : targets[static_cast<std::size_t>(frame)];
+  }
+  bool known_at(int frame) const {
+    return targets.empty() || !targets[static_cast<std::size_t>(frame)].hasNaN();
   }
 };
 

@@ -26,10 +26,6 @@ VectorX moving_rows(const Model& model, Quantity quantity) {
   return moves;
 }
 
-Quaternion quaternion_of(const VectorRef& wxyz) {
-  return Quaternion(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
-}
-
 }  // namespace
 
 bool may_follow(Quantity quantity) {
@@ -129,8 +125,8 @@ void Reference::sample(double time, VectorX& out) const {
   const auto i = static_cast<std::size_t>(next - times.begin()) - 1;
   const auto column = static_cast<Eigen::Index>(i);
   out = samples_.values.col(column);
-  if (next != times.end()) {
-    const double share = (at - times[i]) / (times[i + 1] - times[i]);
+  const double share = next == times.end() ? 0.0 : (at - times[i]) / (times[i + 1] - times[i]);
+  if (next != times.end() && (share > 0.0 || !difference_.col(column).hasNaN())) {
     const auto difference = difference_.col(column);
     if (quantity_ == Quantity::kConfiguration) {
       integrate_configuration(*model_, samples_.values.col(column), difference, share, out);

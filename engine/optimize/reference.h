@@ -12,8 +12,13 @@ namespace counterpoint::optimization {
 struct Samples {
   std::vector<double> time;  ///< [s], ascending, at least one
   /// Rows of the target (kConfiguration: nq; kOrientation: 4, unit quaternions w x y z) x times.
+  /// A position or orientation that contains NaN is unknown.
   MatrixX values;
 };
+
+inline Quaternion quaternion_of(const VectorRef& wxyz) {
+  return Quaternion(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+}
 
 /// Replay of samples.
 struct Playback {
@@ -39,7 +44,8 @@ class Reference {
 
   /// Writes the target at a time of the problem [s], interpolated between samples: rotations turn
   /// at constant speed. Before the first sample and beyond the last one positions are held, and
-  /// velocities are zero. Does not allocate if `out` has the size of a target.
+  /// velocities are zero. Unknown between two samples of which one is unknown. Does not allocate if
+  /// `out` has the size of a target.
   void sample(double time, VectorX& out) const;
 
  private:

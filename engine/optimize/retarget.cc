@@ -1,10 +1,12 @@
 #include "counterpoint/engine/optimize/retarget.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/optimize/newton/newton.h"
+#include "counterpoint/engine/optimize/reference.h"
 
 namespace counterpoint::optimization {
 namespace {
@@ -13,22 +15,44 @@ namespace {
 constexpr int kMostSteps = 500;
 constexpr double kDone = 1e-5;
 
+/// Moves a floating body to where the terms want it in a frame: to their orientation, or the one
+/// that brings three of its points or more nearest to their places (Umeyama 1991).
+void place(const Problem& fit, int index, int frame, VectorX& q) {
+  const Body& body = fit.model->body(index);
+  auto turn = q.segment<4>(body.q_index + 3);
+  std::vector<Vector3> points, places;
+  bool turned = false;
+  for (const Term& term : fit.terms) {
+    if (term.body != index || term.targets.empty() || !term.known_at(frame)) continue;
+    if (term.quantity == Quantity::kOrientation) turn = term.target_at(frame);
+    turned = turned || term.quantity == Quantity::kOrientation;
+    if (term.quantity != Quantity::kPosition) continue;
+    points.push_back(term.point);
+    places.emplace_back(term.target_at(frame));
+  }
+  if (points.empty()) return;
+  const auto count = static_cast<Eigen::Index>(points.size());
+  const Eigen::Map<const Eigen::Matrix3Xd> from(points[0].data(), 3, count);
+  const Eigen::Map<const Eigen::Matrix3Xd> to(places[0].data(), 3, count);
+  if (count >= 3 && !turned) {
+    const Quaternion best(Matrix3(Eigen::umeyama(from, to, false).topLeftCorner<3, 3>()));
+    turn << best.w(), best.x(), best.y(), best.z();
+  }
+  q.segment<3>(body.q_index) =
+      to.rowwise().mean() - quaternion_of(turn) * Vector3(from.rowwise().mean());
+}
+
 /// First frames of the fit: those of a configuration to follow, else the start, its floating bodies
-/// where terms want them.
+/// where terms want them, or where they were in the frame before.
 std::vector<VectorX> first_frames(const Problem& fit) {
   const Model& model = *fit.model;
-  std::vector<VectorX> frames(static_cast<std::size_t>(fit.steps) + 1, fit.start_q);
-  for (const Term& term : fit.terms) {
-    if (term.targets.empty()) continue;
-    if (term.quantity == Quantity::kConfiguration) return term.targets;
-    const Body& body = model.body(term.body);
-    if (body.joint_type != JointType::kFloating) continue;
-    for (std::size_t t = 0; t < frames.size(); ++t) {
-      if (term.quantity == Quantity::kPosition)
-        frames[t].segment<3>(body.q_index) = term.targets[t] - term.point;
-      if (term.quantity == Quantity::kOrientation)
-        frames[t].segment<4>(body.q_index + 3) = term.targets[t];
-    }
+  for (const Term& term : fit.terms)
+    if (term.quantity == Quantity::kConfiguration && !term.targets.empty()) return term.targets;
+  std::vector<VectorX> frames;
+  for (int t = 0; t <= fit.steps; ++t) {
+    VectorX& q = frames.emplace_back(t == 0 ? fit.start_q : frames.back());
+    for (int i = 1; i < model.num_bodies(); ++i)
+      if (model.body(i).joint_type == JointType::kFloating) place(fit, i, t, q);
   }
   return frames;
 }
@@ -46,7 +70,8 @@ std::vector<FitError> errors_of(const Problem& fit, const Newton& newton) {
     const Eigen::Index at = known - errors.begin();
     if (known == errors.end()) errors.push_back({term.name, term.quantity});
     sums[at] += 2.0 * costs[static_cast<Eigen::Index>(i)];
-    counts[at] += (fit.steps + 1) * term.weight.squaredNorm();
+    for (int t = 0; t <= fit.steps; ++t)
+      if (term.known_at(t)) counts[at] += term.weight.squaredNorm();
   }
   for (std::size_t i = 0; i < errors.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);

@@ -6,7 +6,8 @@
 //   Result result = optimize(file.problem, file.guess, file.settings);
 //
 // Step one fits the robot's configurations to the recorded ones or to places and orientations of
-// the recorded links, without forces. Step two is an ordinary problem whose terms follow the fit.
+// the recorded links, joints (BVH) or markers, without forces. Step two is an ordinary problem
+// whose terms follow the fit.
 #pragma once
 
 #include <filesystem>
@@ -21,8 +22,8 @@ namespace counterpoint::optimization {
 
 /// Files of the motion to follow, in place of those that the problem file names; may be empty.
 struct SourceFiles {
-  std::filesystem::path motion;  ///< table with the coordinates of `scene` over time
-  std::filesystem::path scene;   ///< scene of the motion
+  std::filesystem::path motion;  ///< table with the coordinates of `scene`, or points, over time
+  std::filesystem::path scene;   ///< scene of the coordinates
 };
 
 /// The key `retarget` of a problem file.

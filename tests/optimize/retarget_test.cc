@@ -111,18 +111,15 @@ TEST(Retarget, AFitOfItsOwnLinksRecoversTheMotion) {
   }
   const test::TempFolder folder;
   write_motion(folder.path() / "motion.csv", model, 0.05, q);
-  std::string links = "[pelvis";
-  for (int i = 1; i < model.num_joints(); ++i) links += ", " + model.joint(i).link;
-  links += "]";
+  std::string map = "{pelvis: {link: pelvis, point: [0.1, 0, 0.2], source_point: [0.1, 0, 0.2]}";
+  for (int i = 1; i < model.num_joints(); ++i)
+    map += ", " + model.joint(i).link + ": " + model.joint(i).link;
   ProblemFile file = load_problem(folder.write(
-      "p.yaml",
-      "scene: " + (data() / "scenes/optimize/scenes/humanoid.yaml").string() +
-          "\ntime_step: 0.05\nsteps: 5\nretarget:\n  motion: motion.csv\n  fit:\n"
-          "    - {quantity: position, link: pelvis, point: [0.1, 0, 0.2], target: {source: pelvis, "
-          "point: [0.1, 0, 0.2]}}\n"
-          "    - {quantity: orientation, links: " +
-          links + ", target: {source: " + links +
-          "}}\nterms:\n  - {quantity: configuration, target: fit}\n"));
+      "p.yaml", "scene: " + (data() / "scenes/optimize/scenes/humanoid.yaml").string() +
+                    "\ntime_step: 0.05\nsteps: 5\nretarget:\n  motion: motion.csv\n  map: " + map +
+                    "}\n  fit:\n    - {quantity: position, sources: pelvis}\n"
+                    "    - {quantity: orientation, sources: \"*\"}\nterms:\n  - {quantity: "
+                    "configuration, target: fit}\n"));
   const Fit fit = fit_motion(file);
   // Gauss-Newton ends where a step gains 1e-5 of the cost; its last steps converge quadratically.
   EXPECT_LT(rms_deviation(model, q, fit.q).maxCoeff(), 1e-8);

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 
+#include "counterpoint/engine/io/marker_columns.h"
+
 namespace counterpoint::estimation {
 namespace {
 
@@ -72,30 +74,23 @@ class SensorReader {
     nodes_.check_keys(node, {"table", "axes", "scale", "deviation", "source"});
     if (!node["table"])
       nodes_.fail(node, "markers: expected 'table', a file with the columns marker, link, x, y, z");
-    const std::array<std::pair<char, double>, 3> axes = world_axes(node["axes"]);
+    const WorldAxes axes = axes_of(node["axes"]);
     const double scale = node["scale"] ? nodes_.positive(node["scale"], "scale") : 1.0;
     Sensor shared;
     shared.source = source_name(nodes_, node["source"], map_);
     if (node["deviation"]) shared.deviation = nodes_.positive(node["deviation"], "deviation");
     const std::filesystem::path file = std::filesystem::path(nodes_.file()).parent_path() /
                                        nodes_.scalar(node["table"], "markers.table");
-    TableReader table(file, {"marker", "link"});
-    const std::array<int, 5> columns = marker_columns(table);
-    while (table.next()) {
+    for (const MarkerPlace& place : read_marker_places(file)) {
       Sensor& marker = map_.sensors.emplace_back(shared);
-      marker.name = label(table, columns[0]);
-      const std::string link = label(table, columns[1]);
-      const int frame = nodes_.model().find_frame(link);
+      marker.name = place.marker;
+      const int frame = nodes_.model().find_frame(place.link);
       if (frame < 0)
         throw InputError(
             fmt::format("{}: '{}' is no link of this scene; expected one of those that "
                         "`inspect` lists",
-                        table.where(), link));
-      attach(nodes_.model().frames()[static_cast<std::size_t>(frame)],
-             Vector3(table.cell(columns[2]), table.cell(columns[3]), table.cell(columns[4])),
-             marker);
-      if (!marker.point.allFinite())
-        throw InputError(table.where() + ": expected x, y, z of the marker in its link [m]");
+                        place.where, place.link));
+      attach(nodes_.model().frames()[static_cast<std::size_t>(frame)], place.point, marker);
       for (const auto& [axis, sign] : axes)
         marker.columns.push_back({fmt::format("{}.{}", marker.name, axis), sign * scale, 0.0});
     }
@@ -114,48 +109,14 @@ class SensorReader {
     sensor.axes = frame.X_BF.rotation;
   }
 
-  /// Reads the world axes in terms of the file's axes: [x, -z, y] if the file's y axis points up.
-  std::array<std::pair<char, double>, 3> world_axes(const YAML::Node& node) const {
-    std::array<std::pair<char, double>, 3> out = {{{'x', 1.0}, {'y', 1.0}, {'z', 1.0}}};
-    if (!node) return out;
-    std::string used;
-    if (node.IsSequence() && node.size() == 3) {
-      for (std::size_t i = 0; i < 3; ++i) {
-        const std::string text = nodes_.scalar(node[i], "axes");
-        const bool negative = text.size() == 2 && text[0] == '-';
-        out[i] = {text.empty() ? '?' : text.back(), negative ? -1.0 : 1.0};
-        if (text.size() == (negative ? 2u : 1u)) used += text.back();
-      }
-      std::sort(used.begin(), used.end());
-    }
-    if (used != "xyz")
-      nodes_.fail(node,
-                  "axes: expected the axes of the file along x, y, z of the world, as in "
-                  "[x, -z, y] where y points up");
-    return out;
-  }
-
-  static std::array<int, 5> marker_columns(const TableReader& table) {
-    std::array<int, 5> out{};
-    const std::array<const char*, 5> names = {"marker", "link", "x", "y", "z"};
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      const auto& all = table.columns();
-      const auto it =
-          std::find_if(all.begin(), all.end(), [&](const Column& c) { return c.name == names[i]; });
-      if (it == all.end())
-        throw InputError(fmt::format("{}: there is no column '{}'; expected marker, link, x, y, z",
-                                     table.file(), names[i]));
-      out[i] = static_cast<int>(it - all.begin());
-    }
-    return out;
-  }
-
-  static std::string label(const TableReader& table, int column) {
-    const double index = table.cell(column);
-    const auto& labels = table.columns()[static_cast<std::size_t>(column)].labels;
-    if (!(index >= 0.0) || index >= static_cast<double>(labels.size()))
-      throw InputError(table.where() + ": expected names of a marker and of its link");
-    return labels[static_cast<std::size_t>(index)];
+  /// Reads the world axes in terms of the file's axes; by default they are the same.
+  WorldAxes axes_of(const YAML::Node& node) const {
+    std::vector<std::string> names;
+    if (node && node.IsSequence())
+      for (const YAML::Node& axis : node) names.push_back(nodes_.scalar(axis, "axes"));
+    const auto axes = world_axes(node ? names : std::vector<std::string>{"x", "y", "z"});
+    if (!axes) nodes_.fail(node, kAxesExpected);
+    return *axes;
   }
 
   const NamedKind& kind_of(const std::string& name, const YAML::Node& node) const {

@@ -26,14 +26,12 @@ std::optional<Sides> read_sides(const YamlValue& in) {
   return Sides{words[0].text(), words[1].text()};
 }
 
-/// Normalizes the quaternion in rows first ... first + 3.
-void normalize(const YamlValue& in, const Table& table, Eigen::Index first, MatrixX& values) {
-  for (Eigen::Index i = 0; i < values.cols(); ++i) {
-    auto quaternion = values.block<4, 1>(first, i);
-    if (!(std::abs(quaternion.norm() - 1.0) < kQuaternionError))
-      in.fail(fmt::format("{}: a quaternion has the length {:.6g}; 1 is expected",
-                          table.where(static_cast<int>(i)), quaternion.norm()));
-    quaternion.normalize();
+/// Returns the index of a column. @throws InputError at `in` if there is none.
+int column_of(const YamlValue& in, const Table& table, const std::string& name) {
+  try {
+    return table.column(name);
+  } catch (const InputError& error) {
+    in.fail(error.what());
   }
 }
 
@@ -41,14 +39,7 @@ void normalize(const YamlValue& in, const Table& table, Eigen::Index first, Matr
 class SampleReader {
  public:
   SampleReader(const YamlValue& in, const Table& table, const Model& model, const Term& term)
-      : in_(in), table_(table), model_(model), term_(term) {
-    const int time = column("time");
-    for (int row = 0; row < table.num_rows(); ++row) time_.push_back(table.value(row, time));
-    if (time_.empty()) in.fail(table.file() + ": no rows below the header");
-    for (int row = 1; row < table.num_rows(); ++row)
-      if (!(time_[row] > time_[row - 1]))
-        in.fail(fmt::format("{}: time {} does not rise", table.where(row), time_[row]));
-  }
+      : in_(in), table_(table), model_(model), term_(term), time_(rising_time(in, table)) {}
 
   const std::vector<double>& time() const { return time_; }
 
@@ -91,7 +82,7 @@ class SampleReader {
         }
       }
       const int linear = joint_num_linear(body.joint_type);
-      if (count != weights.size()) normalize(in_, table_, first + linear, out);
+      if (count != weights.size()) normalize_quaternions(in_, table_, first + linear, out);
     }
     return out;
   }
@@ -104,7 +95,7 @@ class SampleReader {
       const std::string& name = names[static_cast<std::size_t>(i)];
       fill(sides ? partner_name(name, sides->left, sides->right) : name, out.row(i));
     }
-    if (term_.quantity == Quantity::kOrientation) normalize(in_, table_, 0, out);
+    if (term_.quantity == Quantity::kOrientation) normalize_quaternions(in_, table_, 0, out);
     if (!sides) return out;
     // A reflection in y = 0 turns vectors' y, and the axis of a rotation in the other two.
     if (out.rows() == 3) out.row(1) *= -1.0;
@@ -122,17 +113,9 @@ class SampleReader {
     return row < linear ? weights[row] != 0.0 : !weights.tail<3>().isZero(0.0);
   }
 
-  int column(const std::string& name) const {
-    try {
-      return table_.column(name);
-    } catch (const InputError& error) {
-      in_.fail(error.what());
-    }
-  }
-
   void fill(const std::string& name,
             Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> out) const {
-    const int index = column(name);
+    const int index = column_of(in_, table_, name);
     for (int row = 0; row < table_.num_rows(); ++row) out[row] = table_.value(row, index);
   }
 
@@ -203,15 +186,38 @@ MatrixX mirrored_coordinates(const YamlValue& in, const Model& model, const Side
 void turn(const Matrix3& link, MatrixX& quaternions) {
   const Quaternion to_body = Quaternion(link).conjugate();
   for (auto column : quaternions.colwise()) {
-    const Quaternion turned = Quaternion(column[0], column[1], column[2], column[3]) * to_body;
+    const Quaternion turned = quaternion_of(column) * to_body;
     column << turned.w(), turned.x(), turned.y(), turned.z();
   }
 }
 
 }  // namespace
 
-Playback read_playback(const YamlValue& in, const Samples& samples) {
-  Playback playback{samples.time.front()};
+std::vector<double> rising_time(const YamlValue& in, const Table& table) {
+  const int column = column_of(in, table, "time");
+  std::vector<double> time;
+  for (int row = 0; row < table.num_rows(); ++row) time.push_back(table.value(row, column));
+  if (time.empty()) in.fail(table.file() + ": no rows below the header");
+  for (std::size_t row = 1; row < time.size(); ++row)
+    if (!(time[row] > time[row - 1]))
+      in.fail(
+          fmt::format("{}: time {} does not rise", table.where(static_cast<int>(row)), time[row]));
+  return time;
+}
+
+void normalize_quaternions(const YamlValue& in, const Table& table, Eigen::Index first,
+                           MatrixX& values) {
+  for (Eigen::Index i = 0; i < values.cols(); ++i) {
+    auto quaternion = values.block<4, 1>(first, i);
+    if (std::abs(quaternion.norm() - 1.0) >= kQuaternionError)
+      in.fail(fmt::format("{}: a quaternion has the length {:.6g}; 1 is expected",
+                          table.where(static_cast<int>(i)), quaternion.norm()));
+    quaternion.normalize();
+  }
+}
+
+Playback read_playback(const YamlValue& in, const std::vector<double>& time) {
+  Playback playback{time.front()};
   if (in.has("start")) playback.start = in.at("start").number();
   if (in.has("rate")) playback.rate = in.at("rate").positive();
   if (in.has("loop")) playback.loop = in.at("loop").boolean();
@@ -272,8 +278,9 @@ std::shared_ptr<const Reference> TargetReader::read(const YamlValue& target, con
       if (sides) turn(link, mirrored);
     }
   }
-  return std::make_shared<const Reference>(
-      model, term.quantity, samples, read_playback(target, samples), sides ? &mirrored : nullptr);
+  return std::make_shared<const Reference>(model, term.quantity, samples,
+                                           read_playback(target, samples.time),
+                                           sides ? &mirrored : nullptr);
 }
 
 }  // namespace counterpoint::optimization

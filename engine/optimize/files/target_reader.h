@@ -12,8 +12,16 @@
 
 namespace counterpoint::optimization {
 
-/// Reads start, rate and loop of a replay; the start is the first sample by default.
-Playback read_playback(const YamlValue& in, const Samples& samples);
+/// Reads start, rate and loop of a replay; the start is the first of these times by default.
+Playback read_playback(const YamlValue& in, const std::vector<double>& time);
+
+/// Returns the column `time`. @throws InputError at `in` unless it rises from row to row.
+std::vector<double> rising_time(const YamlValue& in, const Table& table);
+
+/// Normalizes the quaternions w x y z in rows first ... first + 3, one a column; NaN stays.
+/// @throws InputError at `in` if one has not nearly the length 1.
+void normalize_quaternions(const YamlValue& in, const Table& table, Eigen::Index first,
+                           MatrixX& values);
 
 /// Reads the targets of a problem file; each table is read once.
 class TargetReader {

@@ -16,14 +16,19 @@ bool follows(const YamlValue& in) {
          (TargetReader::is_from_file(in.at("target")) || SourceMotion::is_target(in.at("target")));
 }
 
+const SourceMotion& motion_of(const YamlValue& in, const TargetSources& sources) {
+  if (!sources.motion) in.fail("there is no motion to follow: the file has no key 'retarget'");
+  return *sources.motion;
+}
+
 std::shared_ptr<const Reference> read_reference(const YamlValue& target, const Problem& problem,
                                                 const Term& term, const VectorX& start,
-                                                const Matrix3& link, std::size_t index,
-                                                TargetSources& sources) {
+                                                const Matrix3& link, TargetSources& sources) {
   if (!SourceMotion::is_target(target))
     return sources.tables.read(target, *problem.model, term, start, link);
-  if (!sources.motion) target.fail("there is no motion to follow: the file has no key 'retarget'");
-  return sources.motion->reference(target, term, index);
+  if (term.quantity != Quantity::kConfiguration)
+    target.fail("'source' is the target of a configuration; points are followed by 'sources'");
+  return motion_of(target, sources).configuration(target);
 }
 
 FrameRange read_frames(const YamlValue& in, int steps) {
@@ -166,6 +171,15 @@ void check_duration(const YamlValue& in, const Problem& problem) {
     if (in.has(key)) in.at(key).fail("a duration is of the whole motion");
 }
 
+/// Returns the terms of an entry with `sources`.
+std::vector<Term> read_source_terms(const YamlValue& in, const Term& common,
+                                    const TargetSources& sources) {
+  for (const char* key : {"link", "links", "point", "points", "target", "rpy"})
+    if (in.has(key)) in.at(key).fail("links, points and targets of 'sources' are in their map");
+  const YamlValue names = in.at("sources");
+  return motion_of(names, sources).terms(names, common);
+}
+
 }  // namespace
 
 std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const VectorX& start,
@@ -173,7 +187,7 @@ std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const 
   const Model& model = *problem.model;
   in.expect_map({"quantity", "name", "weight", "over", "target", "ahead", "frames", "condition",
                  "lever", "link", "links", "point", "points", "radius", "length", "axis", "rpy",
-                 "late_weight", "when"});
+                 "late_weight", "when", "sources"});
   Term term;
   const YamlValue quantity = in.at("quantity");
   const auto known = quantity_from_name(quantity.text());
@@ -192,18 +206,19 @@ std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const 
     term.late_weight = in.at("late_weight").positive();
   }
   if (of_coordinates(term.quantity)) {
-    for (const char* key : {"link", "links", "point", "points", "radius", "axis", "rpy"})
+    for (const char* key : {"link", "links", "point", "points", "radius", "axis", "rpy", "sources"})
       if (in.has(key)) in.at(key).fail(quantity.text() + " is of coordinates, not of a link");
     read_coordinate_weights(in, model, problem.motors, term);
     read_coordinate_target(in, model, start, goal, term);
     if (follows(in))
       term.reference =
-          read_reference(in.at("target"), problem, term, start, Matrix3::Identity(), 0, sources);
+          read_reference(in.at("target"), problem, term, start, Matrix3::Identity(), sources);
     return {term};
   }
   const int rows = rows_of(model, term.quantity);
   read_vector(in, "weight", rows, 1.0, term.weight);
   if (in.has("over")) term.weight /= in.at("over").positive();
+  if (in.has("sources")) return read_source_terms(in, term, sources);
   if (!follows(in) && (in.has("target") || term.quantity == Quantity::kClearance))
     read_vector(in, "target", rows, 0.0, term.target);
   if (in.has("radius")) term.radius = in.at("radius").number(0.0, 1e6);
@@ -224,7 +239,7 @@ std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const 
   for (std::size_t i = 0; i < terms.size(); ++i)
     terms[i].reference =
         read_reference(in.at("target"), problem, terms[i], start,
-                       terms[i].orientation.transpose() * term.orientation, i, sources);
+                       terms[i].orientation.transpose() * term.orientation, sources);
   return terms;
 }
 

@@ -147,16 +147,16 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
   }
   for (const Span& span : layout.spans(instant)) {
     const Term& term = problem_->terms[static_cast<std::size_t>(span.term)];
+    if (!term.known_at(instant)) continue;
     const double factor = term.condition            ? std::sqrt(stage.penalty)
                           : term.late_weight != 1.0 ? std::pow(term.late_weight, stage.late)
                                                     : 1.0;
-    if (of_forces(term.quantity)) {
+    if (of_forces(term.quantity))
       evaluate_forces(term, span, factor, multiplier, out, normal != nullptr);
-    } else if (of_coordinates(term.quantity)) {
+    else if (of_coordinates(term.quantity))
       evaluate_coordinates(term, span, factor, multiplier, out, normal);
-    } else {
+    else
       evaluate_dense(term, span, factor, multiplier, out, normal);
-    }
   }
   if (normal != nullptr) add_dense_rows(*normal);
 }
