@@ -370,10 +370,10 @@ void add_retarget(CommandLine& line) {
               "Problem file (.yaml) with the key 'retarget', or bundled name (list retarget)",
               becomes(bundled_problem), required);
   command.add("--motion", arguments.motion,
-              "Table of the motion to follow, in the coordinates of its scene; default: the "
-              "problem's");
+              "File of the motion to follow: coordinates of its scene, a skeleton (.bvh), markers "
+              "(.trc, .c3d, .csv); default: the problem's");
   command.add("--motion-scene", arguments.motion_scene,
-              "Scene of the motion; default: the problem's");
+              "Scene, or robot, whose coordinates these are; default: the problem's");
   command.add("--output", arguments.output,
               "Table to write (.csv, .h5, .npz, .mcap): the motion and its forces");
   command.add("--fit-output", arguments.fit_output,
