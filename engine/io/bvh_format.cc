@@ -69,6 +69,9 @@ class BvhSource final : public TableSource {
     throw InputError(fmt::format("{}:{}: {}", file_, lines_.number() + lines_on, what));
   }
 
+  /// The first letters of a text, for messages.
+  static std::string_view shown(std::string_view text) { return text.substr(0, 80); }
+
   /// Splits the next line that is not blank into its words; false: there is none.
   bool next_line() {
     words_.clear();
@@ -90,21 +93,21 @@ class BvhSource final : public TableSource {
   double number(std::string_view text, const char* what) const {
     const std::optional<double> x = parse_number(text);
     if (!x || !(std::abs(*x) <= limits::kMaxLength))
-      fail(fmt::format("{} '{}'; expected a number of at most {:g}", what, text,
+      fail(fmt::format("{} '{}'; expected a number of at most {:g}", what, shown(text),
                        limits::kMaxLength));
     return *x;
   }
 
   void read_skeleton() {
     need_line("HIERARCHY");
-    if (line_ != "HIERARCHY") fail(fmt::format("'{}'; expected HIERARCHY", line_));
+    if (line_ != "HIERARCHY") fail(fmt::format("'{}'; expected HIERARCHY", shown(line_)));
     std::vector<int> open;  // the joints around the current line, from the root
     for (need_line("ROOT"); line_ != "MOTION"; need_line("MOTION")) {
       const std::string_view key = words_[0];
       if (key == "ROOT" || key == "JOINT" || key == "End") {
         begin_joint(open);
       } else if (open.empty()) {
-        fail(fmt::format("'{}' outside of a joint; expected ROOT or MOTION", key));
+        fail(fmt::format("'{}' outside of a joint; expected ROOT or MOTION", shown(key)));
       } else if (key == "OFFSET") {
         read_offset(joint(open.back()));
       } else if (key == "CHANNELS") {
@@ -113,7 +116,7 @@ class BvhSource final : public TableSource {
         end_joint(joint(open.back()));
         open.pop_back();
       } else {
-        fail(fmt::format("'{}'; expected OFFSET, CHANNELS, JOINT, End Site or }}", key));
+        fail(fmt::format("'{}'; expected OFFSET, CHANNELS, JOINT, End Site or }}", shown(key)));
       }
     }
     if (!open.empty()) fail(fmt::format("MOTION; expected }} of '{}'", joint(open.back()).name));
@@ -136,7 +139,7 @@ class BvhSource final : public TableSource {
     const bool brace = name.ends_with('{');
     if (brace) name = trimmed(name.substr(0, name.size() - 1), kBlank);
     if (name.empty() || (next.is_end && name != "Site"))
-      fail(fmt::format("'{}'; expected {}", line_,
+      fail(fmt::format("'{}'; expected {}", shown(line_),
                        next.is_end ? "End Site" : "the joint's name after it"));
     next.name = next.is_end ? name_of_end(joint(next.parent)) : std::string(name);
     if (next.parent >= 0) check_parent(joint(next.parent));
@@ -147,7 +150,7 @@ class BvhSource final : public TableSource {
     joints_.push_back(std::move(next));
     if (brace) return;
     need_line("{");
-    if (line_ != "{") fail(fmt::format("'{}'; expected {{", line_));
+    if (line_ != "{") fail(fmt::format("'{}'; expected {{", shown(line_)));
   }
 
   /// Returns JOINT.end, or JOINT.end_2 and so on for further ones of the joint.
@@ -165,7 +168,8 @@ class BvhSource final : public TableSource {
 
   void read_offset(BvhJoint& at) {
     if (at.has_offset) fail(fmt::format("a second OFFSET of '{}'", at.name));
-    if (words_.size() != 4) fail(fmt::format("'{}'; expected OFFSET and three numbers", line_));
+    if (words_.size() != 4)
+      fail(fmt::format("'{}'; expected OFFSET and three numbers", shown(line_)));
     for (int i = 0; i < 3; ++i)
       at.offset[i] = number(words_[static_cast<std::size_t>(i) + 1], "OFFSET");
     at.has_offset = true;
@@ -178,12 +182,12 @@ class BvhSource final : public TableSource {
     const std::optional<double> count =
         words_.size() > 1 ? parse_number(words_[1]) : std::optional<double>();
     if (!count || *count != static_cast<double>(words_.size() - 2))
-      fail(fmt::format("'{}'; expected CHANNELS, their number and so many names", line_));
+      fail(fmt::format("'{}'; expected CHANNELS, their number and so many names", shown(line_)));
     for (std::size_t i = 2; i < words_.size(); ++i) {
       const auto known = std::find(kChannels.begin(), kChannels.end(), words_[i]);
       if (known == kChannels.end())
-        fail(
-            fmt::format("channel '{}'; expected one of {}", words_[i], fmt::join(kChannels, ", ")));
+        fail(fmt::format("channel '{}'; expected one of {}", shown(words_[i]),
+                         fmt::join(kChannels, ", ")));
       const auto channel = static_cast<int>(known - kChannels.begin());
       if (std::count(at.channels.begin(), at.channels.end(), channel) > 0)
         fail(fmt::format("a second channel {} of '{}'", words_[i], at.name));
@@ -202,7 +206,7 @@ class BvhSource final : public TableSource {
   /// Returns the text of the next line after `key`.
   std::string_view value_of(const char* key) {
     need_line(key);
-    if (!line_.starts_with(key)) fail(fmt::format("'{}'; expected {} ...", line_, key));
+    if (!line_.starts_with(key)) fail(fmt::format("'{}'; expected {} ...", shown(line_), key));
     return trimmed(line_.substr(std::string_view(key).size()), kBlank);
   }
 
@@ -210,7 +214,7 @@ class BvhSource final : public TableSource {
     const std::string_view count = value_of("Frames:");
     const double frames = number(count, "Frames:");
     if (!(frames >= 1.0) || frames != std::floor(frames))
-      fail(fmt::format("Frames: '{}'; expected a whole number from 1 on", count));
+      fail(fmt::format("Frames: '{}'; expected a whole number from 1 on", shown(count)));
     count_ = static_cast<long>(frames);
     frame_time_ = number(value_of("Frame Time:"), "Frame Time:");
     if (!(frame_time_ > 0.0)) fail("Frame Time: expected a time above 0 [s]");

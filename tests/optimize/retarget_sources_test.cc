@@ -5,7 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
-#include <limits>
+#include <map>
 #include <string>
 
 #include "counterpoint/engine/dynamics.h"
@@ -241,6 +241,20 @@ TEST(RetargetSources, LengthsOfLimbsMayBeScaled) {
     const Vector3 wanted = 0.8 * (from + 1.5 * (tip - from) - 0.1 * Vector3::UnitZ());
     EXPECT_LT((file.retargeting->fit.terms[0].targets[t] - wanted).norm(), 1e-12);
   }
+}
+
+// A smaller robot, whose root looks back, is followed to 1 mm by the soles and 5 mm by the pelvis,
+// and to 2 and 3 degrees by trunk and limbs, whose joints differ from the humanoid's.
+TEST(RetargetSources, AnotherRobotsLinksAreFollowed) {
+  const std::filesystem::path icub = std::filesystem::path(test::shared_data()) / "icub_walk";
+  if (!std::filesystem::exists(icub)) GTEST_SKIP() << icub << " is missing";
+  ProblemFile file = load_problem(data() / "scenes/retarget/icub_walk.yaml", {},
+                                  {icub / "recording_raw.csv", icub / "scene.yaml"});
+  const Fit fit = fit_motion(file);
+  const std::map<std::string, double> bounds = {
+      {"hips", 5e-3}, {"soles", 1e-3}, {"trunk", 0.035}, {"legs", 0.052}, {"arms", 0.052}};
+  ASSERT_EQ(fit.errors.size(), bounds.size());
+  for (const FitError& error : fit.errors) EXPECT_LT(error.rms, bounds.at(error.name));
 }
 
 TEST(RetargetSources, RefusalsSayWhatIsMissing) {
