@@ -262,6 +262,9 @@ TEST(RetargetSources, RefusalsSayWhatIsMissing) {
   folder.write("p.csv", "time,a.x,a.y,a.z,b.x,b.y,b.z\n0,1,2,3,,,\n0.1,1,2,3,,,\n");
   folder.write("half.csv", "time,a.x,a.y,a.z\n0,1,,3\n");
   folder.write("places.csv", "marker,link,x,y,z\na,pelvis,0,0,0\nb,tail,0,0,0\n");
+  folder.write("fixed.yaml", "models:\n  - {urdf: " + (data() / "robots/humanoid.urdf").string() +
+                                 ", base: fixed}\n");
+  const std::filesystem::path walk = data() / "scenes/retarget/turning_jump.csv";
   const std::string bvh = (data() / "scenes/retarget/jump_bvh.bvh").string();
   const std::string fit = "    - {quantity: position, sources: a}\n";
   const std::string csv = "  motion: p.csv\n  points: true\n", map = "  map: {a: pelvis}\n";
@@ -290,6 +293,8 @@ TEST(RetargetSources, RefusalsSayWhatIsMissing) {
       {csv + map, "    - {quantity: velocity, sources: a}\n", "is of coordinates, not of a link"},
       {csv + map, "    - {quantity: position, sources: a, link: chest}\n", "are in their map"},
       {csv + map, "    - {quantity: configuration, target: source}\n", "no or other coordinates"},
+      {"  motion: " + walk.string() + "\n  scene: fixed.yaml\n", fit,
+       "moves 'pelvis', which is fixed in the motion's scene"},
       {"  motion: half.csv\n  points: true\n" + map, fit, "half.csv:2: 'a' has some of its"},
   };
   for (const auto& c : cases) {

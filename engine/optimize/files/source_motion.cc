@@ -64,7 +64,15 @@ void SourceMotion::open(const YamlValue& in) {
   } else {
     if (in.has("unit")) in.at("unit").fail("'unit' is of 'points'; coordinates are in m and rad");
     if (!scene_file_.empty()) scene_ = std::make_shared<const Scene>(load_scene(scene_file_));
-    coordinates_ = TargetReader("").configurations(in, motion_file_, scene_->model);
+    TargetReader reader("");
+    coordinates_ = reader.configurations(in, motion_file_, scene_->model);
+    const Table& table = *reader.tables().begin()->second;
+    for (const Frame& frame : scene_->model.frames())
+      if (frame.body == 0 && table.find_column(frame.name + ".qw") >= 0)
+        in.fail(
+            fmt::format("{} moves '{}', which is fixed in the motion's scene: give a scene in "
+                        "which it has 'base: floating'",
+                        table.file(), frame.name));
     source_ = links_of(scene_, *coordinates_);
   }
   playback_ = read_playback(in, source_->time());
