@@ -26,7 +26,7 @@ void for_each_match(const YamlValue& in, const std::string& pattern,
                       fmt::join(names, ", ")));
 }
 
-void normalize_quaternions(const YamlValue& in, const Model& model, VectorX& q) {
+void normalize_pose(const YamlValue& in, const Model& model, VectorX& q) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
     if (joint_nq(body.joint_type) == joint_nv(body.joint_type)) continue;
@@ -49,7 +49,7 @@ void read_pose(const YamlValue& in, const Model& model, VectorX& q) {
       if (single || matches(pattern, name)) q[i] = number;
     });
   }
-  normalize_quaternions(in, model, q);
+  normalize_pose(in, model, q);
 }
 
 void read_by_velocity(const YamlValue& in, const Model& model, VectorX& values) {
