@@ -177,8 +177,9 @@ void add_control(CommandLine& line) {
   command.add("PROBLEM", arguments.problem,
               "Control problem (.yaml), or bundled name (list control)", becomes(bundled_control),
               required);
-  command.add("--world", arguments.world,
-              "Scene (.yaml) that is simulated in place of the problem's, with the same coordinates");
+  command.add(
+      "--world", arguments.world,
+      "Scene (.yaml) that is simulated in place of the problem's, with the same coordinates");
   command.add("--duration", arguments.duration, "Simulated time [s]; default: the problem's",
               positive);
   command.add("--seed", arguments.seed,

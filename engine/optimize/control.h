@@ -34,8 +34,8 @@ struct PlannerSettings {
   double compliance_per_metre = 10;  ///< compliance over smoothing [1/m], as in Continuation
   double margin_per_smoothing = 0;   ///< see Continuation
   double penalty = 100.0;            ///< penalty of conditions
-  int iterations = 2;         ///< Gauss-Newton steps that a replan tries
-  int first_iterations = 50;  ///< the same for a plan from rest
+  int iterations = 2;                ///< Gauss-Newton steps that a replan tries
+  int first_iterations = 50;         ///< the same for a plan from rest
   /// Time constant [s] of the estimate of a force that acts where there is no motor and that the
   /// plan does not know, such as friction that smoothed contacts lack; 0: no estimate.
   double disturbance_time = 0.0;
@@ -211,8 +211,9 @@ Scene scaled_world(const Scene& scene, double mass_factor, double friction_facto
 VectorX control_start(const ControlFile& control, const Scene& world);
 
 /// Runs the loop. Servos of the world's motors, if it has any, follow the plan, implicit in each of
-/// its steps (servos.h); the plan's forces are added within the effort limits. world: a scene with the model's bodies and coordinates; its masses and materials
-/// may differ. seed: of the perturbed start and of noise; 0: the plain start.
+/// its steps (servos.h); the plan's forces are added within the effort limits. world: a scene with
+/// the model's bodies and coordinates; its masses and materials may differ. seed: of the perturbed
+/// start and of noise; 0: the plain start.
 ControlRun run_control(const ControlFile& control, const Scene& world, std::uint64_t seed,
                        const WorldErrors& errors, const ControlHooks& hooks = {});
 

@@ -174,7 +174,8 @@ double last_joint_speed(const ControlFile& file) {
 
 // Servos of the world follow the plan in place of the feedback, implicitly: with gains that an
 // explicit feedback does not bear at the world's step of 1 ms (damping times step 100 times the
-// inertia of a shank; its force jumps between the effort limits) the pushed quadruped comes to rest.
+// inertia of a shank; its force jumps between the effort limits) the pushed quadruped comes to
+// rest.
 TEST(Control, ServosOfTheWorldFollowThePlan) {
   const auto scenes = std::filesystem::path(test::source_dir()) / "data/scenes/control/scenes";
   ControlFile file = bundled("quadruped_stand");

@@ -52,24 +52,10 @@ class ControlReader {
     out_.gains = default_gains(problem);
     if (!root_.has("control")) root_.fail("the key 'control' is missing; see `optimize` for plans");
     const YamlValue in = root_.at("control");
-    in.expect_map({"smoothing",
-                   "compliance_per_metre",
-                   "margin_per_smoothing",
-                   "penalty",
-                   "iterations",
-                   "first_iterations",
-                   "least_damping",
-                   "lost_above",
-                   "disturbance_time",
-                   "contact_damping",
-                   "replan_interval",
-                   "world_step",
-                   "duration",
-                   "feedback",
-                   "perturbation",
-                   "pushes",
-                   "success",
-                   "world"});
+    in.expect_map({"smoothing", "compliance_per_metre", "margin_per_smoothing", "penalty",
+                   "iterations", "first_iterations", "least_damping", "lost_above",
+                   "disturbance_time", "contact_damping", "replan_interval", "world_step",
+                   "duration", "feedback", "perturbation", "pushes", "success", "world"});
     read_world(in);
     read_planner(in);
     read_positive(in, "replan_interval", out_.interval);
@@ -186,12 +172,12 @@ int pushed_link(const Model& model, const std::string& name) {
 
 void use_world(ControlFile& control, const std::filesystem::path& scene) {
   control.world = std::make_shared<const Scene>(load_scene(scene));
-  if (coordinate_names(control.world->model).q !=
-      coordinate_names(*control.file.problem.model).q)
-    throw InputError(fmt::format(
-        "{}: the world's coordinates differ from those of the plan's scene {}: name the same robots "
-        "in the same order",
-        scene.string(), control.file.scene_file.string()));
+  if (coordinate_names(control.world->model).q != coordinate_names(*control.file.problem.model).q)
+    throw InputError(
+        fmt::format("{}: the world's coordinates differ from those of the plan's scene {}: name "
+                    "the same robots "
+                    "in the same order",
+                    scene.string(), control.file.scene_file.string()));
 }
 
 InputColumns input_columns(const ControlFile& control) {

@@ -185,9 +185,9 @@ std::vector<Term> read_source_terms(const YamlValue& in, const Term& common,
 std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const VectorX& start,
                              const VectorX& goal, TargetSources& sources) {
   const Model& model = *problem.model;
-  in.expect_map({"quantity", "name", "weight", "over", "target", "ahead", "frames", "condition",
-                 "lever", "link", "links", "point", "points", "radius", "length", "axis", "rpy",
-                 "late_weight", "when", "sources"});
+  in.expect_map({"quantity",  "name",  "weight", "over",        "target", "ahead",  "frames",
+                 "condition", "lever", "link",   "links",       "point",  "points", "radius",
+                 "length",    "axis",  "rpy",    "late_weight", "when",   "sources"});
   Term term;
   const YamlValue quantity = in.at("quantity");
   const auto known = quantity_from_name(quantity.text());

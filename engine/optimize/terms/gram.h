@@ -23,7 +23,7 @@ class GramSum {
 
   Eigen::Index words_ = 0;               ///< words of a pattern
   std::vector<std::uint64_t> patterns_;  ///< per row: one bit for each column that is not zero
-  std::vector<int> columns_;             ///< of the rows in work
+  std::vector<int> columns_;             ///< columns of the rows in work
   std::vector<double> packed_;           ///< their entries in those columns, row after row
   std::vector<double> product_;          ///< their J'J, column after column
 };
