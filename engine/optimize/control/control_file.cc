@@ -175,8 +175,7 @@ void use_world(ControlFile& control, const std::filesystem::path& scene) {
   if (coordinate_names(control.world->model).q != coordinate_names(*control.file.problem.model).q)
     throw InputError(
         fmt::format("{}: the world's coordinates differ from those of the plan's scene {}: name "
-                    "the same robots "
-                    "in the same order",
+                    "the same robots in the same order",
                     scene.string(), control.file.scene_file.string()));
 }
 

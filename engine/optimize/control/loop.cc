@@ -279,7 +279,7 @@ class Loop {
     Eigen::Index servo;  ///< index into Model::servos
     int q_index, v_index;
   };
-  std::vector<Servo> servos_;  ///< those of motors
+  std::vector<Servo> servos_;  ///< servos of motors
   InputColumns pushes_;
   VectorX push_values_;  ///< values of the columns
   NormalNumbers normal_;
