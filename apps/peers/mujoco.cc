@@ -220,7 +220,7 @@ void Mujoco::Impl::look() {
   mj_kinematics(m, d);
   mj_comPos(m, d);
   mj_comVel(m, d);
-#if mjVERSION_HEADER >= 330
+#if mjVERSION_HEADER >= 333
   mj_makeM(m, d);
 #else
   mj_crb(m, d);
