@@ -7,8 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "mujoco_planner.h"
 #include "peers/mujoco.h"
-#include "peers/mujoco_planner.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -122,7 +122,7 @@ int main_with(CLI::App& app, int argc, char** argv) {
   app.add_option("--cadence", task.cadence, "Strides of the trot [1/s]");
   app.add_option("--lift", task.lift, "Height of its steps [m]");
   app.add_flag("--robust", task.robust, "Norms of MuJoCo MPC's quadruped, not squares");
-  app.add_option("--weights", weights, "Of the eight residuals (peers/mujoco_planner.h)")
+  app.add_option("--weights", weights, "Of the eight residuals (mujoco_planner.h)")
       ->expected(static_cast<int>(peers::kPlannerResiduals))
       ->required();
   CLI11_PARSE(app, argc, argv);

@@ -25,8 +25,8 @@ inline constexpr std::size_t kPlannerResiduals = 8;
 struct MujocoPlannerTask {
   const optimization::ControlFile* control = nullptr;
   VectorX posture;                    ///< configuration that stands (nq)
-  double target_speed = 0.0;          ///< of the base along x [m/s]
-  double cadence = 2.0, lift = 0.06;  ///< of the trot: strides a second, height of a step [m]
+  double target_speed = 0.0;          ///< target velocity of the base along x [m/s]
+  double cadence = 2.0, lift = 0.06;  ///< strides a second and height of a step [m] of the trot
   std::string planner = "sampling";   ///< or cross_entropy, ilqg, gradient
   std::array<double, kPlannerResiduals> weights{};
   bool robust = false;  ///< norms of MuJoCo MPC's quadruped in place of halves of squares

@@ -9,12 +9,12 @@
 #include <numbers>
 #include <vector>
 
-#include "mjcf.h"
 #include "mjpc/planners/cross_entropy/planner.h"
 #include "mjpc/planners/gradient/planner.h"
 #include "mjpc/planners/ilqg/planner.h"
 #include "mjpc/planners/sampling/planner.h"
-#include "mujoco_calls.h"
+#include "peers/mjcf.h"
+#include "peers/mujoco_calls.h"
 
 namespace counterpoint::peers {
 namespace {
@@ -62,7 +62,7 @@ class Task final : public mjpc::Task {
 
   const MujocoPlannerTask& task;
   std::vector<optimization::Term> feet;
-  std::vector<double> limit;  ///< of the motors [N m]
+  std::vector<double> limit;  ///< effort limits of the motors [N m]
 
  private:
   /// The weights only; MuJoCo's callback sense() writes the residuals.
