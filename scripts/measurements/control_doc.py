@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """control_doc.py [COMMAND]: measures `counterpoint control` and writes the table of docs/measurements/control.md.
 
-COMMAND: the program, default build/release/bin/counterpoint. Takes about four minutes."""
+COMMAND: the program, default build/release/bin/counterpoint. Takes about eight minutes."""
 import json
 import pathlib
 import subprocess
@@ -14,6 +14,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs/measurements/control.md"
 RUNS = 6
 # Description, problem, options.
+SERVOS = ["--world", str(ROOT / "data/scenes/control/scenes/quadruped_servos.yaml")]
 WRONG = ["--mass-factor", "1.1", "--friction-factor", "0.9", "--position-noise", "0.001", "--delay", "0.005"]
 
 
@@ -32,6 +33,7 @@ CASES = [
     ("quadruped walks, 0.4 m/s within 5 %, 20 s", "quadruped_walk", []),
     ("the same, another world", "quadruped_walk", WRONG),
     ("the same, trunk pushed by 200 N sideways", "quadruped_walk", pushed("trunk", "0,200,0")),
+    ("the same, with servos", "quadruped_walk", SERVOS),
     ("quadruped walks three quarters of a circle", "quadruped_turn", []),
     ("quadruped climbs a step of 10 cm", "quadruped_step", []),
     ("the same, another world", "quadruped_step", WRONG),

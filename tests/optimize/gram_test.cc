@@ -1,9 +1,9 @@
 // Products of sparse rows with themselves.
+#include "counterpoint/engine/optimize/terms/gram.h"
+
 #include <gtest/gtest.h>
 
 #include <random>
-
-#include "counterpoint/engine/optimize/terms/gram.h"
 
 namespace counterpoint::optimization::gram_test {
 namespace {
