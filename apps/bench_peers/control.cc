@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "mujoco_planner.h"
+#include "peers/mpc/mujoco_planner.h"
 #include "peers/mujoco.h"
 
 namespace counterpoint::apps {

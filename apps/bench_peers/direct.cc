@@ -11,7 +11,7 @@
 #include "counterpoint/engine/clocks.h"
 #include "counterpoint/engine/optimize/newton/newton.h"
 #include "counterpoint/engine/optimize/optimize.h"
-#include "peers/mujoco_direct.h"
+#include "peers/mpc/mujoco_direct.h"
 
 namespace counterpoint::apps {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "counterpoint/model/scene.h"
-#include "mujoco.h"
+#include "peers/mujoco.h"
 
 namespace counterpoint::peers {
 

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mjcf.h"
 #include "mjpc/direct/direct.h"
-#include "mujoco_calls.h"
+#include "peers/mjcf.h"
+#include "peers/mujoco_calls.h"
 
 namespace counterpoint::peers {
 
