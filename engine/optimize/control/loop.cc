@@ -231,12 +231,8 @@ class Loop {
     }
     if (servos_.empty()) return;
     Input& input = simulator_.input();
-    input.servo_position.resize(static_cast<Eigen::Index>(world.servos().size()));
-    input.servo_velocity = input.servo_position;
-    for (std::size_t i = 0; i < world.servos().size(); ++i) {
-      input.servo_position[static_cast<Eigen::Index>(i)] = world.servos()[i].position;
-      input.servo_velocity[static_cast<Eigen::Index>(i)] = world.servos()[i].velocity;
-    }
+    const InputColumns targets{true, {}};
+    targets.set(world, targets.values(world, input), input);
   }
 
   /// Sets the servos' targets to the plan at the end of the step.

@@ -321,13 +321,13 @@ void Evaluator::add_dense_rows(NormalEquations& normal) {
       normal.time_curvature += force_gradient_.dot(force_curvature_);
     }
     for (Eigen::Index i = 0; i < nv; ++i) force_rows_.row(i) *= std::sqrt(force_weight2_[i]);
-    gram_.add(force_rows_, normal.gram);
+    normal.gram.selfadjointView<Eigen::Lower>().rankUpdate(force_rows_.transpose());
   }
   if (num_dense_ == 0) return;
   const auto rows = dense_.topRows(num_dense_);
   const auto residual = dense_residual_.head(num_dense_);
   normal.gradient.noalias() += rows.transpose() * residual;
-  gram_.add(rows, normal.gram);
+  normal.gram.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
   if (!problem_->duration) return;
   const auto by_time = dense_by_time_.head(num_dense_);
   normal.by_time.noalias() += rows.transpose() * by_time;

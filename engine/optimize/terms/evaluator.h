@@ -6,7 +6,6 @@
 
 #include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/optimize/terms/frames.h"
-#include "counterpoint/engine/optimize/terms/gram.h"
 #include "counterpoint/engine/optimize/terms/kinematic_terms.h"
 #include "counterpoint/engine/optimize/terms/tangent_map.h"
 
@@ -104,7 +103,6 @@ class Evaluator {
   Input nothing_;
   Data before_, at_, scratch_data_;
   KinematicScratch scratch_;
-  GramSum gram_;
   VectorX q_before_, q_, q_next_, v_, w_, difference_;
   TangentMap v_by_before_, v_by_at_, w_by_at_, w_by_next_, by_target_, by_q_, sum_;
   VectorX value_, weight_;                  ///< nv: of the current term of coordinates or forces
