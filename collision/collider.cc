@@ -58,6 +58,17 @@ PairMotion Collider::Impl::motion_of(std::span<const Pose> X_WB, int a, int b,
           enclosures[smaller].radius};
 }
 
+// True if the point is at a seam of pieces or inside the body of either geometry.
+bool Collider::Impl::is_hidden(int a, int b, const ContactPoint& point) const {
+  const auto hidden = [&](int i, double sign) {
+    if (!seams.is_piece(i)) return false;
+    const Vector3 surface = point.position - (0.5 * sign * point.gap) * point.normal;
+    return seams.hides(i, X_WG[i].inverse() * surface,
+                       sign * (X_WG[i].rotation.transpose() * point.normal));
+  };
+  return hidden(a, 1.0) || hidden(b, -1.0);
+}
+
 // Finds contact points with regard to the pair's motion; writes them to `manifold`.
 void Collider::Impl::find_moving_contacts(int a, int b, PairQuery query, const PairMotion& motion) {
   query.rounding = motion.rounding();
@@ -176,6 +187,7 @@ void Collider::add_candidates(const BodyPlaces& at, const std::pair<int, int>& p
   }
   for (int i = 0; i < impl.manifold.size; ++i) {
     const ContactPoint& p = impl.manifold.points[i];
+    if (impl.is_hidden(a, b, p)) continue;
     Candidate& candidate = out.emplace_back();
     candidate.geometry_a = a;
     candidate.geometry_b = b;

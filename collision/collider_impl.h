@@ -11,13 +11,15 @@
 #include "counterpoint/collision/pairs/corner_contacts.h"
 #include "counterpoint/collision/pairs/pair_contacts.h"
 #include "counterpoint/collision/pairs/pair_motion.h"
+#include "counterpoint/collision/pairs/seams.h"
 #include "counterpoint/collision/pairs/terrain_contacts.h"
 #include "counterpoint/collision/shapes/enclosure.h"
 
 namespace counterpoint::collision {
 
 struct Collider::Impl {
-  explicit Impl(const Model& model) : geometries(model.geometries()), filter(model) {}
+  explicit Impl(const Model& model)
+      : geometries(model.geometries()), seams(geometries), filter(model) {}
 
   void place(std::span<const Pose> X_WB, std::span<const double> margin);
   void find_pairs(std::span<const double> margin);
@@ -35,6 +37,7 @@ struct Collider::Impl {
   bool may_pass(int a, int b) const;
   PairMotion motion_of(std::span<const Pose> X_WB, int a, int b, const BodyMotions& motions) const;
   void find_moving_contacts(int a, int b, PairQuery query, const PairMotion& motion);
+  bool is_hidden(int a, int b, const ContactPoint& point) const;
   void add_core_contacts(int a, int b, double margin, double travel, std::vector<Candidate>& out);
 
   // The members of Geometry that every step reads. A whole Geometry spans several more cache lines.
@@ -47,6 +50,7 @@ struct Collider::Impl {
   // A copy, so that the collider does not depend on the model's lifetime.
   std::vector<Geometry> geometries;
   std::vector<Placement> placements;
+  Seams seams;
   PairFilter filter;
   Broadphase broadphase;
   std::vector<Enclosure> enclosures;

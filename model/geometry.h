@@ -58,6 +58,13 @@ struct ConvexMesh {
   /// if this is the full hull.
   double deviation = 0.0;
   std::string source;  ///< source file; empty if built in memory
+  /// Convex pieces that collide in place of the hull (convex_pieces); empty: the hull collides. A
+  /// model has a geometry for each.
+  std::vector<std::shared_ptr<const ConvexMesh>> pieces;
+  /// Of a piece, or a hull with pieces: how far the surface of the pieces' union stands off the
+  /// mesh [m]; else 0.
+  double union_standoff = 0.0;
+  std::string hull_reason;  ///< why a concave mesh has no pieces; "" if it needs none or has some
 };
 
 struct Terrain;
@@ -106,6 +113,9 @@ struct Geometry {
   /// connections through the world (the links of a robot, one free object). -1 for environment
   /// geometry and for the shapes of a link that represents the world.
   int assembly = -1;
+  /// Index of the first piece, if it is one of the pieces of a mesh, which follow each other; else
+  /// -1.
+  int whole = -1;
   Pose X_BG;  ///< pose in the body frame
   Shape shape;
   Material material;
@@ -170,11 +180,33 @@ TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale =
 std::shared_ptr<const ConvexMesh> make_convex_hull(const std::vector<Vector3>& points,
                                                    const std::string& source = "");
 
-/// Returns the convex hull of a mesh file with its standoff, and with source_volume if the mesh is
-/// closed.
+/// Returns the volume of the convex hull of points [m^3]; 0 if they span none.
+double convex_hull_volume(const std::vector<Vector3>& points);
+
+/// How the mesh of a body collides.
+enum class MeshKind : unsigned char {
+  kAuto,   ///< as convex pieces if it is visibly concave, else as its hull
+  kHull,   ///< as its convex hull
+  kPieces  ///< as convex pieces (model/pieces/pieces.h)
+};
+struct MeshCollision {
+  MeshKind kind = MeshKind::kAuto;
+  double tolerance = 0.0;  ///< of the pieces [m]; 0: 1 % of the hull's diameter
+  int most = 256;          ///< largest number of pieces
+};
+
+/// Returns the convex hull of a mesh with its standoff, with source_volume if the mesh is closed,
+/// and with the pieces that `collision` asks for.
+/// @throws InputError as make_convex_hull.
+std::shared_ptr<const ConvexMesh> convex_mesh_of(const TriangleMesh& mesh,
+                                                 const MeshCollision& collision,
+                                                 const std::string& source = "");
+
+/// Returns the same for a mesh file; without `collision` its hull.
 /// @throws InputError as load_mesh and make_convex_hull.
-std::shared_ptr<const ConvexMesh> load_convex_mesh(const std::filesystem::path& file,
-                                                   const Vector3& scale = Vector3::Ones());
+std::shared_ptr<const ConvexMesh> load_convex_mesh(
+    const std::filesystem::path& file, const Vector3& scale = Vector3::Ones(),
+    const MeshCollision& collision = {MeshKind::kHull, 0.0, 1});
 
 /// Returns a hull of at most `max_vertices` of the hull's vertices, each chosen as the one farthest
 /// outside the hull of those before it. The result lies inside the full hull; `deviation` gives the
@@ -187,21 +219,35 @@ std::shared_ptr<const ConvexMesh> reduce_hull(const std::shared_ptr<const Convex
 /// source mesh by more than 5 % of its diameter (twice its radius).
 bool is_visibly_concave(const ConvexMesh& hull);
 
-/// Returns the note for the user about a visibly concave mesh that was replaced by its hull; "" for
+/// Returns the note for the user about a visibly concave mesh, which says how it collides; "" for
 /// others.
 std::string hull_note(const ConvexMesh& hull);
+
+/// How the meshes of a scene collide.
+struct MeshCollisions {
+  MeshCollision others;                        ///< of the meshes that `named` does not name
+  std::map<std::string, MeshCollision> named;  ///< by the name of the file, without its folder
+
+  const MeshCollision& of(const std::filesystem::path& file) const {
+    const auto found = named.find(file.filename().string());
+    return found == named.end() ? others : found->second;
+  }
+};
 
 /// Loads each mesh file once per scale, so that all instances share one hull.
 class HullCache {
  public:
-  /// `max_vertices` limits every hull (reduce_hull); 0: no limit.
-  explicit HullCache(int max_vertices = 0) : max_vertices_(max_vertices) {}
+  /// `max_vertices` limits every hull and piece (reduce_hull); 0: no limit.
+  explicit HullCache(int max_vertices = 0, MeshCollisions collisions = {})
+      : max_vertices_(max_vertices), collisions_(std::move(collisions)) {}
+  const MeshCollisions& collisions() const { return collisions_; }
   /// Returns the cached hull, or loads it. @throws InputError as load_convex_mesh.
   std::shared_ptr<const ConvexMesh> load(const std::filesystem::path& file,
                                          const Vector3& scale = Vector3::Ones());
 
  private:
   int max_vertices_;
+  MeshCollisions collisions_;
   std::map<std::tuple<std::filesystem::path, double, double, double>,
            std::shared_ptr<const ConvexMesh>>
       hulls_;

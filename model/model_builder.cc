@@ -132,7 +132,10 @@ void ModelBuilder::add_link(const LinkSpec& link, const Placement& placement, in
 
 void ModelBuilder::add_collisions(const LinkSpec& link, const Placement& placement, int body,
                                   const Pose& X_BL, int frame) {
-  if (model_.geometries_.size() + link.collisions.size() > limits::kMaxGeometries) {
+  size_t count = model_.geometries_.size() + link.collisions.size();
+  for (const LinkSpec::Collision& collision : link.collisions)
+    if (collision.shape.mesh) count += collision.shape.mesh->pieces.size();
+  if (count > limits::kMaxGeometries) {
     throw InputError(located_at(link.where, fmt::format("more than {} geometries; make the scene "
                                                         "smaller (count, models)",
                                                         limits::kMaxGeometries)));
@@ -160,8 +163,24 @@ void ModelBuilder::add_collisions(const LinkSpec& link, const Placement& placeme
                                   link.name, type == ShapeType::kPlane ? "plane" : "terrain",
                                   type == ShapeType::kPlane ? "a box" : "convex meshes")));
     }
-    take_name(geometry_names_, geometry.name, static_cast<int>(model_.geometries_.size()),
-              link.where, "geometry");
+    append_geometry(std::move(geometry), link.where);
+  }
+}
+
+void ModelBuilder::append_geometry(Geometry geometry, const std::string& where) {
+  const int first = static_cast<int>(model_.geometries_.size());
+  take_name(geometry_names_, geometry.name, first, where, "geometry");
+  const auto hull = geometry.shape.mesh;
+  if (!hull || hull->pieces.empty()) {
+    model_.geometries_.push_back(std::move(geometry));
+    return;
+  }
+  geometry.whole = first;
+  const std::string name = geometry.name;
+  for (size_t k = 0; k < hull->pieces.size(); ++k) {
+    geometry.name = name + "#" + std::to_string(k);
+    geometry.shape.mesh = hull->pieces[k];
+    take_name(geometry_names_, geometry.name, first + static_cast<int>(k), where, "geometry");
     model_.geometries_.push_back(geometry);
   }
 }
@@ -174,13 +193,12 @@ int ModelBuilder::add_environment(const std::string& name, const Shape& shape, c
   check_pose(X_WG, at);
   check_material(material, at);
   const int index = static_cast<int>(model_.geometries_.size());
-  take_name(geometry_names_, name, index, "", "geometry");
   Geometry geometry;
   geometry.name = name;
   geometry.X_BG = X_WG;
   geometry.shape = shape;
   geometry.material = material;
-  model_.geometries_.push_back(geometry);
+  append_geometry(std::move(geometry), "");
   return index;
 }
 

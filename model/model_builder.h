@@ -120,7 +120,7 @@ class ModelBuilder {
                 const std::string& prefix = "");
 
   /// Adds geometry fixed to the world, such as the ground, at pose X_WG. Returns the geometry
-  /// index.
+  /// index; of a mesh with pieces, that of the first.
   /// @throws InputError when the name is taken or shape, pose or material are invalid.
   int add_environment(const std::string& name, const Shape& shape, const Pose& X_WG,
                       const Material& material);
@@ -158,7 +158,8 @@ class ModelBuilder {
   /// InputError when a link is unknown, both belong to one rigid body, or a value is invalid.
   void add_closure(const ClosureSpec& closure);
 
-  /// Returns the geometries added so far that have this name or belong to the link of this name.
+  /// Returns the geometries added so far that have this name, are pieces of the mesh of this name
+  /// (themselves NAME#0, NAME#1 ...) or belong to the link of this name.
   /// @throws InputError if there is neither.
   std::vector<int> geometries_named(const std::string& name) const;
 
@@ -179,6 +180,7 @@ class ModelBuilder {
   void add_link(const LinkSpec& link, const Placement& placement, int body, const Pose& X_BL);
   void add_collisions(const LinkSpec& link, const Placement& placement, int body, const Pose& X_BL,
                       int frame);
+  void append_geometry(Geometry geometry, const std::string& where);
   int add_base(const RobotSpec& robot, const LinkSpec& root, Base base, const Placement& placement,
                const Pose& X_WL);
   int add_body(const JointSpec& joint, const Placement& placement, int parent, const Pose& X_PJ);

@@ -30,7 +30,8 @@ double lowest_point(const Model& model) {
 
 ModelFileOptions file_options(const SceneOverrides& overrides) {
   return {overrides.packages, overrides.repair_inertias,
-          std::make_shared<HullCache>(overrides.hull_vertices)};
+          std::make_shared<HullCache>(overrides.hull_vertices,
+                                      MeshCollisions{overrides.meshes, {}})};
 }
 
 Scene load_lone_urdf(const fs::path& file, const SceneOverrides& overrides) {
@@ -200,9 +201,10 @@ Scene load_scene(const fs::path& file, const SceneOverrides& overrides) {
                     file.string()));
   }
   if (overrides.base || overrides.ground || overrides.ground_friction || !overrides.srdf.empty() ||
-      overrides.hull_vertices > 0) {
+      overrides.hull_vertices > 0 || overrides.meshes.kind != MeshKind::kAuto ||
+      overrides.meshes.tolerance > 0.0) {
     throw InputError(
-        fmt::format("{}: base, ground, SRDF and hull vertices are options for a single "
+        fmt::format("{}: base, ground, SRDF, meshes and hull vertices are options for a single "
                     "URDF; a scene file says them itself",
                     file.string()));
   }

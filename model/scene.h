@@ -250,6 +250,7 @@ struct SceneOverrides {
   std::filesystem::path srdf;
   /// Single model file only: largest number of vertices of every hull, 4 or more; 0: no limit.
   int hull_vertices = 0;
+  MeshCollision meshes;  ///< single model file only: how its meshes collide
 };
 
 /// Reads a scene (.yaml, .yml) or a single model (.urdf, .mjcf, .sdf, .world, or .xml by its root

@@ -24,7 +24,15 @@ void check_number(size_t pairs, const char* what) {
 std::vector<int> ModelBuilder::geometries_named(const std::string& name) const {
   std::vector<int> found;
   const auto geometry = geometry_names_.find(name);
-  if (geometry != geometry_names_.end()) found.push_back(geometry->second);
+  const auto is_piece = [&](int i) {
+    return i < static_cast<int>(model_.geometries_.size()) &&
+           model_.geometries_[i].whole == geometry->second && model_.geometries_[i].name != name;
+  };
+  if (geometry != geometry_names_.end()) {
+    found.push_back(geometry->second);
+    if (is_piece(geometry->second))  // the name of the whole mesh
+      for (int i = geometry->second + 1; is_piece(i); ++i) found.push_back(i);
+  }
   const auto frame = frame_names_.find(name);
   if (frame != frame_names_.end()) {
     // The geometries of a link are contiguous.

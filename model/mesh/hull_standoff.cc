@@ -2,68 +2,14 @@
 // those with the largest upper bound first, are measured at their centroid and halved.
 #include "counterpoint/model/mesh/hull_standoff.h"
 
-#include <limits>
+#include <algorithm>
 #include <queue>
-
-#include "counterpoint/model/geometry.h"
-#include "counterpoint/model/mesh/triangle_distance.h"
 
 namespace counterpoint {
 namespace {
 
 constexpr double kTolerance = 0.02;  // relative to the hull's diameter
 constexpr int kMostMeasured = 3'000;
-
-/// Finds the nearest triangle of a mesh with a tree of bounding boxes.
-class NearestTriangle {
- public:
-  explicit NearestTriangle(const TriangleMesh& mesh)
-      : mesh_(mesh), tree_(mesh.vertices, mesh.triangles) {}
-
-  struct Answer {
-    double distance = std::numeric_limits<double>::infinity();
-    int triangle = -1;
-  };
-  /// `guess`: index of a triangle that may be near, or -1.
-  Answer find(const Vector3& p, int guess) const {
-    Answer best;
-    if (guess >= 0) best = {distance(p, guess), guess};
-    search(0, p, best);
-    return best;
-  }
-  double distance(const Vector3& p, int triangle) const {
-    const auto& t = mesh_.triangles[triangle];
-    return distance_to_triangle(p, mesh_.vertices[t[0]], mesh_.vertices[t[1]],
-                                mesh_.vertices[t[2]]);
-  }
-
- private:
-  static double distance(const Vector3& p, const TriangleTree::Node& box) {
-    return (box.low - p).cwiseMax(p - box.high).cwiseMax(0.0).norm();
-  }
-
-  void search(int index, const Vector3& p, Answer& best) const {
-    const TriangleTree::Node& node = tree_.nodes[index];
-    if (node.count > 0) {
-      for (int i = node.first; i < node.first + node.count; ++i) {
-        const double d = distance(p, tree_.order[i]);
-        if (d < best.distance) best = {d, tree_.order[i]};
-      }
-      return;
-    }
-    int first = index + 1, second = node.right;
-    double to_first = distance(p, tree_.nodes[first]), to_second = distance(p, tree_.nodes[second]);
-    if (to_second < to_first) {
-      std::swap(first, second);
-      std::swap(to_first, to_second);
-    }
-    if (to_first < best.distance) search(first, p, best);
-    if (to_second < best.distance) search(second, p, best);
-  }
-
-  const TriangleMesh& mesh_;
-  const TriangleTree tree_;
-};
 
 /// A triangle of the hull's surface.
 struct Piece {
@@ -91,10 +37,16 @@ double bound_by(const NearestTriangle& mesh, const Piece& piece) {
   return most;
 }
 
-/// Measures the distance at the centroid, tightens the bound, and returns the distance [m].
-double measure(const NearestTriangle& mesh, Piece& piece) {
+/// Measures the distance at the centroid, tightens the bound, and returns the distance [m]; `most`:
+/// the largest distance so far.
+double measure(const PartStandoff& part, double most, Piece& piece) {
+  const NearestTriangle& mesh = part.mesh;
   const Vector3 center = piece.center();
-  const NearestTriangle::Answer answer = mesh.find(center, piece.nearest);
+  NearestTriangle::Answer answer = mesh.find(center, piece.nearest);
+  if (answer.distance > most && part.depth) {
+    const double depth = part.depth(center, answer.distance);
+    if (depth >= 0.0) answer.distance = -depth;
+  }
   piece.nearest = answer.triangle;
   piece.measured = true;
   // The distance is Lipschitz continuous with constant 1.
@@ -107,14 +59,17 @@ double measure(const NearestTriangle& mesh, Piece& piece) {
 }  // namespace
 
 double hull_standoff(const ConvexMesh& hull, const TriangleMesh& mesh) {
-  const NearestTriangle nearest(mesh);
-  const double tolerance = kTolerance * 2.0 * hull.radius;
+  return hull_standoff(hull, {NearestTriangle(mesh), nullptr, kTolerance * 2.0 * hull.radius});
+}
+
+double hull_standoff(const ConvexMesh& hull, const PartStandoff& part) {
+  const double tolerance = part.tolerance;
   std::priority_queue<Piece> queue;
   for (const std::vector<int>& face : hull.faces) {
     for (size_t i = 2; i < face.size(); ++i) {
       Piece piece{{hull.vertices[face[0]], hull.vertices[face[i - 1]], hull.vertices[face[i]]},
                   0.0};
-      // Corners of the hull are vertices of the mesh, and no point of a triangle is farther from
+      // Corners of the hull are points of the solid, and no point of a triangle is farther from
       // its nearest corner than the longest edge.
       const int k = piece.longest_edge();
       piece.bound = (piece.corners[(k + 1) % 3] - piece.corners[k]).norm();
@@ -127,20 +82,21 @@ double hull_standoff(const ConvexMesh& hull, const TriangleMesh& mesh) {
     queue.pop();
     if (piece.bound <= most + tolerance) break;
     if (!piece.measured) {
-      if (piece.nearest >= 0) piece.bound = std::min(piece.bound, bound_by(nearest, piece));
+      if (piece.nearest >= 0) piece.bound = std::min(piece.bound, bound_by(part.mesh, piece));
       if (piece.bound <= most + tolerance) continue;
       ++measured;
-      most = std::max(most, measure(nearest, piece));
+      most = std::max(most, measure(part, most, piece));
+      if (most > part.enough) break;
       if (piece.bound > most + tolerance) queue.push(piece);
       continue;
     }
     const int k = piece.longest_edge();
     const Vector3 half = 0.5 * (piece.corners[k] + piece.corners[(k + 1) % 3]);
     for (const int replaced : {k, (k + 1) % 3}) {
-      Piece part = piece;
-      part.corners[replaced] = half;
-      part.measured = false;
-      queue.push(part);
+      Piece half_piece = piece;
+      half_piece.corners[replaced] = half;
+      half_piece.measured = false;
+      queue.push(half_piece);
     }
   }
   return most;

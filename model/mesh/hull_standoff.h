@@ -1,7 +1,11 @@
 // A measure of how concave a mesh is, closed or not.
 #pragma once
 
+#include <functional>
+#include <limits>
+
 #include "counterpoint/model/geometry.h"
+#include "counterpoint/model/mesh/nearest_triangle.h"
 
 namespace counterpoint {
 
@@ -10,5 +14,18 @@ namespace counterpoint {
 /// by at most 2 % of the hull's diameter, unless the search stops after 3000 points. `hull`: the
 /// full hull.
 double hull_standoff(const ConvexMesh& hull, const TriangleMesh& mesh);
+
+/// The same for the hull of a part of a solid, whose surface is the mesh: the largest distance from
+/// a point on the hull's surface to the solid.
+struct PartStandoff {
+  const NearestTriangle& mesh;
+  /// Radius of a ball about a point that is within the solid [m], negative outside of it; the
+  /// second argument is the point's distance from the mesh. Null: no point is inside.
+  std::function<double(const Vector3&, double)> depth;
+  double tolerance;  ///< the true maximum is larger by at most this [m]
+  double enough = std::numeric_limits<double>::infinity();  ///< stops at a larger distance [m]
+};
+/// `hull`: of a set of points of the solid.
+double hull_standoff(const ConvexMesh& hull, const PartStandoff& part);
 
 }  // namespace counterpoint

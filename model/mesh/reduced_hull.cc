@@ -63,10 +63,10 @@ std::shared_ptr<const ConvexMesh> reduce_hull(const std::shared_ptr<const Convex
     throw InputError(
         fmt::format("{}: a hull of {} vertices; it needs at least 4", hull->source, max_vertices));
   }
-  if (static_cast<int>(hull->vertices.size()) <= max_vertices) return hull;
+  if (static_cast<int>(hull->vertices.size()) <= max_vertices && hull->pieces.empty()) return hull;
   std::vector<Vector3> chosen = first_tetrahedron(hull->vertices);
   std::shared_ptr<const ConvexMesh> reduced = make_convex_hull(chosen, hull->source);
-  while (static_cast<int>(chosen.size()) < max_vertices) {
+  while (chosen.size() < std::min<size_t>(max_vertices, hull->vertices.size())) {
     chosen.push_back(hull->vertices[most(hull->vertices,
                                          [&](const Vector3& p) { return excess(*reduced, p); })]);
     reduced = make_convex_hull(chosen, hull->source);
@@ -74,6 +74,9 @@ std::shared_ptr<const ConvexMesh> reduce_hull(const std::shared_ptr<const Convex
   ConvexMesh out = *reduced;
   out.source_volume = hull->source_volume;
   out.standoff = hull->standoff;
+  out.union_standoff = hull->union_standoff;
+  out.hull_reason = hull->hull_reason;
+  for (const auto& piece : hull->pieces) out.pieces.push_back(reduce_hull(piece, max_vertices));
   for (const Vector3& p : hull->vertices) {
     out.deviation = std::max(out.deviation, distance_outside(out, p));
   }
@@ -87,7 +90,7 @@ std::shared_ptr<const ConvexMesh> HullCache::load(const std::filesystem::path& f
   if (error) path = file;
   std::shared_ptr<const ConvexMesh>& hull = hulls_[{path, scale.x(), scale.y(), scale.z()}];
   if (!hull) {
-    hull = load_convex_mesh(file, scale);
+    hull = load_convex_mesh(file, scale, collisions_.of(file));
     if (max_vertices_ > 0) hull = reduce_hull(hull, max_vertices_);
   }
   return hull;
@@ -106,13 +109,17 @@ std::string hull_note(const ConvexMesh& hull) {
       hull.source_volume > 0.0
           ? fmt::format("has {:.3g} times the volume and ", hull.volume / hull.source_volume)
           : "";
+  if (!hull.pieces.empty()) {
+    return fmt::format(
+        "is concave: it collides as {} convex pieces, whose surface stands up to {:.2g} m off it "
+        "(its hull: {:.2g} m)",
+        hull.pieces.size(), hull.union_standoff, hull.standoff);
+  }
   return fmt::format(
-      "is concave: its convex hull, which is used, {}stands up to {:.2g} m off it; where that "
-      "matters, "
-      "split it into convex parts (CoACD, V-HACD), each a collision mesh of the same link; what "
-      "never moves "
-      "keeps its triangles as triangle_mesh under environment of a scene file",
-      volume, hull.standoff);
+      "is concave: its convex hull, which is used{}, {}stands up to {:.2g} m off it; where that "
+      "matters, let it collide as pieces (meshes: {{kind: pieces}} in a scene, --meshes pieces); "
+      "what never moves keeps its triangles as triangle_mesh under environment of a scene file",
+      hull.hull_reason.empty() ? "" : " since " + hull.hull_reason, volume, hull.standoff);
 }
 
 }  // namespace counterpoint

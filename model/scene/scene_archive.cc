@@ -211,9 +211,12 @@ void visit(A& a, VertexNeighbors& x) {
 template <class A>
 void visit(A& a, ConvexMesh& x) {
   auto& [vertices, faces, normals, offsets, neighbors, vertex_faces, vertex_columns, normal_columns,
-         interior, radius, volume, source_volume, standoff, deviation, source] = x;
+         interior, radius, volume, source_volume, standoff, deviation, source, pieces,
+         union_standoff, hull_reason] = x;
+  static_cast<void>(pieces);  // a model has them as geometries
   a(vertices, faces, normals, offsets, neighbors, vertex_faces, vertex_columns, normal_columns,
-    interior, radius, volume, source_volume, standoff, deviation, source);
+    interior, radius, volume, source_volume, standoff, deviation, source, union_standoff,
+    hull_reason);
 }
 template <class A>
 void visit(A& a, Terrain::Triangle& x) {
@@ -239,8 +242,8 @@ void visit(A& a, Shape& x) {
 }
 template <class A>
 void visit(A& a, Geometry& x) {
-  auto& [name, body, frame, instance, assembly, X_BG, shape, material] = x;
-  a(name, body, frame, instance, assembly, X_BG, shape, material);
+  auto& [name, body, frame, instance, assembly, whole, X_BG, shape, material] = x;
+  a(name, body, frame, instance, assembly, whole, X_BG, shape, material);
 }
 template <class A>
 void visit(A& a, PairMaterial& x) {

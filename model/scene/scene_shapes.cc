@@ -56,6 +56,19 @@ Shape read_terrain(const YamlValue& in, const std::string& kind, const fs::path&
   return shape;
 }
 
+MeshCollision read_mesh_collision(const YamlValue& in, MeshCollision out) {
+  if (in.has("kind")) {
+    const YamlValue kind = in.at("kind");
+    out.kind = kind.is_text("auto")     ? MeshKind::kAuto
+               : kind.is_text("hull")   ? MeshKind::kHull
+               : kind.is_text("pieces") ? MeshKind::kPieces
+                                        : (kind.fail("auto, hull or pieces is expected"), out.kind);
+  }
+  if (in.has("tolerance")) out.tolerance = in.at("tolerance").positive();
+  if (in.has("most")) out.most = in.at("most").integer(1, 4096);
+  return out;
+}
+
 }  // namespace
 
 fs::path resolved(const fs::path& folder, const std::string& name) {
@@ -93,6 +106,17 @@ Material read_material(const YamlValue& in, Material material) {
   read("torsional_friction", kInfinity, material.torsional_friction);
   read("rolling_friction", kInfinity, material.rolling_friction);
   return material;
+}
+
+MeshCollisions read_mesh_collisions(const YamlValue& in) {
+  in.expect_map({"kind", "tolerance", "most", "files"});
+  MeshCollisions out{read_mesh_collision(in, {}), {}};
+  if (!in.has("files")) return out;
+  for (const auto& [name, value] : in.at("files").entries()) {
+    value.expect_map({"kind", "tolerance", "most"});
+    out.named[name] = read_mesh_collision(value, out.others);
+  }
+  return out;
 }
 
 Shape read_shape(const YamlValue& in, const fs::path& folder, HullCache& hulls) {

@@ -36,7 +36,9 @@ class SceneReader {
     }
     const int hull_vertices =
         root.has("hull_vertices") ? root.at("hull_vertices").integer(4, 1'000'000) : 0;
-    urdf_options_.hulls = std::make_shared<HullCache>(hull_vertices);
+    const MeshCollisions meshes =
+        root.has("meshes") ? read_mesh_collisions(root.at("meshes")) : MeshCollisions{};
+    urdf_options_.hulls = std::make_shared<HullCache>(hull_vertices, meshes);
     urdf_options_.repair_inertias =
         overrides.repair_inertias ||
         (root.has("repair_inertias") && root.at("repair_inertias").boolean());
@@ -98,6 +100,7 @@ class SceneReader {
                      "exclude",
                      "groups",
                      "hull_vertices",
+                     "meshes",
                      "closures",
                      "effects",
                      "max_speed",

@@ -8,7 +8,6 @@
 
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/limits.h"
-#include "counterpoint/model/mesh/hull_standoff.h"
 #include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/text_files.h"
 
@@ -181,10 +180,8 @@ std::shared_ptr<const ConvexMesh> Assets::hull(const std::string& name, const El
       mesh.hull = cache_->load(file, mesh.scale);
     } else {
       const TriangleMesh all = triangles(mesh);
-      ConvexMesh hull = *make_convex_hull(all.vertices, file.string());
+      ConvexMesh hull = *convex_mesh_of(all, cache_->collisions().of(file), file.string());
       hull.source.clear();  // the file alone does not give this hull: refpos, refquat or MSH
-      hull.standoff = hull_standoff(hull, all);
-      if (is_closed(all)) hull.source_volume = std::abs(enclosed_volume(all));
       mesh.hull = std::make_shared<const ConvexMesh>(std::move(hull));
     }
     if (mesh.max_hull_vertices >= 4) mesh.hull = reduce_hull(mesh.hull, mesh.max_hull_vertices);

@@ -1,0 +1,67 @@
+#include "counterpoint/collision/pairs/seams.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace counterpoint::collision {
+namespace {
+
+// Relative to a piece's radius: the accuracy of its corners (coplanar faces are merged).
+constexpr double kRounding = 2e-6;
+// Cosine: the normal is that of a face.
+constexpr double kFace = 1.0 - 1e-9;
+// Relative to the neighbour's radius: a face is hidden where the neighbour covers it this deep.
+// Less would take the support of a body away that is pressed into a corner between two pieces.
+constexpr double kCovered = 1e-2;
+
+double excess(const ConvexMesh& mesh, const Vector3& p) {
+  double most = -std::numeric_limits<double>::infinity();
+  for (std::size_t f = 0; f < mesh.face_normals.size(); ++f)
+    most = std::max(most, mesh.face_normals[f].dot(p) - mesh.face_offsets[f]);
+  return most;
+}
+
+double reach(const ConvexMesh& mesh, const Vector3& n) {
+  double most = -std::numeric_limits<double>::infinity();
+  for (const Vector3& v : mesh.vertices) most = std::max(most, n.dot(v));
+  return most;
+}
+
+}  // namespace
+
+Seams::Seams(const std::vector<Geometry>& geometries)
+    : meshes_(geometries.size()), neighbors_(geometries.size()) {
+  for (std::size_t i = 0; i < geometries.size(); ++i) {
+    meshes_[i] = geometries[i].shape.mesh.get();
+    if (geometries[i].whole < 0) continue;
+    const ConvexMesh& a = *geometries[i].shape.mesh;
+    const auto first = static_cast<std::size_t>(geometries[i].whole);
+    for (std::size_t k = first; k < geometries.size() && geometries[k].whole >= 0; ++k) {
+      if (k == i || geometries[k].whole != geometries[i].whole) continue;
+      const ConvexMesh& b = *geometries[k].shape.mesh;
+      const double apart = (a.interior_point - b.interior_point).norm() - a.radius - b.radius;
+      if (apart < a.union_standoff) neighbors_[i].push_back(&b);
+    }
+  }
+}
+
+bool Seams::hides(int geometry, const Vector3& p, const Vector3& n) const {
+  const ConvexMesh& mesh = *meshes_[geometry];
+  const bool on_face =
+      std::any_of(mesh.face_normals.begin(), mesh.face_normals.end(),
+                  [&](const Vector3& normal) { return normal.dot(n) > kFace; });
+  for (const ConvexMesh* other : neighbors_[geometry]) {
+    const double rounding = kRounding * std::max(mesh.radius, other->radius);
+    const double near = std::max(mesh.union_standoff, rounding);
+    if ((p - other->interior_point).norm() > other->radius + near) continue;
+    if (on_face) {
+      const double deep = std::max(near, kCovered * other->radius);
+      if (excess(*other, p + 2.0 * deep * n) < -deep) return true;
+    } else if (reach(*other, n) > n.dot(p) + rounding && excess(*other, p) < near) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace counterpoint::collision

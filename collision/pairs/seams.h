@@ -1,0 +1,30 @@
+// Contacts that the pieces of one mesh hide from each other.
+//
+// Where two pieces meet, the edge of one is no edge of the body. A contact on the surface of a
+// piece is one of the body only if no other piece rises beyond it: at the edge of a piece, no
+// neighbour may reach farther along the normal; on a face, the space before it must be free.
+// Therefore a body never catches on a seam between pieces (compare terrain_contacts.h).
+#pragma once
+
+#include <vector>
+
+#include "counterpoint/model/geometry.h"
+
+namespace counterpoint::collision {
+
+/// Knows which pieces of a mesh are neighbours.
+class Seams {
+ public:
+  explicit Seams(const std::vector<Geometry>& geometries);
+
+  bool is_piece(int geometry) const { return !neighbors_[geometry].empty(); }
+  /// True if a contact at p [m] with the outward unit normal n, both in the geometry's frame, is
+  /// inside the body or at a seam. p lies on the surface of the geometry, a piece.
+  bool hides(int geometry, const Vector3& p, const Vector3& n) const;
+
+ private:
+  std::vector<const ConvexMesh*> meshes_;  // of each geometry
+  std::vector<std::vector<const ConvexMesh*>> neighbors_;
+};
+
+}  // namespace counterpoint::collision

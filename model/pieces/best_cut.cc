@@ -1,0 +1,170 @@
+// The choice of a plane that cuts a part.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "counterpoint/model/pieces/solid.h"
+
+namespace counterpoint {
+namespace {
+
+// Number of planes through concave edges that are tried.
+constexpr int kMostPlanes = 32;
+// Planes whose normals differ by less, and whose offsets by less of the solid's size, are one.
+constexpr double kSameNormal = 0.996, kSameOffset = 0.02;
+// Cosine of the angle of an edge from which on the planes of its faces are tried as well as that
+// between them, and from which on only those.
+constexpr double kSharp = 0.95, kCorner = 0.5;
+// Cuts that save nearly as much volume, relative to the most saved and to the hull, count as equal.
+constexpr double kNearlyBest = 0.1, kNothing = 1e-4;
+// Number of triangles, and of points, beyond which cuts are weighed by a part of them.
+constexpr std::size_t kMostTriangles = 4'000, kMostPoints = 300;
+constexpr int kDirections = 128;
+
+/// Evenly spread directions (a Fibonacci lattice), turned by `axes`.
+Eigen::Matrix<double, kDirections, 3> directions(const Matrix3& axes) {
+  constexpr double kGoldenAngle = 2.399963229728653;
+  Eigen::Matrix<double, kDirections, 3> out;
+  for (int i = 0; i < kDirections; ++i) {
+    const double z = 1.0 - (2.0 * i + 1.0) / kDirections, r = std::sqrt(1.0 - z * z);
+    out.row(i) = axes * Vector3(r * std::cos(kGoldenAngle * i), r * std::sin(kGoldenAngle * i), z);
+  }
+  return out;
+}
+
+/// Keeps the points that are extreme in one of the directions, if there are many.
+void thin_out(const Eigen::Matrix<double, kDirections, 3>& along, std::vector<Vector3>& points) {
+  if (points.size() <= kMostPoints) return;
+  std::array<std::size_t, kDirections> extreme{};
+  Eigen::Matrix<double, kDirections, 1> most;
+  most.setConstant(-std::numeric_limits<double>::infinity());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Matrix<double, kDirections, 1> reach = along * points[i];
+    if (!(reach.array() > most.array()).any()) continue;
+    for (int k = 0; k < kDirections; ++k)
+      if (reach[k] > most[k]) extreme[k] = i;
+    most = most.cwiseMax(reach);
+  }
+  std::sort(extreme.begin(), extreme.end());
+  std::vector<Vector3> kept;
+  for (std::size_t k = 0; k < extreme.size(); ++k)
+    if (k == 0 || extreme[k] != extreme[k - 1]) kept.push_back(points[extreme[k]]);
+  points = std::move(kept);
+}
+
+class Candidates {
+ public:
+  explicit Candidates(const Solid& solid) : solid_(solid) {}
+
+  void add(const Vector3& normal, const Vector3& through) {
+    if (!(normal.norm() > 0.5) || full()) return;  // degenerate normals are zero
+    const CutPlane plane{normal, normal.dot(through)};
+    for (const CutPlane& known : planes) {
+      const double cosine = known.normal.dot(normal);
+      const double shift = known.offset - (cosine < 0.0 ? -plane.offset : plane.offset);
+      if (std::abs(cosine) > kSameNormal && std::abs(shift) < kSameOffset * solid_.size) return;
+    }
+    planes.push_back(plane);
+  }
+  bool full() const { return planes.size() >= kMostPlanes; }
+
+  std::vector<CutPlane> planes;
+
+ private:
+  const Solid& solid_;
+};
+
+/// The part of a concave edge inside the cell, by how deep its middle lies in the hull.
+struct Notch {
+  double depth;
+  int edge;
+};
+
+std::vector<Notch> notches(const Solid& solid, const Piece& piece) {
+  std::vector<Notch> out;
+  for (const int index : piece.part.reflex) {
+    const ReflexEdge& edge = solid.reflex[index];
+    double from = 0.0, to = 1.0;
+    for (const CutPlane& plane : piece.part.planes) {
+      const double h = plane.height(edge.from) + 1e3 * solid.slack;
+      const double g = plane.height(edge.to) + 1e3 * solid.slack;
+      if (h > 0.0 && g > 0.0) to = -1.0;
+      if (h * g < 0.0 && h > 0.0) from = std::max(from, h / (h - g));
+      if (h * g < 0.0 && g > 0.0) to = std::min(to, h / (h - g));
+    }
+    if (!(to > from)) continue;
+    const Vector3 middle = edge.from + 0.5 * (from + to) * (edge.to - edge.from);
+    double depth = solid.size;
+    for (std::size_t f = 0; f < piece.hull->faces.size(); ++f)
+      depth = std::min(depth,
+                       piece.hull->face_offsets[f] - piece.hull->face_normals[f].dot(middle));
+    // Rounded, so that edges of equal depth keep their order however the mesh is turned.
+    if (depth > 1e3 * solid.slack) out.push_back({std::round(1e6 * depth / solid.size), index});
+  }
+  std::stable_sort(out.begin(), out.end(),
+                   [](const Notch& a, const Notch& b) { return a.depth > b.depth; });
+  return out;
+}
+
+std::vector<CutPlane> candidates(const Solid& solid, const Piece& piece) {
+  Candidates out(solid);
+  for (const Notch& notch : notches(solid, piece)) {
+    if (out.full()) break;
+    const ReflexEdge& edge = solid.reflex[notch.edge];
+    const double cosine = edge.normal_a.dot(edge.normal_b);
+    if (cosine < kSharp) {
+      out.add(edge.normal_a, edge.from);
+      out.add(edge.normal_b, edge.from);
+    }
+    if (cosine < kCorner) continue;
+    out.add((edge.to - edge.from).cross(edge.normal_a + edge.normal_b).normalized(), edge.from);
+  }
+  std::vector<CutPlane> planes = std::move(out.planes);
+  if (!planes.empty()) return planes;
+  // Without concave edges, as in an open mesh, across the axes.
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3 normal = solid.axes.col(axis);
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const Vector3& p : piece.hull->vertices) {
+      low = std::min(low, normal.dot(p));
+      high = std::max(high, normal.dot(p));
+    }
+    planes.push_back({normal, 0.5 * (low + high)});
+  }
+  return planes;
+}
+
+}  // namespace
+
+std::optional<CutPlane> best_cut(const Solid& solid, const Piece& piece) {
+  const auto along = directions(solid.axes);
+  const std::vector<CutPlane> planes = candidates(solid, piece);
+  const std::size_t stride = 1 + piece.part.triangles.size() / kMostTriangles;
+  struct Score {
+    double saved, balance;  // relative to the volume of the hull
+  };
+  std::vector<Score> scores;
+  double most = 0.0;
+  for (const CutPlane& plane : planes) {
+    Sides sides = piece.part.points_beside(plane, solid.slack, stride, solid.winding);
+    std::array<double, 2> volume{};
+    for (int k = 0; k < 2; ++k) {
+      thin_out(along, sides[k]);
+      volume[k] = convex_hull_volume(sides[k]) / piece.hull->volume;
+    }
+    const double balance = std::min(volume[0], volume[1]);
+    scores.push_back({balance > 0.0 ? 1.0 - volume[0] - volume[1] : -1.0, balance});
+    most = std::max(most, scores.back().saved);
+  }
+  const double enough = most - std::max(kNearlyBest * most, kNothing);
+  int best = -1;
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    if (scores[i].balance <= 0.0 || scores[i].saved < enough) continue;
+    if (best < 0 || scores[i].balance > scores[best].balance * (1.0 + 1e-6))
+      best = static_cast<int>(i);
+  }
+  if (best < 0) return std::nullopt;
+  return planes[best];
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,97 @@
+#include "counterpoint/model/pieces/pieces.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "counterpoint/model/pieces/solid.h"
+
+namespace counterpoint {
+namespace {
+
+constexpr double kDefaultTolerance = 0.01;  // relative to the hull's diameter
+constexpr double kLeastTolerance = 1e-5;
+constexpr int kMostPieces = 4096;
+// Parts cut for each piece allowed, before they are joined.
+constexpr int kPartsPerPiece = 3;
+
+MeshCollision checked(const MeshCollision& options, double diameter, const std::string& source) {
+  MeshCollision out = options;
+  if (!(out.tolerance >= 0.0) || !std::isfinite(out.tolerance))
+    throw InputError(
+        fmt::format("{}: a tolerance of {} m; a length is expected", source, out.tolerance));
+  if (out.most < 1 || out.most > kMostPieces)
+    throw InputError(
+        fmt::format("{}: {} pieces; 1 to {} are expected", source, out.most, kMostPieces));
+  if (out.tolerance == 0.0) out.tolerance = kDefaultTolerance * diameter;
+  out.tolerance = std::max(out.tolerance, kLeastTolerance * diameter);
+  return out;
+}
+
+/// Cuts parts until all are within the tolerance, the largest first.
+std::vector<Piece> cut(const Solid& solid, const std::shared_ptr<const ConvexMesh>& hull,
+                       double error, int most) {
+  std::vector<Piece> done, open;
+  open.push_back({solid.whole(), hull, error});
+  while (!open.empty()) {
+    const auto next = std::max_element(open.begin(), open.end(), [](const auto& a, const auto& b) {
+      return a.hull->volume < b.hull->volume;
+    });
+    Piece piece = std::move(*next);
+    open.erase(next);
+    std::optional<CutPlane> plane;
+    if (piece.error > solid.tolerance &&
+        static_cast<int>(done.size() + open.size()) < kPartsPerPiece * most)
+      plane = best_cut(solid, piece);
+    if (!plane) {
+      done.push_back(std::move(piece));
+      continue;
+    }
+    for (Part& part : piece.part.split(*plane, solid.slack, solid.winding)) {
+      Piece side{std::move(part), nullptr, 0.0};
+      side.hull = hull_of(side.part.points(), hull->source);
+      if (!side.hull) continue;  // without thickness
+      side.part.reflex = piece.part.reflex;
+      side.error = piece_error(solid, side.part, *side.hull);
+      open.push_back(std::move(side));
+    }
+  }
+  return done;
+}
+
+}  // namespace
+
+Pieces convex_pieces(const TriangleMesh& mesh, const MeshCollision& options,
+                     const std::string& source) {
+  const auto hull = make_convex_hull(mesh.vertices, source);
+  const MeshCollision limits = checked(options, 2.0 * hull->radius, source);
+  const Solid solid(mesh, *hull, limits.tolerance);
+  Pieces out;
+  out.tolerance = limits.tolerance;
+  const double error = piece_error(solid, solid.whole(), *hull);
+  std::vector<Piece> pieces = cut(solid, hull, error, limits.most);
+  if (pieces.size() > 1) join_pieces(solid, limits.most, pieces);
+  for (Piece& piece : pieces) out.pieces.push_back(std::move(piece.hull));
+  if (out.pieces.empty()) out.pieces = {hull};
+  measure_pieces(solid, out);
+  if (out.pieces.size() > 1 || error <= limits.tolerance) return out;
+  out.reason = "no plane cuts it into parts with a volume";
+  return out;
+}
+
+void add_pieces(const TriangleMesh& mesh, const MeshCollision& collision, ConvexMesh& hull) {
+  Pieces found = convex_pieces(mesh, collision, hull.source);
+  hull.union_standoff = std::max(found.outside, found.inside);
+  if (found.pieces.size() < 2) {
+    hull.hull_reason = found.reason;
+    return;
+  }
+  for (const auto& piece : found.pieces) {
+    ConvexMesh one = *piece;
+    one.union_standoff = hull.union_standoff;
+    one.source.clear();  // the file alone does not give it
+    hull.pieces.push_back(std::make_shared<const ConvexMesh>(std::move(one)));
+  }
+}
+
+}  // namespace counterpoint

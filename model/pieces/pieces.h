@@ -1,0 +1,45 @@
+// Convex pieces whose union stands for a body that is not convex.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "counterpoint/model/geometry.h"
+
+namespace counterpoint {
+
+struct Pieces {
+  std::vector<std::shared_ptr<const ConvexMesh>> pieces;  ///< at least one
+  double tolerance = 0.0;  ///< the tolerance used [m]
+  /// Largest distance from the surface of the union to the solid, measured to a quarter of the
+  /// tolerance [m].
+  double outside = 0.0;
+  /// Largest distance from a corner, an edge's middle or a centroid of the mesh to the surface of
+  /// the union [m]; an upper bound for those inside.
+  double inside = 0.0;
+  /// Why the hull is the only piece although it stands off farther than the tolerance; else "".
+  std::string reason;
+};
+
+/// Returns convex pieces whose union is the solid within the mesh, to the tolerance where the
+/// number of pieces allows: the solid is cut by planes through its concave edges and across its
+/// axes, each time by the plane that leaves the least volume of hulls, until every part is as near
+/// its hull as the tolerance asks; then pieces are joined while that stays so. The distance counts
+/// from both sides, so that narrow holes are not filled (Wei et al., "Approximate convex
+/// decomposition for 3D meshes with collision-aware concavity and tree search", 2022); hulls are
+/// weighed by volume as by Mamou and Ghorbel (2009).
+///
+/// The result is a pure function of its arguments; moving, turning or scaling mesh and tolerance
+/// changes it by rounding. Time and number of pieces are bounded for every mesh. A mesh that is
+/// not closed is solid where it winds more than half around a point (WindingNumber).
+/// @throws InputError (with `source`) where make_convex_hull of the mesh does, or for a tolerance
+/// or number out of range.
+Pieces convex_pieces(const TriangleMesh& mesh, const MeshCollision& options,
+                     const std::string& source = "");
+
+/// Gives the hull of a mesh its pieces and union_standoff, or hull_reason where the hull does as
+/// well.
+void add_pieces(const TriangleMesh& mesh, const MeshCollision& collision, ConvexMesh& hull);
+
+}  // namespace counterpoint

@@ -1,0 +1,179 @@
+#include "counterpoint/model/pieces/solid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/model/mesh/hull_standoff.h"
+
+namespace counterpoint {
+namespace {
+
+// Relative to the solid's size: points closer together are one.
+constexpr double kSlack = 1e-9;
+// Relative to the tolerance: accuracy of the measured distance.
+constexpr double kAccuracy = 0.25;
+// Cosine: a face of a hull lies in a plane that cut its part.
+constexpr double kSamePlane = 1.0 - 1e-9;
+// Sine of the least angle of a concave edge.
+constexpr double kFlatEdge = 1e-3;
+// Relative difference of areas and lengths that count as equal.
+constexpr double kTie = 1e-6;
+
+Vector3 face_area(const ConvexMesh& hull, const std::vector<int>& face) {
+  Vector3 area = Vector3::Zero();
+  for (std::size_t i = 2; i < face.size(); ++i)
+    area += (hull.vertices[face[i - 1]] - hull.vertices[face[0]])
+                .cross(hull.vertices[face[i]] - hull.vertices[face[0]]);
+  return area;
+}
+
+/// Axes that turn with the mesh: of equals, the first counts.
+Matrix3 axes_of(const ConvexMesh& hull) {
+  std::size_t best = 0;
+  double largest = 0.0;
+  for (std::size_t f = 0; f < hull.faces.size(); ++f) {
+    const double area = face_area(hull, hull.faces[f]).norm();
+    if (area <= largest * (1.0 + kTie)) continue;
+    largest = area;
+    best = f;
+  }
+  const std::vector<int>& face = hull.faces[best];
+  Vector3 along = Vector3::Zero();
+  for (std::size_t i = 0; i < face.size(); ++i) {
+    const Vector3 edge = hull.vertices[face[(i + 1) % face.size()]] - hull.vertices[face[i]];
+    if (edge.norm() > along.norm() * (1.0 + kTie)) along = edge;
+  }
+  Matrix3 axes;
+  axes.col(0) = hull.face_normals[best];
+  axes.col(2) = axes.col(0).cross(along).normalized();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  return axes;
+}
+
+/// Depth of a point below the faces of the hull on which the part has surface; 0 on any face.
+double depth_in(const ConvexMesh& hull, const std::vector<char>& is_cut, const Vector3& p,
+                double slack) {
+  double depth = hull.radius;
+  for (std::size_t f = 0; f < hull.faces.size(); ++f) {
+    const double below = hull.face_offsets[f] - hull.face_normals[f].dot(p);
+    if (below <= slack) return 0.0;
+    if (!is_cut[f]) depth = std::min(depth, below);
+  }
+  return depth;
+}
+
+}  // namespace
+
+std::vector<ReflexEdge> reflex_edges(const TriangleMesh& mesh) {
+  struct Side {
+    int low, high, triangle, opposite;
+  };
+  std::vector<Side> sides;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& v = mesh.triangles[t];
+    for (int k = 0; k < 3; ++k) {
+      const int a = v[k], b = v[(k + 1) % 3];
+      sides.push_back({std::min(a, b), std::max(a, b), static_cast<int>(t), v[(k + 2) % 3]});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
+  });
+  const auto normal = [&](int t) {
+    const auto& v = mesh.triangles[t];
+    const Vector3& p = mesh.vertices[v[0]];
+    return (mesh.vertices[v[1]] - p).cross(mesh.vertices[v[2]] - p).normalized();
+  };
+  std::vector<ReflexEdge> out;
+  for (std::size_t i = 0; i + 1 < sides.size(); ++i) {
+    const Side &a = sides[i], &b = sides[i + 1];
+    if (a.low != b.low || a.high != b.high) continue;
+    const Vector3 &from = mesh.vertices[a.low], &to = mesh.vertices[a.high];
+    const Vector3 normal_a = normal(a.triangle), normal_b = normal(b.triangle);
+    const bool bends_in = normal_a.dot(mesh.vertices[b.opposite] - from) > 0.0;
+    if (bends_in && normal_a.cross(normal_b).norm() > kFlatEdge)
+      out.push_back({from, to, normal_a, normal_b});
+  }
+  return out;
+}
+
+Solid::Solid(const TriangleMesh& triangles, const ConvexMesh& around, double tolerance_value)
+    : mesh(triangles),
+      nearest(triangles),
+      winding(triangles),
+      reflex(reflex_edges(triangles)),
+      axes(axes_of(around)),
+      size(2.0 * around.radius),
+      slack(kSlack * size),
+      tolerance(tolerance_value) {}
+
+Part Solid::whole() const {
+  Part out;
+  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (const auto& t : mesh.triangles) {
+    out.triangles.push_back({mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]});
+    for (const int v : t) {
+      const Vector3 p = axes.transpose() * mesh.vertices[v];
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+  }
+  low.array() -= 0.1 * size;
+  high.array() += 0.1 * size;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const bool up : {false, true}) {
+      const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+      std::vector<Vector3> face;
+      for (const auto& [at_u, at_v] : {std::pair(0, 0), {1, 0}, {1, 1}, {0, 1}}) {
+        Vector3 p;
+        p[axis] = up ? high[axis] : low[axis];
+        p[u] = at_u ? high[u] : low[u];
+        p[v] = at_v ? high[v] : low[v];
+        face.push_back(axes * p);
+      }
+      if (!up) std::reverse(face.begin(), face.end());
+      out.cell.faces.push_back(std::move(face));
+    }
+  }
+  for (std::size_t i = 0; i < reflex.size(); ++i) out.reflex.push_back(static_cast<int>(i));
+  return out;
+}
+
+std::shared_ptr<const ConvexMesh> hull_of(const std::vector<Vector3>& points,
+                                          const std::string& source) {
+  try {
+    return make_convex_hull(points, source);
+  } catch (const InputError&) {  // flat
+    return nullptr;
+  }
+}
+
+double piece_error(const Solid& solid, const Part& part, const ConvexMesh& hull) {
+  const double accuracy = kAccuracy * solid.tolerance;
+  std::vector<char> is_cut(hull.faces.size());
+  for (std::size_t f = 0; f < hull.faces.size(); ++f) {
+    for (const CutPlane& plane : part.planes) {
+      if (hull.face_normals[f].dot(plane.normal) > kSamePlane &&
+          std::abs(plane.height(hull.vertices[hull.faces[f][0]])) < 1e3 * solid.slack)
+        is_cut[f] = 1;
+    }
+  }
+  double error = 0.0;
+  for (const Corners3& t : part.triangles) {
+    const Vector3 places[] = {t[0], 0.5 * (t[0] + t[1]), 0.5 * (t[1] + t[2]), 0.5 * (t[2] + t[0]),
+                              (t[0] + t[1] + t[2]) / 3.0};
+    for (const Vector3& p : places)
+      error = std::max(error, depth_in(hull, is_cut, p, 1e3 * solid.slack));
+    if (error > solid.tolerance) return error;
+  }
+  const PartStandoff query{solid.nearest,
+                           [&](const Vector3& p, double distance) {
+                             return solid.winding.inside(p) ? distance : -1.0;
+                           },
+                           accuracy,
+                           solid.tolerance};
+  const double standoff = hull_standoff(hull, query);
+  return std::max(error, standoff > accuracy ? standoff + accuracy : standoff);
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,76 @@
+#include "counterpoint/model/pieces/winding_number.h"
+
+#include <cmath>
+
+namespace counterpoint {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+// Distance, in radii of a cluster, from which on its area vector stands for its triangles.
+constexpr double kFar = 2.0;
+
+// Tangent of the angle below which two terms of the series give it to 1e-5.
+constexpr double kNarrow = 0.1;
+
+/// Solid angle of a triangle (Van Oosterom and Strackee 1983).
+double solid_angle(const Vector3& a, const Vector3& b, const Vector3& c) {
+  const double la = a.norm(), lb = b.norm(), lc = c.norm();
+  const double y = a.dot(b.cross(c));
+  const double x = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+  if (std::abs(y) > kNarrow * x) return 2.0 * std::atan2(y, x);
+  return 2.0 * (y / x - y * y * y / (3.0 * x * x * x));
+}
+
+}  // namespace
+
+WindingNumber::WindingNumber(const TriangleMesh& mesh)
+    : mesh_(mesh), tree_(mesh.vertices, mesh.triangles), clusters_(tree_.nodes.size()) {
+  gather(0);
+}
+
+WindingNumber::Cluster WindingNumber::gather(int index) {
+  const TriangleTree::Node& node = tree_.nodes[index];
+  Cluster cluster;
+  const auto add = [&](const Vector3& area, const Vector3& center, double total) {
+    cluster.area += area;
+    cluster.center += total * center;
+    cluster.total += total;
+  };
+  if (node.count > 0) {
+    for (int i = node.first; i < node.first + node.count; ++i) {
+      const auto& t = mesh_.triangles[tree_.order[i]];
+      const Vector3 &a = mesh_.vertices[t[0]], &b = mesh_.vertices[t[1]], &c = mesh_.vertices[t[2]];
+      const Vector3 area = 0.5 * (b - a).cross(c - a);
+      add(area, (a + b + c) / 3.0, area.norm());
+    }
+  } else {
+    for (const int child : {index + 1, node.right}) {
+      const Cluster part = gather(child);
+      add(part.area, part.center, part.total);
+    }
+  }
+  const Vector3 middle = 0.5 * (node.low + node.high);
+  cluster.center = cluster.total > 0.0 ? Vector3(cluster.center / cluster.total) : middle;
+  cluster.radius = 0.5 * (node.high - node.low).norm() + (cluster.center - middle).norm();
+  clusters_[index] = cluster;
+  return cluster;
+}
+
+double WindingNumber::at(int index, const Vector3& p) const {
+  const Cluster& cluster = clusters_[index];
+  const Vector3 away = cluster.center - p;
+  const double distance = away.norm();
+  if (distance > kFar * cluster.radius)
+    return cluster.area.dot(away) / (4.0 * kPi * distance * distance * distance);
+  const TriangleTree::Node& node = tree_.nodes[index];
+  if (node.count == 0) return at(index + 1, p) + at(node.right, p);
+  double sum = 0.0;
+  for (int i = node.first; i < node.first + node.count; ++i) {
+    const auto& t = mesh_.triangles[tree_.order[i]];
+    sum += solid_angle(mesh_.vertices[t[0]] - p, mesh_.vertices[t[1]] - p,
+                       mesh_.vertices[t[2]] - p);
+  }
+  return sum / (4.0 * kPi);
+}
+
+}  // namespace counterpoint
