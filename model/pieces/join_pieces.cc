@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "counterpoint/model/pieces/solid.h"
 
@@ -6,7 +7,9 @@ namespace counterpoint {
 namespace {
 
 struct Join {
-  double growth;  // volume of the common hull without those of the two [m^3]
+  // Volume of the common hull without those of the two, in billionths of the size cubed: whole, so
+  // that the order does not depend on rounding.
+  double growth;
   int a, b;
 
   bool operator<(const Join& other) const {
@@ -40,7 +43,8 @@ void add_joins(const Solid& solid, const std::vector<Piece>& pieces, int b,
   for (int a = 0; a < b; ++a) {
     if (!pieces[a].hull || !meet(*pieces[a].hull, *pieces[b].hull, 1e3 * solid.slack)) continue;
     const double together = convex_hull_volume(points_of(*pieces[a].hull, *pieces[b].hull));
-    joins.push_back({together - pieces[a].hull->volume - pieces[b].hull->volume, a, b});
+    const double growth = together - pieces[a].hull->volume - pieces[b].hull->volume;
+    joins.push_back({std::round(1e9 * growth / std::pow(solid.size, 3)), a, b});
   }
 }
 

@@ -12,6 +12,8 @@ namespace {
 constexpr double kDefaultTolerance = 0.01;  // relative to the hull's diameter
 constexpr double kLeastTolerance = 1e-5;
 constexpr int kMostPieces = 4096;
+// Relative difference of volumes that count as equal, so that the order does not depend on rounding.
+constexpr double kTie = 1e-6;
 // Parts cut for each piece allowed, before they are joined.
 constexpr int kPartsPerPiece = 3;
 
@@ -35,7 +37,7 @@ std::vector<Piece> cut(const Solid& solid, const std::shared_ptr<const ConvexMes
   open.push_back({solid.whole(), hull, error});
   while (!open.empty()) {
     const auto next = std::max_element(open.begin(), open.end(), [](const auto& a, const auto& b) {
-      return a.hull->volume < b.hull->volume;
+      return a.hull->volume * (1.0 + kTie) < b.hull->volume;
     });
     Piece piece = std::move(*next);
     open.erase(next);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "counterpoint/model/mesh/mesh_mass.h"
 #include "counterpoint/model/model.h"
 #include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/scene/scene_joints.h"
@@ -14,16 +15,42 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Reads a free object that fills a closed mesh with uniform density, without its shape.
+RobotSpec mesh_object(const YamlValue& in, const fs::path& folder, const std::string& name) {
+  const YamlValue file = in.at("mesh");
+  const Vector3 scale = in.has("scale") ? in.at("scale").vector3() : Vector3(1, 1, 1);
+  const TriangleMesh mesh =
+      located(file, [&] { return load_mesh(resolved(folder, file.text()), scale); });
+  const MassProperties unit = mass_properties(mesh, MeshInertia::kExact);
+  if (!is_closed(mesh) || !(unit.mass > 0.0))
+    file.fail(
+        "the mesh is not closed, so it has no volume whose inertia it could have: close it, or "
+        "describe it in a URDF");
+  const double density = in.at("mass").positive() / unit.mass;
+  LinkSpec link;
+  link.name = "body";
+  link.inertia = {density * unit.mass, unit.center, density * unit.rotational};
+  RobotSpec robot;
+  robot.name = name;
+  robot.links.push_back(link);
+  return robot;
+}
+
 /// Reads a free object made of one shape of uniform density.
 RobotSpec make_object(const YamlValue& in, const fs::path& folder, HullCache& hulls,
                       const Material& material) {
   const Shape shape = read_shape(in, folder, hulls);
-  if (shape.type == ShapeType::kConvexMesh) {
-    in.at("mesh").fail("a mesh with mass needs its inertia: describe it in a URDF");
-  }
-  RobotSpec robot = object_of(in.has("name") ? in.at("name").text() : "object", shape,
-                              in.at("mass").positive(), material);
+  const std::string name = in.has("name") ? in.at("name").text() : "object";
+  RobotSpec robot =
+      shape.mesh ? mesh_object(in, folder, name)
+                 : object_of(name, shape, in.at("mass").positive(), material);
   LinkSpec& link = robot.links.front();
+  if (shape.mesh) {
+    link.collisions.push_back({"shape", Pose(), shape, material});
+    const std::string note = hull_note(*shape.mesh);
+    if (!note.empty())
+      robot.notes.push_back({in.where(), "mesh '" + in.at("mesh").text() + "' " + note});
+  }
   robot.where = link.where = in.where();
   if (in.has("drag")) link.drag = read_drag(in.at("drag"));
   if (in.has("gravity_compensation"))

@@ -6,23 +6,10 @@
 #include <string>
 
 #include "counterpoint/model/geometry.h"
+#include "counterpoint/model/mesh/mesh_mass.h"
 #include "counterpoint/model/mjcf/document/defaults.h"
 
 namespace counterpoint::mjcf {
-
-/// Mass properties of a solid or shell of density 1.
-struct MassProperties {
-  double mass = 0.0;                     ///< volume [m^3]; area [m^2] for a shell
-  Vector3 center = Vector3::Zero();      ///< centre of mass [m]
-  Matrix3 rotational = Matrix3::Zero();  ///< about the centre of mass [m^5]; [m^4] for a shell
-};
-
-/// How the inertia of a mesh is computed. kExact: from the signed volumes of the tetrahedra between
-/// the triangles and the centre. kLegacy, MuJoCo's default: all volumes count as positive. kConvex:
-/// kExact for the convex hull. kShell: the mass lies in the surface.
-enum class MeshInertia { kLegacy, kExact, kConvex, kShell };
-/// `kind`: kConvex is treated as kExact; the caller passes the triangles of the hull.
-MassProperties mass_properties(const TriangleMesh& mesh, MeshInertia kind);
 
 /// Opens an asset's file when the asset is first used; meshes for display only are never opened.
 class Assets {

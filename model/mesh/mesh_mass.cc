@@ -1,6 +1,6 @@
-#include "counterpoint/model/mjcf/bodies/assets.h"
+#include "counterpoint/model/mesh/mesh_mass.h"
 
-namespace counterpoint::mjcf {
+namespace counterpoint {
 namespace {
 
 /// Centroid of the surface [m].
@@ -64,4 +64,4 @@ MassProperties mass_properties(const TriangleMesh& mesh, MeshInertia kind) {
   return out;
 }
 
-}  // namespace counterpoint::mjcf
+}  // namespace counterpoint
