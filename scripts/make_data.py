@@ -11,6 +11,7 @@ sys.dont_write_bytecode = True  # tests run this script in the source tree
 from pile_scenes import bundled_pile_files  # noqa: E402
 from scenes.box_scenes import SCENES, box_scene, ellipse, hollow  # noqa: E402
 from scenes.hard_scenes import hard_files  # noqa: E402
+from scenes.hollow_scenes import hollow_files  # noqa: E402
 from scenes.mechanism_scenes import mechanism_files  # noqa: E402
 from scenes.motions import turning_jump, turning_jump_bvh  # noqa: E402
 from scenes.robots import ROBOTS, toss_cube  # noqa: E402
@@ -29,6 +30,7 @@ def main():
     files["scenes/retarget/turning_jump.csv"] = turning_jump(files["robots/humanoid.urdf"])
     files["scenes/retarget/jump_bvh.bvh"] = turning_jump_bvh(files["robots/humanoid.urdf"])
     files.update(hard_files())
+    files.update(hollow_files())
     files.update(mechanism_files())
     files.update(bundled_pile_files())
     stale = 0

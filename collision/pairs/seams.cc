@@ -8,8 +8,6 @@ namespace {
 
 // Relative to a piece's radius: the accuracy of its corners (coplanar faces are merged).
 constexpr double kRounding = 2e-6;
-// Cosine: the normal is that of a face.
-constexpr double kFace = 1.0 - 1e-9;
 // Relative to the neighbour's radius: a face is hidden where the neighbour covers it this deep.
 // Less would take the support of a body away that is pressed into a corner between two pieces.
 constexpr double kCovered = 1e-2;
@@ -47,19 +45,20 @@ Seams::Seams(const std::vector<Geometry>& geometries)
 
 bool Seams::hides(int geometry, const Vector3& p, const Vector3& n) const {
   const ConvexMesh& mesh = *meshes_[geometry];
-  const bool on_face =
-      std::any_of(mesh.face_normals.begin(), mesh.face_normals.end(),
-                  [&](const Vector3& normal) { return normal.dot(n) > kFace; });
   for (const ConvexMesh* other : neighbors_[geometry]) {
     const double rounding = kRounding * std::max(mesh.radius, other->radius);
     const double near = std::max(mesh.union_standoff, rounding);
     if ((p - other->interior_point).norm() > other->radius + near) continue;
-    if (on_face) {
-      const double deep = std::max(near, kCovered * other->radius);
-      if (excess(*other, p + 2.0 * deep * n) < -deep) return true;
-    } else if (reach(*other, n) > n.dot(p) + rounding && excess(*other, p) < near) {
-      return true;
-    }
+    if (excess(*other, p) > near || reach(*other, n) < n.dot(p) + rounding) continue;
+    // The neighbour rises beyond p. A feature that leads away from it may touch all the same: in a
+    // groove between two pieces both sides do.
+    const double top = reach(mesh, n) - rounding;
+    const bool leads_away =
+        std::any_of(mesh.vertices.begin(), mesh.vertices.end(), [&](const Vector3& v) {
+          return n.dot(v) > top && excess(*other, v) > near;
+        });
+    const double deep = std::max(near, kCovered * other->radius);
+    if (!leads_away || excess(*other, p + 2.0 * deep * n) < -deep) return true;
   }
   return false;
 }

@@ -1,8 +1,8 @@
 // Contacts that the pieces of one mesh hide from each other.
 //
 // Where two pieces meet, the edge of one is no edge of the body. A contact on the surface of a
-// piece is one of the body only if no other piece rises beyond it: at the edge of a piece, no
-// neighbour may reach farther along the normal; on a face, the space before it must be free.
+// piece is one of the body only if no other piece rises beyond it along the normal, unless the
+// touching face or edge leads away from that piece and the space before it is free.
 // Therefore a body never catches on a seam between pieces (compare terrain_contacts.h).
 #pragma once
 

@@ -2,36 +2,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "counterpoint/model/geometry.h"
-#include "counterpoint/model/mesh/triangle_distance.h"
+#include "counterpoint/model/mesh/hull_distance.h"
 
 namespace counterpoint {
 namespace {
-
-/// Largest signed distance of p from the planes of the faces [m]: a lower bound on its distance
-/// from the hull; negative inside.
-double excess(const ConvexMesh& hull, const Vector3& p) {
-  double most = -std::numeric_limits<double>::infinity();
-  for (size_t f = 0; f < hull.faces.size(); ++f) {
-    most = std::max(most, hull.face_normals[f].dot(p) - hull.face_offsets[f]);
-  }
-  return most;
-}
-
-double distance_outside(const ConvexMesh& hull, const Vector3& p) {
-  if (excess(hull, p) <= 0.0) return 0.0;
-  double least = std::numeric_limits<double>::infinity();
-  for (const std::vector<int>& face : hull.faces) {
-    for (size_t i = 2; i < face.size(); ++i) {
-      least =
-          std::min(least, distance_to_triangle(p, hull.vertices[face[0]],
-                                               hull.vertices[face[i - 1]], hull.vertices[face[i]]));
-    }
-  }
-  return least;
-}
 
 /// Index of the point with the largest value.
 template <typename Value>

@@ -5,7 +5,7 @@
 
 #include "counterpoint/model/pieces/solid.h"
 
-namespace counterpoint {
+namespace counterpoint::pieces {
 namespace {
 
 // Number of planes through concave edges that are tried.
@@ -167,4 +167,4 @@ std::optional<CutPlane> best_cut(const Solid& solid, const Piece& piece) {
   return planes[best];
 }
 
-}  // namespace counterpoint
+}  // namespace counterpoint::pieces

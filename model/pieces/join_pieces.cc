@@ -3,7 +3,7 @@
 
 #include "counterpoint/model/pieces/solid.h"
 
-namespace counterpoint {
+namespace counterpoint::pieces {
 namespace {
 
 struct Join {
@@ -95,4 +95,4 @@ void join_pieces(const Solid& solid, int most, std::vector<Piece>& pieces) {
   std::erase_if(pieces, [](const Piece& piece) { return !piece.hull; });
 }
 
-}  // namespace counterpoint
+}  // namespace counterpoint::pieces

@@ -2,34 +2,17 @@
 #include <array>
 #include <cmath>
 
+#include "counterpoint/model/mesh/hull_distance.h"
 #include "counterpoint/model/mesh/hull_standoff.h"
-#include "counterpoint/model/mesh/triangle_distance.h"
 #include "counterpoint/model/pieces/solid.h"
 
-namespace counterpoint {
+namespace counterpoint::pieces {
 namespace {
 
 // Largest number of triangles whose points are measured.
 constexpr std::size_t kMostMeasured = 2'000;
 // A ray leaves the union after at most this many pieces.
 constexpr int kMostCrossed = 64;
-
-double excess(const ConvexMesh& hull, const Vector3& p) {
-  double most = -std::numeric_limits<double>::infinity();
-  for (std::size_t f = 0; f < hull.faces.size(); ++f)
-    most = std::max(most, hull.face_normals[f].dot(p) - hull.face_offsets[f]);
-  return most;
-}
-
-double distance_outside(const ConvexMesh& hull, const Vector3& p) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const std::vector<int>& face : hull.faces)
-    for (std::size_t i = 2; i < face.size(); ++i)
-      least =
-          std::min(least, distance_to_triangle(p, hull.vertices[face[0]],
-                                               hull.vertices[face[i - 1]], hull.vertices[face[i]]));
-  return least;
-}
 
 class Union {
  public:
@@ -135,4 +118,4 @@ void measure_pieces(const Solid& solid, Pieces& out) {
   }
 }
 
-}  // namespace counterpoint
+}  // namespace counterpoint::pieces

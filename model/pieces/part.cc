@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace counterpoint {
+namespace counterpoint::pieces {
 namespace {
 
 // In slacks: how far from a point on the surface inside and outside are told apart.
@@ -167,4 +167,4 @@ std::array<Part, 2> Part::split(const CutPlane& plane, double slack,
   return out;
 }
 
-}  // namespace counterpoint
+}  // namespace counterpoint::pieces

@@ -10,7 +10,7 @@
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/pieces/winding_number.h"
 
-namespace counterpoint {
+namespace counterpoint::pieces {
 
 /// The plane normal . x = offset; `normal` has unit length.
 struct CutPlane {
@@ -55,4 +55,4 @@ struct Part {
   std::vector<Vector3> points() const;
 };
 
-}  // namespace counterpoint
+}  // namespace counterpoint::pieces

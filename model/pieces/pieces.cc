@@ -7,6 +7,7 @@
 #include "counterpoint/model/pieces/solid.h"
 
 namespace counterpoint {
+namespace pieces {
 namespace {
 
 constexpr double kDefaultTolerance = 0.01;  // relative to the hull's diameter
@@ -62,20 +63,21 @@ std::vector<Piece> cut(const Solid& solid, const std::shared_ptr<const ConvexMes
 }
 
 }  // namespace
+}  // namespace pieces
 
 Pieces convex_pieces(const TriangleMesh& mesh, const MeshCollision& options,
                      const std::string& source) {
   const auto hull = make_convex_hull(mesh.vertices, source);
-  const MeshCollision limits = checked(options, 2.0 * hull->radius, source);
-  const Solid solid(mesh, *hull, limits.tolerance);
+  const MeshCollision limits = pieces::checked(options, 2.0 * hull->radius, source);
+  const pieces::Solid solid(mesh, *hull, limits.tolerance);
   Pieces out;
   out.tolerance = limits.tolerance;
-  const double error = piece_error(solid, solid.whole(), *hull);
-  std::vector<Piece> pieces = cut(solid, hull, error, limits.most);
-  if (pieces.size() > 1) join_pieces(solid, limits.most, pieces);
-  for (Piece& piece : pieces) out.pieces.push_back(std::move(piece.hull));
+  const double error = pieces::piece_error(solid, solid.whole(), *hull);
+  std::vector<pieces::Piece> parts = pieces::cut(solid, hull, error, limits.most);
+  if (parts.size() > 1) pieces::join_pieces(solid, limits.most, parts);
+  for (pieces::Piece& piece : parts) out.pieces.push_back(std::move(piece.hull));
   if (out.pieces.empty()) out.pieces = {hull};
-  measure_pieces(solid, out);
+  pieces::measure_pieces(solid, out);
   if (out.pieces.size() > 1 || error <= limits.tolerance) return out;
   out.reason = "no plane cuts it into parts with a volume";
   return out;

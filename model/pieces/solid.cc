@@ -5,11 +5,11 @@
 
 #include "counterpoint/model/mesh/hull_standoff.h"
 
-namespace counterpoint {
+namespace counterpoint::pieces {
 namespace {
 
 // Relative to the solid's size: points closer together are one.
-constexpr double kSlack = 1e-9;
+constexpr double kOnePoint = 1e-9;
 // Relative to the tolerance: accuracy of the measured distance.
 constexpr double kAccuracy = 0.25;
 // Cosine: a face of a hull lies in a plane that cut its part.
@@ -17,7 +17,7 @@ constexpr double kSamePlane = 1.0 - 1e-9;
 // Sine of the least angle of a concave edge.
 constexpr double kFlatEdge = 1e-3;
 // Relative difference of areas and lengths that count as equal.
-constexpr double kTie = 1e-6;
+constexpr double kEqual = 1e-6;
 
 Vector3 face_area(const ConvexMesh& hull, const std::vector<int>& face) {
   Vector3 area = Vector3::Zero();
@@ -33,7 +33,7 @@ Matrix3 axes_of(const ConvexMesh& hull) {
   double largest = 0.0;
   for (std::size_t f = 0; f < hull.faces.size(); ++f) {
     const double area = face_area(hull, hull.faces[f]).norm();
-    if (area <= largest * (1.0 + kTie)) continue;
+    if (area <= largest * (1.0 + kEqual)) continue;
     largest = area;
     best = f;
   }
@@ -41,7 +41,7 @@ Matrix3 axes_of(const ConvexMesh& hull) {
   Vector3 along = Vector3::Zero();
   for (std::size_t i = 0; i < face.size(); ++i) {
     const Vector3 edge = hull.vertices[face[(i + 1) % face.size()]] - hull.vertices[face[i]];
-    if (edge.norm() > along.norm() * (1.0 + kTie)) along = edge;
+    if (edge.norm() > along.norm() * (1.0 + kEqual)) along = edge;
   }
   Matrix3 axes;
   axes.col(0) = hull.face_normals[best];
@@ -104,7 +104,7 @@ Solid::Solid(const TriangleMesh& triangles, const ConvexMesh& around, double tol
       reflex(reflex_edges(triangles)),
       axes(axes_of(around)),
       size(2.0 * around.radius),
-      slack(kSlack * size),
+      slack(kOnePoint * size),
       tolerance(tolerance_value) {}
 
 Part Solid::whole() const {
@@ -176,4 +176,4 @@ double piece_error(const Solid& solid, const Part& part, const ConvexMesh& hull)
   return std::max(error, standoff > accuracy ? standoff + accuracy : standoff);
 }
 
-}  // namespace counterpoint
+}  // namespace counterpoint::pieces

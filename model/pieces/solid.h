@@ -9,7 +9,7 @@
 #include "counterpoint/model/pieces/part.h"
 #include "counterpoint/model/pieces/pieces.h"
 
-namespace counterpoint {
+namespace counterpoint::pieces {
 
 /// An edge at which the solid's surface bends inwards, between faces of normals a and b.
 struct ReflexEdge {
@@ -60,4 +60,4 @@ void measure_pieces(const Solid& solid, Pieces& out);
 std::shared_ptr<const ConvexMesh> hull_of(const std::vector<Vector3>& points,
                                           const std::string& source);
 
-}  // namespace counterpoint
+}  // namespace counterpoint::pieces
