@@ -73,8 +73,30 @@ bool Collider::Impl::is_hidden(int a, int b, const ContactPoint& point) const {
 void Collider::Impl::find_moving_contacts(int a, int b, PairQuery query, const PairMotion& motion) {
   query.rounding = motion.rounding();
   find_contacts(a, b, query);
-  if (manifold.size > 0)
-    look_ahead(geometries[a].shape, geometries[b].shape, motion, query, manifold);
+  if (seams.is_piece(a) || seams.is_piece(b)) drop_hidden(a, b);
+  if (manifold.size == 0 || meets_seam(a, b, motion.way)) return;
+  look_ahead(geometries[a].shape, geometries[b].shape, motion, query, manifold);
+}
+
+// True if a contact may come to a seam on a way of this length [m]. Then the body touches the piece
+// that it leaves, not the edge that it will have passed.
+bool Collider::Impl::meets_seam(int a, int b, double way) const {
+  const auto near = [&](int i) {
+    return seams.is_piece(i) &&
+           std::any_of(manifold.points.begin(), manifold.points.begin() + manifold.size,
+                       [&](const ContactPoint& p) {
+                         const double reach = way + std::abs(p.gap);
+                         return seams.is_near(i, X_WG[i].inverse() * p.position, reach);
+                       });
+  };
+  return near(a) || near(b);
+}
+
+void Collider::Impl::drop_hidden(int a, int b) {
+  int kept = 0;
+  for (int i = 0; i < manifold.size; ++i)
+    if (!is_hidden(a, b, manifold.points[i])) manifold.points[kept++] = manifold.points[i];
+  manifold.size = kept;
 }
 
 // Adds contacts of the core balls that keep the middle of a fast slender body on its side

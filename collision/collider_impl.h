@@ -38,6 +38,8 @@ struct Collider::Impl {
   PairMotion motion_of(std::span<const Pose> X_WB, int a, int b, const BodyMotions& motions) const;
   void find_moving_contacts(int a, int b, PairQuery query, const PairMotion& motion);
   bool is_hidden(int a, int b, const ContactPoint& point) const;
+  void drop_hidden(int a, int b);
+  bool meets_seam(int a, int b, double way) const;
   void add_core_contacts(int a, int b, double margin, double travel, std::vector<Candidate>& out);
 
   // The members of Geometry that every step reads. A whole Geometry spans several more cache lines.

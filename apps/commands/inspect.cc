@@ -161,6 +161,21 @@ void inspect_bodies(const Model& model, Report& report) {
   report["joints"] = joints;
 }
 
+/// Reports the meshes that collide as convex pieces.
+void inspect_pieces(const Model& model, Report& report) {
+  Json meshes = Json::array();
+  const std::vector<Geometry>& all = model.geometries();
+  for (size_t i = 0; i < all.size(); ++i) {
+    if (all[i].whole != static_cast<int>(i)) continue;
+    const auto of_mesh = [&](const Geometry& g) { return g.whole == all[i].whole; };
+    meshes.push_back({{"name", all[i].name.substr(0, all[i].name.rfind('#'))},
+                      {"pieces", std::count_if(all.begin(), all.end(), of_mesh)},
+                      {"standoff_m", all[i].shape.mesh->union_standoff}});
+  }
+  report_list("meshes_in_pieces", "\nmeshes that collide as convex pieces:\n",
+              "  {name:<28} {pieces} pieces, up to {standoff_m:.2g} m off the mesh\n", meshes, report);
+}
+
 void inspect_geometries(const Model& model, Report& report) {
   report.print("\n{:<32} {:<24} {:<12} {:<44} {:>8} {:>11}\n", "geometry", "link", "shape",
                "size [m]", "friction", "restitution");
@@ -186,10 +201,14 @@ void inspect_geometries(const Model& model, Report& report) {
       entry["hull_standoff_m"] = geometry.shape.mesh->standoff;
       entry["concave"] = is_visibly_concave(*geometry.shape.mesh);
       entry["hull_deviation_m"] = geometry.shape.mesh->deviation;
+      entry["piece"] = geometry.whole >= 0;
+      entry["surface_standoff_m"] = geometry.whole >= 0 ? geometry.shape.mesh->union_standoff
+                                                        : geometry.shape.mesh->standoff;
     }
     geometries.push_back(std::move(entry));
   }
   report["geometries"] = geometries;
+  inspect_pieces(model, report);
 }
 
 void inspect_closures(const Model& model, const VectorX& q, Report& report) {

@@ -8,8 +8,9 @@ namespace {
 
 // Relative to a piece's radius: the accuracy of its corners (coplanar faces are merged).
 constexpr double kRounding = 2e-6;
-// Relative to the neighbour's radius: a face is hidden where the neighbour covers it this deep.
-// Less would take the support of a body away that is pressed into a corner between two pieces.
+// Relative to the neighbour's radius: a face is hidden where the neighbour covers it this deep,
+// since less would take the support of a body away that is pressed into a corner between two
+// pieces; the surfaces of two pieces meet at a seam if they are nearer than this.
 constexpr double kCovered = 1e-2;
 
 double excess(const ConvexMesh& mesh, const Vector3& p) {
@@ -47,7 +48,8 @@ bool Seams::hides(int geometry, const Vector3& p, const Vector3& n) const {
   const ConvexMesh& mesh = *meshes_[geometry];
   for (const ConvexMesh* other : neighbors_[geometry]) {
     const double rounding = kRounding * std::max(mesh.radius, other->radius);
-    const double near = std::max(mesh.union_standoff, rounding);
+    const double deep = kCovered * other->radius;
+    const double near = std::max(std::min(mesh.union_standoff, deep), rounding);
     if ((p - other->interior_point).norm() > other->radius + near) continue;
     if (excess(*other, p) > near || reach(*other, n) < n.dot(p) + rounding) continue;
     // The neighbour rises beyond p. A feature that leads away from it may touch all the same: in a
@@ -57,10 +59,14 @@ bool Seams::hides(int geometry, const Vector3& p, const Vector3& n) const {
         std::any_of(mesh.vertices.begin(), mesh.vertices.end(), [&](const Vector3& v) {
           return n.dot(v) > top && excess(*other, v) > near;
         });
-    const double deep = std::max(near, kCovered * other->radius);
     if (!leads_away || excess(*other, p + 2.0 * deep * n) < -deep) return true;
   }
   return false;
+}
+
+bool Seams::is_near(int geometry, const Vector3& p, double reach) const {
+  return std::any_of(neighbors_[geometry].begin(), neighbors_[geometry].end(),
+                     [&](const ConvexMesh* other) { return excess(*other, p) < reach; });
 }
 
 }  // namespace counterpoint::collision

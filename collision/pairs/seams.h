@@ -21,6 +21,8 @@ class Seams {
   /// True if a contact at p [m] with the outward unit normal n, both in the geometry's frame, is
   /// inside the body or at a seam. p lies on the surface of the geometry, a piece.
   bool hides(int geometry, const Vector3& p, const Vector3& n) const;
+  /// True if another piece is within the reach [m] of p.
+  bool is_near(int geometry, const Vector3& p, double reach) const;
 
  private:
   std::vector<const ConvexMesh*> meshes_;  // of each geometry

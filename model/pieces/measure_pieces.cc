@@ -37,7 +37,8 @@ class Union {
       if (e > outside) continue;
       outside = std::min(outside, e > slack_ ? distance_outside(*piece, p) : 0.0);
       deep = deep || e < -slack_;
-      if (e <= 0.0) ways.push_back(nearest_normal(*piece, p));
+      if (e <= 0.0)
+        ways.insert(ways.end(), piece->face_normals.begin(), piece->face_normals.end());
     }
     if (!deep) return outside;
     double least = std::numeric_limits<double>::infinity();
@@ -48,19 +49,6 @@ class Union {
  private:
   bool near(const ConvexMesh& piece, const Vector3& p) const {
     return (p - piece.interior_point).squaredNorm() < piece.radius * piece.radius;
-  }
-
-  static Vector3 nearest_normal(const ConvexMesh& piece, const Vector3& p) {
-    std::size_t best = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t f = 0; f < piece.faces.size(); ++f) {
-      const double depth = piece.face_offsets[f] - piece.face_normals[f].dot(p);
-      if (depth < least) {
-        least = depth;
-        best = f;
-      }
-    }
-    return piece.face_normals[best];
   }
 
   /// Length of the way out of the union along a direction; infinite if it is longer than `most`.
@@ -113,8 +101,10 @@ void measure_pieces(const Solid& solid, Pieces& out) {
     const Vector3 normal = (b - a).cross(c - a).normalized();
     if (!(normal.norm() > 0.5)) continue;
     const Vector3 places[] = {a, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), (a + b + c) / 3.0};
-    for (const Vector3& p : places)
-      out.inside = std::max(out.inside, std::min(whole.distance(p, normal), solid.size));
+    for (const Vector3& p : places) {
+      const double distance = std::min(whole.distance(p, normal), solid.size);
+      if (distance > out.inside && !solid.is_buried(p, normal)) out.inside = distance;
+    }
   }
 }
 

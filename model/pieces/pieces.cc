@@ -65,8 +65,12 @@ std::vector<Piece> cut(const Solid& solid, const std::shared_ptr<const ConvexMes
 }  // namespace
 }  // namespace pieces
 
-Pieces convex_pieces(const TriangleMesh& mesh, const MeshCollision& options,
+Pieces convex_pieces(const TriangleMesh& triangles, const MeshCollision& options,
                      const std::string& source) {
+  TriangleMesh mesh = triangles;
+  // In some files all triangles face inwards.
+  if (enclosed_volume(mesh) < 0.0)
+    for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
   const auto hull = make_convex_hull(mesh.vertices, source);
   const MeshCollision limits = pieces::checked(options, 2.0 * hull->radius, source);
   const pieces::Solid solid(mesh, *hull, limits.tolerance);

@@ -107,11 +107,16 @@ Solid::Solid(const TriangleMesh& triangles, const ConvexMesh& around, double tol
       slack(kOnePoint * size),
       tolerance(tolerance_value) {}
 
+bool Solid::is_buried(const Vector3& p, const Vector3& normal) const {
+  return winding.inside(p + 1e4 * slack * normal);
+}
+
 Part Solid::whole() const {
   Part out;
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (const auto& t : mesh.triangles) {
-    out.triangles.push_back({mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]});
+    const Corners3 corners{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
+    out.triangles.push_back(corners);
     for (const int v : t) {
       const Vector3 p = axes.transpose() * mesh.vertices[v];
       low = low.cwiseMin(p);
@@ -162,8 +167,12 @@ double piece_error(const Solid& solid, const Part& part, const ConvexMesh& hull)
   for (const Corners3& t : part.triangles) {
     const Vector3 places[] = {t[0], 0.5 * (t[0] + t[1]), 0.5 * (t[1] + t[2]), 0.5 * (t[2] + t[0]),
                               (t[0] + t[1] + t[2]) / 3.0};
-    for (const Vector3& p : places)
-      error = std::max(error, depth_in(hull, is_cut, p, 1e3 * solid.slack));
+    const Vector3 normal = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
+    for (const Vector3& p : places) {
+      const double depth = depth_in(hull, is_cut, p, 1e3 * solid.slack);
+      if (depth > solid.tolerance && solid.is_buried(p, normal)) continue;
+      error = std::max(error, depth);
+    }
     if (error > solid.tolerance) return error;
   }
   const PartStandoff query{solid.nearest,

@@ -31,6 +31,9 @@ struct Solid {
   double slack;      ///< distance below which points are one [m]
   double tolerance;  ///< [m]
 
+  /// True for a point of the mesh with the solid on both sides, where closed bodies overlap;
+  /// `normal`: of its triangle.
+  bool is_buried(const Vector3& p, const Vector3& normal) const;
   /// Returns the whole solid as a part.
   Part whole() const;
 };

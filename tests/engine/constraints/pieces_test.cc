@@ -179,8 +179,16 @@ TEST(PiecesOfABody, EachLinkOfAChainCarriesWhatIsBelow) {
   scene.options.time_step = 0.002;
   Simulator sim(scene);
   for (int i = 0; i < 1500; ++i) ASSERT_TRUE(sim.step().succeeded()) << i;
-  Random random(1);
-  const double error = recover(sim, 100, 0.0, random);
+  // Several pairs of pieces touch at each point, so that a tolerance of 1e-12 as in recover() asks
+  // for more than round-off allows.
+  sim.settings().tolerance = 1e-10;
+  double error = 0.0;
+  for (int i = 0; i < 100; ++i) {
+    const State before = sim.state();
+    ASSERT_NE(sim.step().status, contact::Status::kSoftened);
+    const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
+    error = std::max(error, inverse.applied_force.cwiseAbs().maxCoeff() / inverse.force_scale);
+  }
   RecordLargest("recovered")(error);
   EXPECT_LT(error, 1e-8);
   const auto& geometries = sim.model().geometries();
