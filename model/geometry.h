@@ -61,8 +61,8 @@ struct ConvexMesh {
   /// Convex pieces that collide in place of the hull (convex_pieces); empty: the hull collides. A
   /// model has a geometry for each.
   std::vector<std::shared_ptr<const ConvexMesh>> pieces;
-  /// Of a piece, or a hull with pieces: how far the surface of the pieces' union stands off the
-  /// mesh [m]; else 0.
+  /// Largest distance between the surfaces of mesh and union of the pieces [m], for a piece or a
+  /// hull with pieces; else 0.
   double union_standoff = 0.0;
   std::string hull_reason;  ///< why a concave mesh has no pieces; "" if it needs none or has some
 };
@@ -185,13 +185,13 @@ double convex_hull_volume(const std::vector<Vector3>& points);
 
 /// How the mesh of a body collides.
 enum class MeshKind : unsigned char {
-  kAuto,   ///< as convex pieces if it is visibly concave, else as its hull
-  kHull,   ///< as its convex hull
-  kPieces  ///< as convex pieces (model/pieces/pieces.h)
+  kAuto,   ///< pieces if it is visibly concave, else the hull
+  kHull,   ///< the convex hull
+  kPieces  ///< convex pieces (model/pieces/pieces.h)
 };
 struct MeshCollision {
   MeshKind kind = MeshKind::kAuto;
-  double tolerance = 0.0;  ///< of the pieces [m]; 0: 1 % of the hull's diameter
+  double tolerance = 0.0;  ///< pieces stand off at most this [m]; 0: 1 % of the hull's diameter
   int most = 256;          ///< largest number of pieces
 };
 
@@ -204,9 +204,10 @@ std::shared_ptr<const ConvexMesh> convex_mesh_of(const TriangleMesh& mesh,
 
 /// Returns the same for a mesh file; without `collision` its hull.
 /// @throws InputError as load_mesh and make_convex_hull.
-std::shared_ptr<const ConvexMesh> load_convex_mesh(
-    const std::filesystem::path& file, const Vector3& scale = Vector3::Ones(),
-    const MeshCollision& collision = {MeshKind::kHull, 0.0, 1});
+std::shared_ptr<const ConvexMesh> load_convex_mesh(const std::filesystem::path& file,
+                                                   const Vector3& scale = Vector3::Ones(),
+                                                   const MeshCollision& collision = {
+                                                       MeshKind::kHull, 0.0, 1});
 
 /// Returns a hull of at most `max_vertices` of the hull's vertices, each chosen as the one farthest
 /// outside the hull of those before it. The result lies inside the full hull; `deviation` gives the
@@ -225,8 +226,8 @@ std::string hull_note(const ConvexMesh& hull);
 
 /// How the meshes of a scene collide.
 struct MeshCollisions {
-  MeshCollision others;                        ///< of the meshes that `named` does not name
-  std::map<std::string, MeshCollision> named;  ///< by the name of the file, without its folder
+  MeshCollision others;                        ///< for meshes that `named` does not name
+  std::map<std::string, MeshCollision> named;  ///< key: the name of the file, without its folder
 
   const MeshCollision& of(const std::filesystem::path& file) const {
     const auto found = named.find(file.filename().string());

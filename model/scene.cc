@@ -29,9 +29,9 @@ double lowest_point(const Model& model) {
 }
 
 ModelFileOptions file_options(const SceneOverrides& overrides) {
-  return {overrides.packages, overrides.repair_inertias,
-          std::make_shared<HullCache>(overrides.hull_vertices,
-                                      MeshCollisions{overrides.meshes, {}})};
+  return {
+      overrides.packages, overrides.repair_inertias,
+      std::make_shared<HullCache>(overrides.hull_vertices, MeshCollisions{overrides.meshes, {}})};
 }
 
 Scene load_lone_urdf(const fs::path& file, const SceneOverrides& overrides) {

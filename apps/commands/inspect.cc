@@ -173,7 +173,8 @@ void inspect_pieces(const Model& model, Report& report) {
                       {"standoff_m", all[i].shape.mesh->union_standoff}});
   }
   report_list("meshes_in_pieces", "\nmeshes that collide as convex pieces:\n",
-              "  {name:<28} {pieces} pieces, up to {standoff_m:.2g} m off the mesh\n", meshes, report);
+              "  {name:<28} {pieces} pieces, up to {standoff_m:.2g} m off the mesh\n", meshes,
+              report);
 }
 
 void inspect_geometries(const Model& model, Report& report) {
@@ -202,8 +203,8 @@ void inspect_geometries(const Model& model, Report& report) {
       entry["concave"] = is_visibly_concave(*geometry.shape.mesh);
       entry["hull_deviation_m"] = geometry.shape.mesh->deviation;
       entry["piece"] = geometry.whole >= 0;
-      entry["surface_standoff_m"] = geometry.whole >= 0 ? geometry.shape.mesh->union_standoff
-                                                        : geometry.shape.mesh->standoff;
+      entry["surface_standoff_m"] =
+          geometry.whole >= 0 ? geometry.shape.mesh->union_standoff : geometry.shape.mesh->standoff;
     }
     geometries.push_back(std::move(entry));
   }

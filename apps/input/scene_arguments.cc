@@ -39,6 +39,15 @@ void SceneArguments::add_to(Command& command) {
   command.add("--hull-vertices", overrides.hull_vertices,
               "Lone robot: at most this many vertices for the hull of each mesh",
               range(4, 1'000'000), seldom);
+  command.add(
+      "--meshes auto|hull|pieces", meshes,
+      "Lone robot: how its meshes collide (default auto: as convex pieces if the hull is far "
+      "off)",
+      seldom);
+  command.add("--mesh-tolerance LENGTH[m]", overrides.meshes.tolerance,
+              "Lone robot: how far the pieces of meshes may stand off them (default 1 % of their "
+              "diameter)",
+              seldom);
   command.add("--integrator semi_implicit_euler|implicit_midpoint|runge_kutta_4", integrator,
               "Default: the scene's, or semi_implicit_euler");
   command.add("--contact fast|default|hard", contact,
@@ -75,6 +84,10 @@ std::map<std::string, std::filesystem::path> SceneArguments::package_folders() c
 
 Scene SceneArguments::load() const {
   SceneOverrides given = overrides;
+  if (!meshes.empty())
+    given.meshes.kind = meshes == "hull"     ? MeshKind::kHull
+                        : meshes == "pieces" ? MeshKind::kPieces
+                                             : MeshKind::kAuto;
   if (!base.empty()) given.base = base == "floating" ? Base::kFloating : Base::kFixed;
   if (!fill_inertia.empty()) given.fill_inertia = mass_of(fill_inertia);
   given.srdf = srdf;

@@ -21,8 +21,8 @@ std::pair<std::string, std::string> named_value(const std::string& option, const
 struct SceneArguments {
   std::string file;
   SceneOverrides overrides;
-  std::string base, srdf, fill_inertia;  ///< a mass, with or without "kg"
-  std::vector<std::string> packages;     ///< NAME=DIR
+  std::string base, srdf, meshes, fill_inertia;  ///< a mass, with or without "kg"
+  std::vector<std::string> packages;             ///< NAME=DIR
   std::string integrator, contact;
 
   void add_to(Command& command);

@@ -56,9 +56,8 @@ bool Seams::hides(int geometry, const Vector3& p, const Vector3& n) const {
     // groove between two pieces both sides do.
     const double top = reach(mesh, n) - rounding;
     const bool leads_away =
-        std::any_of(mesh.vertices.begin(), mesh.vertices.end(), [&](const Vector3& v) {
-          return n.dot(v) > top && excess(*other, v) > near;
-        });
+        std::any_of(mesh.vertices.begin(), mesh.vertices.end(),
+                    [&](const Vector3& v) { return n.dot(v) > top && excess(*other, v) > near; });
     if (!leads_away || excess(*other, p + 2.0 * deep * n) < -deep) return true;
   }
   return false;

@@ -25,7 +25,7 @@ class Seams {
   bool is_near(int geometry, const Vector3& p, double reach) const;
 
  private:
-  std::vector<const ConvexMesh*> meshes_;  // of each geometry
+  std::vector<const ConvexMesh*> meshes_;  // a mesh or null for each geometry
   std::vector<std::vector<const ConvexMesh*>> neighbors_;
 };
 

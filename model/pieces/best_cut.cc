@@ -96,8 +96,8 @@ std::vector<Notch> notches(const Solid& solid, const Piece& piece) {
     const Vector3 middle = edge.from + 0.5 * (from + to) * (edge.to - edge.from);
     double depth = solid.size;
     for (std::size_t f = 0; f < piece.hull->faces.size(); ++f)
-      depth = std::min(depth,
-                       piece.hull->face_offsets[f] - piece.hull->face_normals[f].dot(middle));
+      depth =
+          std::min(depth, piece.hull->face_offsets[f] - piece.hull->face_normals[f].dot(middle));
     // Rounded, so that edges of equal depth keep their order however the mesh is turned.
     if (depth > 1e3 * solid.slack) out.push_back({std::round(1e6 * depth / solid.size), index});
   }

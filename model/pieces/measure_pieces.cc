@@ -37,8 +37,7 @@ class Union {
       if (e > outside) continue;
       outside = std::min(outside, e > slack_ ? distance_outside(*piece, p) : 0.0);
       deep = deep || e < -slack_;
-      if (e <= 0.0)
-        ways.insert(ways.end(), piece->face_normals.begin(), piece->face_normals.end());
+      if (e <= 0.0) ways.insert(ways.end(), piece->face_normals.begin(), piece->face_normals.end());
     }
     if (!deep) return outside;
     double least = std::numeric_limits<double>::infinity();
@@ -63,8 +62,8 @@ class Union {
         for (std::size_t f = 0; f < piece->faces.size(); ++f) {
           const double speed = piece->face_normals[f].dot(way);
           if (speed > 0.0)
-            leave = std::min(leave,
-                             (piece->face_offsets[f] - piece->face_normals[f].dot(at)) / speed);
+            leave =
+                std::min(leave, (piece->face_offsets[f] - piece->face_normals[f].dot(at)) / speed);
         }
         end = std::max(end, length + leave);
       }

@@ -156,8 +156,7 @@ std::array<Part, 2> Part::split(const CutPlane& plane, double slack,
     out[side].triangles.push_back(t);
   }
   for (int side = 0; side < 2; ++side) {
-    const CutPlane outward =
-        side == 0 ? plane : CutPlane{Vector3(-plane.normal), -plane.offset};
+    const CutPlane outward = side == 0 ? plane : CutPlane{Vector3(-plane.normal), -plane.offset};
     out[side].planes = planes;
     out[side].planes.push_back(outward);
     out[side].cell = cell;

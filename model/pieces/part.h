@@ -42,7 +42,7 @@ struct Part {
   std::vector<Corners3> triangles;  ///< surface of the solid within the cell
   std::vector<Vector3> corners;     ///< corners of the cell inside the solid
   Cell cell;
-  std::vector<CutPlane> planes;  ///< those that cut it, outward
+  std::vector<CutPlane> planes;  ///< planes that cut it, outward
   std::vector<int> reflex;       ///< indices of reflex edges within the cell
 
   /// Returns the points whose hulls are those of the two sides of the plane; every `stride`-th

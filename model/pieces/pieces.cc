@@ -13,7 +13,8 @@ namespace {
 constexpr double kDefaultTolerance = 0.01;  // relative to the hull's diameter
 constexpr double kLeastTolerance = 1e-5;
 constexpr int kMostPieces = 4096;
-// Relative difference of volumes that count as equal, so that the order does not depend on rounding.
+// Relative difference of volumes that count as equal, so that the order does not depend on
+// rounding.
 constexpr double kTie = 1e-6;
 // Parts cut for each piece allowed, before they are joined.
 constexpr int kPartsPerPiece = 3;

@@ -11,7 +11,7 @@ namespace counterpoint {
 
 struct Pieces {
   std::vector<std::shared_ptr<const ConvexMesh>> pieces;  ///< at least one
-  double tolerance = 0.0;  ///< the tolerance used [m]
+  double tolerance = 0.0;                                 ///< the tolerance used [m]
   /// Largest distance from the surface of the union to the solid, measured to a quarter of the
   /// tolerance [m].
   double outside = 0.0;

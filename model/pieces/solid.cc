@@ -175,12 +175,10 @@ double piece_error(const Solid& solid, const Part& part, const ConvexMesh& hull)
     }
     if (error > solid.tolerance) return error;
   }
-  const PartStandoff query{solid.nearest,
-                           [&](const Vector3& p, double distance) {
-                             return solid.winding.inside(p) ? distance : -1.0;
-                           },
-                           accuracy,
-                           solid.tolerance};
+  const PartStandoff query{
+      solid.nearest,
+      [&](const Vector3& p, double distance) { return solid.winding.inside(p) ? distance : -1.0; },
+      accuracy, solid.tolerance};
   const double standoff = hull_standoff(hull, query);
   return std::max(error, standoff > accuracy ? standoff + accuracy : standoff);
 }

@@ -1,5 +1,4 @@
-// What the decomposition knows of the solid: its surface, inside and concave edges. Private to
-// pieces.
+// The solid that is decomposed: its surface, inside and concave edges. Private to pieces.
 #pragma once
 
 #include <optional>

@@ -67,8 +67,8 @@ double WindingNumber::at(int index, const Vector3& p) const {
   double sum = 0.0;
   for (int i = node.first; i < node.first + node.count; ++i) {
     const auto& t = mesh_.triangles[tree_.order[i]];
-    sum += solid_angle(mesh_.vertices[t[0]] - p, mesh_.vertices[t[1]] - p,
-                       mesh_.vertices[t[2]] - p);
+    sum +=
+        solid_angle(mesh_.vertices[t[0]] - p, mesh_.vertices[t[1]] - p, mesh_.vertices[t[2]] - p);
   }
   return sum / (4.0 * kPi);
 }

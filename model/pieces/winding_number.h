@@ -14,7 +14,8 @@ class WindingNumber {
   explicit WindingNumber(const TriangleMesh& mesh);
 
   /// Returns the sum of the triangles' solid angles seen from p, over 4 pi: 1 inside and 0 outside
-  /// of a closed mesh. Far triangles count by their sum of area vectors; the error is below 0.2 near a mesh, far from 1/2.
+  /// of a closed mesh. Far triangles count by their sum of area vectors; the error is below 0.2
+  /// near a mesh, far from 1/2.
   double at(const Vector3& p) const { return at(0, p); }
   /// True inside, whichever way the triangles face.
   bool inside(const Vector3& p) const { return std::abs(at(p)) > 0.5; }
@@ -24,7 +25,7 @@ class WindingNumber {
   struct Cluster {
     Vector3 area = Vector3::Zero(), center = Vector3::Zero();
     double total = 0.0;   // sum of the areas [m^2]
-    double radius = 0.0;  // of the ball about `center` with all triangles [m]
+    double radius = 0.0;  // radius of a ball about `center` with all triangles [m]
   };
   Cluster gather(int index);
   double at(int index, const Vector3& p) const;

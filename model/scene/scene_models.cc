@@ -41,9 +41,8 @@ RobotSpec make_object(const YamlValue& in, const fs::path& folder, HullCache& hu
                       const Material& material) {
   const Shape shape = read_shape(in, folder, hulls);
   const std::string name = in.has("name") ? in.at("name").text() : "object";
-  RobotSpec robot =
-      shape.mesh ? mesh_object(in, folder, name)
-                 : object_of(name, shape, in.at("mass").positive(), material);
+  RobotSpec robot = shape.mesh ? mesh_object(in, folder, name)
+                               : object_of(name, shape, in.at("mass").positive(), material);
   LinkSpec& link = robot.links.front();
   if (shape.mesh) {
     link.collisions.push_back({"shape", Pose(), shape, material});

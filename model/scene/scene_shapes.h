@@ -28,8 +28,8 @@ Pose read_pose(const YamlValue& in);
 /// Returns `material` with the values that the map gives.
 Material read_material(const YamlValue& in, Material material);
 
-/// Reads `meshes: {kind, tolerance, most, files: {NAME: {kind, tolerance, most}}}`; what a file does
-/// not give is that of all meshes.
+/// Reads `meshes: {kind, tolerance, most, files: {NAME: {kind, tolerance, most}}}`; what a file
+/// does not give is that of all meshes.
 MeshCollisions read_mesh_collisions(const YamlValue& in);
 
 /// Reads the only shape key of a map: plane, sphere, box, capsule, cylinder, mesh, triangle_mesh or

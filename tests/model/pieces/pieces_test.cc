@@ -7,7 +7,7 @@
 #include <random>
 
 #include "support/random_poses.h"
-#include "support/solids.h"
+#include "support/shapes/solids.h"
 #include "support/sphere_points.h"
 
 namespace counterpoint::pieces_test {
@@ -77,9 +77,8 @@ TEST(Pieces, ATorusOfSectorsIsItsSectors) {
 }
 
 TEST(Pieces, RoundBodiesAreWithinTheirTolerance) {
-  for (const TriangleMesh& mesh :
-       {torus(5.0, 1.0, 64, 24), test::cup(0.04, 0.1, 0.004, 32),
-        test::bowl(0.4, 0.02, 0.5, 6, 32)}) {
+  for (const TriangleMesh& mesh : {torus(5.0, 1.0, 64, 24), test::cup(0.04, 0.1, 0.004, 32),
+                                   test::bowl(0.4, 0.02, 0.5, 6, 32)}) {
     const double size = 2.0 * make_convex_hull(mesh.vertices)->radius;
     for (const double share : {0.02, 0.01}) {
       const Pieces pieces = cut(mesh, share * size);
@@ -95,8 +94,7 @@ TEST(Pieces, RoundBodiesAreWithinTheirTolerance) {
 TEST(Pieces, HollowsStayOpen) {
   const Pieces ring = cut(torus(5.0, 1.0, 48, 16)), mug = cut(test::cup(0.04, 0.1, 0.004, 32));
   // A hole narrower than the tolerance allows in width is long, and stays open all the same.
-  const TriangleMesh tube =
-      test::revolved({{0.03, 0}, {1, 0}, {1, 4}, {0.03, 4}}, 24, true);
+  const TriangleMesh tube = test::revolved({{0.03, 0}, {1, 0}, {1, 4}, {0.03, 4}}, 24, true);
   const Pieces pipe = cut(tube, 0.1);
   std::mt19937 random(1);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
@@ -174,8 +172,7 @@ TEST(Pieces, MeshesThatBoundNoSolidStayWithinTheLimits) {
   for (const Vector3& n : {Vector3(Vector3::UnitX()), Vector3(Vector3::UnitY())}) {
     const int first = static_cast<int>(sheet.vertices.size());
     for (const double s : {-1.0, 1.0})
-      for (const double z : {-1.0, 1.0})
-        sheet.vertices.push_back(s * n + z * Vector3::UnitZ());
+      for (const double z : {-1.0, 1.0}) sheet.vertices.push_back(s * n + z * Vector3::UnitZ());
     sheet.triangles.push_back({first, first + 1, first + 2});
     sheet.triangles.push_back({first + 1, first + 3, first + 2});
   }
