@@ -22,7 +22,9 @@ Shape scaled(Shape shape, double factor) {
   if (!shape.mesh) return shape;
   std::vector<Vector3> vertices = shape.mesh->vertices;
   for (Vector3& v : vertices) v *= factor;
-  shape.mesh = make_convex_hull(vertices, shape.mesh->source);
+  ConvexMesh mesh = *make_convex_hull(vertices, shape.mesh->source);
+  mesh.union_standoff = factor * shape.mesh->union_standoff;
+  shape.mesh = std::make_shared<const ConvexMesh>(std::move(mesh));
   return shape;
 }
 
