@@ -117,7 +117,8 @@ TEST(HullCache, ALoneRobotTakesTheLimitFromTheOptions) {
   overrides.hull_vertices = 5;
   overrides.meshes.kind = MeshKind::kHull;
   EXPECT_EQ(load_scene(robot, overrides).model.geometries()[0].shape.mesh->vertices.size(), 5u);
-  EXPECT_EQ(load_scene(robot).model.geometries()[0].shape.mesh->vertices.size(), 10u);
+  overrides.hull_vertices = 0;
+  EXPECT_EQ(load_scene(robot, overrides).model.geometries()[0].shape.mesh->vertices.size(), 10u);
 }
 
 }  // namespace

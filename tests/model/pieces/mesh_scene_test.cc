@@ -1,7 +1,6 @@
 // Meshes in scene files: hull or pieces, names of pieces, mass of the solid.
-#include <gtest/gtest.h>
-
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include "counterpoint/model/scene.h"
 #include "support/shapes/solids.h"
