@@ -152,7 +152,7 @@ def hollow_files():
                "velocity: {linear: [0.2, 0, 0]}, friction: 0.5"], 2, 0.5),
         scene("mug_on_hook", "A mug hangs by its handle on a hook.",
               ["name: hook, mesh: hook.obj, rpy: [0, 0, 1.5707963267949], friction: 0.3"],
-              ["name: mug, mesh: mug.obj, mass: 0.3, position: [-0.0625, 0, -0.086], friction: 0.3"], 3,
+              ["name: mug, mesh: mug.obj, mass: 0.3, position: [-0.0625, 0, -0.083], friction: 0.3"], 3,
               meshes="tolerance: 0.001"),
         scene("brackets_in_bin", "Thirty brackets poured into a bin come to rest.",
               [f"name: left, box: [0.01, 0.12, 0.1], position: [-0.13, 0, 0.1], {wall}",
