@@ -185,7 +185,7 @@ double convex_hull_volume(const std::vector<Vector3>& points);
 
 /// How the mesh of a body collides.
 enum class MeshKind : unsigned char {
-  kAuto,   ///< pieces if it is visibly concave, else the hull
+  kAuto,   ///< pieces if it is visibly concave and a tolerance is given, else the hull
   kHull,   ///< the convex hull
   kPieces  ///< convex pieces (model/pieces/pieces.h)
 };

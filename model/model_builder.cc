@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "counterpoint/model/builder/builder_names.h"
 #include "counterpoint/model/builder/robot_tree.h"
@@ -12,6 +13,14 @@
 
 namespace counterpoint {
 namespace {
+
+/// Keeps the first of equal notes about a mesh, which many bodies may share.
+void say_once_of_meshes(std::vector<Note>& notes) {
+  std::set<std::string> said;
+  std::erase_if(notes, [&](const Note& note) {
+    return note.message.starts_with("mesh '") && !said.insert(note.message).second;
+  });
+}
 
 /// Returns true if a link welded to the world represents the world itself: the root link "world" of
 /// ROS and Gazebo, or a link without shapes and mass. The branches below it are then separate
@@ -300,6 +309,7 @@ Model ModelBuilder::build() {
   check_inertias();
   place_closures();
   orient_terrains();
+  say_once_of_meshes(model_.notes_);
   Model model = std::move(model_);
   *this = ModelBuilder(model.gravity_);
   return model;

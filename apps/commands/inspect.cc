@@ -25,8 +25,9 @@ struct InspectArguments {
 
 /// Vertices and volume of a hull; the ratio of its volume to its mesh's, its distance from the
 /// mesh, and its distance within the full hull if a vertex limit reduced it.
-std::string hull_size(const ConvexMesh& hull) {
+std::string hull_size(const ConvexMesh& hull, bool is_piece) {
   std::string text = fmt::format("{} vertices, {:.4g} m^3", hull.vertices.size(), hull.volume);
+  if (is_piece) return text + ", a piece";
   text += hull.source_volume > 0.0
               ? fmt::format(", {:.3g} x its mesh", hull.volume / hull.source_volume)
               : ", mesh not closed";
@@ -36,7 +37,8 @@ std::string hull_size(const ConvexMesh& hull) {
 }
 
 /// Dimensions of a shape [m] as in a URDF (full lengths, not half), or the vertex count.
-std::string shape_size(const Shape& shape) {
+std::string shape_size(const Geometry& geometry) {
+  const Shape& shape = geometry.shape;
   const Vector3& s = shape.size;
   switch (shape.type) {
     case ShapeType::kPlane:
@@ -49,7 +51,7 @@ std::string shape_size(const Shape& shape) {
     case ShapeType::kCylinder:
       return fmt::format("radius {:.4g} length {:.4g}", s.x(), 2 * s.y());
     case ShapeType::kConvexMesh:
-      return hull_size(*shape.mesh);
+      return hull_size(*shape.mesh, geometry.whole >= 0);
     case ShapeType::kTerrain: {
       const Vector3 extent = shape.terrain->high - shape.terrain->low;
       return fmt::format("{} triangles, {:.4g} x {:.4g} x {:.4g}", shape.terrain->triangles.size(),
@@ -185,7 +187,7 @@ void inspect_geometries(const Model& model, Report& report) {
     const Material& material = geometry.material;
     report.print("{:<32} {:<24} {:<12} {:<44} {:>8.4g} {:>11.4g}\n", geometry.name,
                  link_name(model, geometry.body),
-                 shape_type_name(geometry.shape.type, "convex mesh"), shape_size(geometry.shape),
+                 shape_type_name(geometry.shape.type, "convex mesh"), shape_size(geometry),
                  material.friction, material.restitution);
     Json entry = {{"name", geometry.name},
                   {"link", link_name(model, geometry.body)},

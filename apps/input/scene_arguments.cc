@@ -41,8 +41,8 @@ void SceneArguments::add_to(Command& command) {
               range(4, 1'000'000), seldom);
   command.add(
       "--meshes auto|hull|pieces", meshes,
-      "Lone robot: how its meshes collide (default auto: as convex pieces if the hull is far "
-      "off)",
+      "Lone robot: how its meshes collide (default auto: as convex pieces if the hull is far off "
+      "and --mesh-tolerance is given)",
       seldom);
   command.add("--mesh-tolerance LENGTH[m]", overrides.meshes.tolerance,
               "Lone robot: how far the pieces of meshes may stand off them (default 1 % of their "

@@ -13,9 +13,7 @@
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/mesh/ear_cutting.h"
-#include "counterpoint/model/mesh/hull_standoff.h"
 #include "counterpoint/model/mesh/plain_collada.h"
-#include "counterpoint/model/pieces/pieces.h"
 
 namespace counterpoint {
 namespace {
@@ -242,25 +240,6 @@ double enclosed_volume(const TriangleMesh& mesh) {
     volume += a.dot(b.cross(c)) / 6.0;
   }
   return volume;
-}
-
-std::shared_ptr<const ConvexMesh> convex_mesh_of(const TriangleMesh& mesh,
-                                                 const MeshCollision& collision,
-                                                 const std::string& source) {
-  ConvexMesh hull = *make_convex_hull(mesh.vertices, source);
-  hull.standoff = hull_standoff(hull, mesh);
-  // In some files all triangles face inwards.
-  if (is_closed(mesh)) hull.source_volume = std::abs(enclosed_volume(mesh));
-  if (collision.kind == MeshKind::kPieces ||
-      (collision.kind == MeshKind::kAuto && is_visibly_concave(hull)))
-    add_pieces(mesh, collision, hull);
-  return std::make_shared<const ConvexMesh>(std::move(hull));
-}
-
-std::shared_ptr<const ConvexMesh> load_convex_mesh(const std::filesystem::path& file,
-                                                   const Vector3& scale,
-                                                   const MeshCollision& collision) {
-  return convex_mesh_of(load_mesh(file, scale), collision, file.string());
 }
 
 }  // namespace counterpoint

@@ -93,7 +93,7 @@ std::string hull_note(const ConvexMesh& hull) {
   }
   return fmt::format(
       "is concave: its convex hull, which is used{}, {}stands up to {:.2g} m off it; where that "
-      "matters, let it collide as pieces (meshes: {{kind: pieces}} in a scene, --meshes pieces); "
+      "matters, let it collide as pieces (meshes: {{tolerance: m}} in a scene, --mesh-tolerance); "
       "what never moves keeps its triangles as triangle_mesh under environment of a scene file",
       hull.hull_reason.empty() ? "" : " since " + hull.hull_reason, volume, hull.standoff);
 }

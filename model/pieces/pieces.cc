@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "counterpoint/model/mesh/hull_standoff.h"
 #include "counterpoint/model/pieces/solid.h"
 
 namespace counterpoint {
@@ -101,6 +102,25 @@ void add_pieces(const TriangleMesh& mesh, const MeshCollision& collision, Convex
     one.source.clear();  // the file alone does not give it
     hull.pieces.push_back(std::make_shared<const ConvexMesh>(std::move(one)));
   }
+}
+
+std::shared_ptr<const ConvexMesh> convex_mesh_of(const TriangleMesh& mesh,
+                                                 const MeshCollision& collision,
+                                                 const std::string& source) {
+  ConvexMesh hull = *make_convex_hull(mesh.vertices, source);
+  hull.standoff = hull_standoff(hull, mesh);
+  // In some files all triangles face inwards.
+  if (is_closed(mesh)) hull.source_volume = std::abs(enclosed_volume(mesh));
+  if (collision.kind == MeshKind::kPieces ||
+      (collision.kind == MeshKind::kAuto && collision.tolerance > 0.0 && is_visibly_concave(hull)))
+    add_pieces(mesh, collision, hull);
+  return std::make_shared<const ConvexMesh>(std::move(hull));
+}
+
+std::shared_ptr<const ConvexMesh> load_convex_mesh(const std::filesystem::path& file,
+                                                   const Vector3& scale,
+                                                   const MeshCollision& collision) {
+  return convex_mesh_of(load_mesh(file, scale), collision, file.string());
 }
 
 }  // namespace counterpoint

@@ -29,11 +29,11 @@ class Mesh:
                 if c != d:
                     self.triangles.append((a, c, d))
 
-    def revolve(self, outline, sectors, closed=False):
-        """Turns points (radius, z) about z."""
+    def revolve(self, outline, sectors, closed=False, turn=0.0):
+        """Turns points (radius, z) about z, from `turn` [rad] on."""
         rings = []
         for r, z in outline:
-            turns = [2 * math.pi * k / sectors for k in range(sectors)] if r > 0 else [0]
+            turns = [turn + 2 * math.pi * k / sectors for k in range(sectors)] if r > 0 else [0]
             rings.append([self.point(r * math.cos(a), r * math.sin(a), z) for a in turns])
         self.band(rings + rings[:1] if closed else rings)
         return self
@@ -55,9 +55,8 @@ class Mesh:
         return self
 
     def extrude(self, outline, height):
-        """Moves points (x, y), counter-clockwise and star-shaped about the first, along z."""
-        low = [self.point(x, y, 0) for x, y in outline]
-        high = [self.point(x, y, height) for x, y in outline]
+        """Moves points (x, y), counter-clockwise and star-shaped about the first, along z, about z = 0."""
+        low, high = ([self.point(x, y, z) for x, y in outline] for z in (-height / 2, height / 2))
         self.band([low, high])
         for k in range(2, len(outline)):
             self.triangles.append((low[0], low[k], low[k - 1]))
@@ -76,11 +75,17 @@ def circle(radius, tube, corners):
     return [(radius + tube * math.cos(a), tube * math.sin(a)) for a in turns]
 
 
+BOWL_RINGS, BOWL_SECTORS, BOWL_STEP = 8, 16, 0.05  # breadth of a ring [rad]
+
+
 def bowl():
-    angles = [0.45 * k / 6 for k in range(7)]
-    outline = [(0.45 * math.sin(a), -0.45 * math.cos(a)) for a in angles]
-    outline += [(0.4 * math.sin(a), -0.4 * math.cos(a)) for a in reversed(angles)]
-    return Mesh("Part of a hollow ball, inner radius 0.4 m about the origin, to 0.45 rad").revolve(outline, 48)
+    """Flat faces that touch a ball of radius 0.4 m in the middle; the x axis runs through middles."""
+    wide = 1 / math.cos(math.pi / BOWL_SECTORS)
+    corners = [(0.4 / math.cos(BOWL_STEP / 2), (k + 0.5) * BOWL_STEP) for k in range(BOWL_RINGS)]
+    inside = [(0, -0.4)] + [(wide * r * math.sin(a), -r * math.cos(a)) for r, a in corners]
+    outside = [(1.1 * r, 1.1 * z) for r, z in inside]
+    mesh = Mesh("Part of a hollow ball, inner radius 0.4 m about the origin, to 0.375 rad")
+    return mesh.revolve(outside + inside[::-1], BOWL_SECTORS, turn=math.pi / BOWL_SECTORS)
 
 
 def cup(about="Cup, radius 50 mm, height 100 mm, wall 5 mm"):
@@ -96,8 +101,8 @@ MESHES = {
     "mug": cup("Mug, radius 50 mm, with a handle; the handle's ends are within the wall").arc(
         (0.0475, 0.05), 0.03, 0.005, -0.5 * math.pi, 0.5 * math.pi, 16),
     "hook": Mesh("Hook: a bent rod of 4 mm radius").arc((0, 0), 0.02, 0.004, -math.pi, 0.25 * math.pi, 20),
-    "bracket": Mesh("Bracket: an L of 60 mm and 40 mm, 12 mm thick, 30 mm wide").extrude(
-        [(0, 0), (0.06, 0), (0.06, 0.012), (0.012, 0.012), (0.012, 0.04), (0, 0.04)], 0.03),
+    "bracket": Mesh("Bracket: an L of 60 mm and 40 mm, 12 mm thick, 30 mm wide, about the centre of its box").extrude(
+        [(-0.03, -0.02), (0.03, -0.02), (0.03, -0.008), (-0.018, -0.008), (-0.018, 0.02), (-0.03, 0.02)], 0.03),
 }
 
 
@@ -125,9 +130,10 @@ def chain(links):
 
 
 def brackets(count):
+    """The ball around a bracket has a diameter of 78.1 mm, so that none meets another at the start."""
     out = []
     for k in range(count):
-        place = vec(0.07 * (k % 2) - 0.05, 0.06 * (k // 2 % 3) - 0.07, 0.06 + 0.07 * (k // 6))
+        place = vec(0.08 * (k % 3) - 0.08, 0.08 * (k // 3 % 3) - 0.08, 0.05 + 0.08 * (k // 9))
         rpy = vec(0.7 * (k % 5), 0.9 * (k % 3), 1.1 * (k % 7))
         out.append(f"name: bracket{k}, mesh: bracket.obj, mass: 0.1, position: {place}, rpy: {rpy}, friction: 0.5")
     return out
@@ -135,30 +141,32 @@ def brackets(count):
 
 def hollow_files():
     wall = "friction: 0.5"
+    start = vec(0.35 * math.sin(5 * BOWL_STEP), 0, -0.35 * math.cos(5 * BOWL_STEP))  # on the middle of a face
     scenes = [
-        scene("ball_in_bowl", "A ball slides without friction in a bowl: period 2 pi sqrt(0.35 / g) = 1.187 s.",
-              ["name: bowl, mesh: bowl.obj, friction: 0"],
-              ["name: ball, sphere: 0.05, mass: 0.3, position: [0.0695342657827517, 0, -0.343023302424434], "
-               "friction: 0"], 3, meshes="tolerance: 0.001"),
+        scene("ball_in_bowl", "A ball rolls in a bowl: period 2 pi sqrt(7 (0.4 - 0.05) / (5 g)) = 1.404 s (small swings).",
+              ["name: bowl, mesh: bowl.obj, friction: 0.5"],
+              [f"name: ball, sphere: 0.05, mass: 0.3, position: {start}, friction: 0.5"], 3, meshes="tolerance: 0.00001"),
         scene("ball_in_cup", "A ball dropped into a cup rests on its bottom, 25 mm above the ground.", [],
               ["name: cup, mesh: cup.obj, mass: 0.2, position: [0, 0, 0.01], friction: 0.5",
-               "name: ball, sphere: 0.02, mass: 0.1, position: [0.015, 0.005, 0.15], friction: 0.5"], 3, 0.5),
+               "name: ball, sphere: 0.02, mass: 0.1, position: [0.015, 0.005, 0.15], friction: 0.5"], 3, 0.5,
+              "tolerance: 0.001"),
         scene("chain_20", "Twenty links hang from a fixed one; link k carries (20 - k) 0.05 kg.",
               ["name: fixed, mesh: link.obj, rpy: [1.5707963267949, 0, 0], friction: 0.3"], chain(20), 3,
               meshes="tolerance: 0.001"),
         scene("ring_on_peg", "A ring thrown over a peg lies around it, 15 mm above the ground.",
               [f"name: peg, cylinder: [0.02, 0.2], position: [0, 0, 0.1], {wall}"],
               ["name: ring, mesh: ring.obj, mass: 0.3, position: [-0.03, 0.01, 0.28], rpy: [0.4, 0.2, 0], "
-               "velocity: {linear: [0.2, 0, 0]}, friction: 0.5"], 2, 0.5),
+               "velocity: {linear: [0.2, 0, 0]}, friction: 0.5"], 2, 0.5, "tolerance: 0.001"),
         scene("mug_on_hook", "A mug hangs by its handle on a hook.",
               ["name: hook, mesh: hook.obj, rpy: [0, 0, 1.5707963267949], friction: 0.3"],
-              ["name: mug, mesh: mug.obj, mass: 0.3, position: [-0.0625, 0, -0.083], friction: 0.3"], 3,
+              ["name: mug, mesh: mug.obj, mass: 0.3, position: [0.041, 0, -0.095], rpy: [0, -1.395, 0], friction: 0.3"], 3,
               meshes="tolerance: 0.001"),
         scene("brackets_in_bin", "Thirty brackets poured into a bin come to rest.",
               [f"name: left, box: [0.01, 0.12, 0.1], position: [-0.13, 0, 0.1], {wall}",
                f"name: right, box: [0.01, 0.12, 0.1], position: [0.13, 0, 0.1], {wall}",
                f"name: front, box: [0.14, 0.01, 0.1], position: [0, -0.13, 0.1], {wall}",
-               f"name: back, box: [0.14, 0.01, 0.1], position: [0, 0.13, 0.1], {wall}"], brackets(30), 3, 0.5),
+               f"name: back, box: [0.14, 0.01, 0.1], position: [0, 0.13, 0.1], {wall}"], brackets(30), 3, 0.5,
+              "tolerance: 0.001"),
     ]
     files = {f"scenes/hollow/{name}.obj": mesh.text() for name, mesh in MESHES.items()}
     for text in scenes:

@@ -24,8 +24,10 @@ double recover(Simulator& sim, int steps, double force, Random& random, Look aft
     EXPECT_TRUE(report.succeeded()) << "step " << i << ": " << contact::status_name(report.status);
     if (!report.succeeded()) break;
     find_taut_links(sim.state(), sim.input().taut_links);
+    sim.input().softening = report.softening;
     const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
     sim.input().taut_links.clear();
+    sim.input().softening = {};
     error =
         std::max(error, (inverse.applied_force - sim.input().applied_force).cwiseAbs().maxCoeff());
     scale = std::max(scale, inverse.force_scale);

@@ -1,6 +1,7 @@
 // Spinning faces and lines are braked as by an even pressure, and roll on their middles.
 #include "counterpoint/engine/constraints/contact_patch.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -54,7 +55,7 @@ struct Spinning {
 TEST(ContactPatch, SpinsStopInTheTimeOfAnEvenPressure) {
   const double a = 0.1, mu = 0.3, omega = 20.0, square = (std::sqrt(2.0) + std::asinh(1.0)) / 3.0;
   const double lying = 0.5 * M_PI, l = 0.1, r = 0.02;
-  const std::string upright = "[0, 0, 0]", down = "[" + std::to_string(lying) + ", 0, 0]";
+  const std::string upright = "[0, 0, 0]", down = fmt::format("[{}, 0, 0]", lying);
   const Spinning all[] = {
       {"disc", "cylinder: [0.1, 0.02]", upright, 0.01, 0.5 * a * a, 2.0 / 3.0 * a},
       {"box", "box: [0.1, 0.1, 0.01]", upright, 0.01, 2.0 / 3.0 * a * a, square * a},

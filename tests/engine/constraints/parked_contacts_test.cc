@@ -8,6 +8,8 @@
 #include <cmath>
 #include <random>
 
+#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/dynamics/inverse_weights.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/simulator.h"

@@ -119,7 +119,7 @@ Scene tree(double load, double angle) {
   SpatialInertia rod =
       solid_inertia({ShapeType::kCapsule, Vector3(0.015, 0.035, 0), nullptr}, kLinkMass);
   rod.center = Vector3(0, 0, -kLink / 2);
-  for (int i = 0; i < kLinks; ++i) add("l" + std::to_string(i), rod, i == 0 ? 0.0 : kLink);
+  for (int i = 0; i < kLinks; ++i) add(fmt::format("l{}", i), rod, i == 0 ? 0.0 : kLink);
   SpatialInertia box = solid_inertia({ShapeType::kBox, Vector3::Constant(0.2), nullptr}, load);
   box.center = Vector3(0, 0, -0.4);
   add("load", box, kLink);

@@ -1,5 +1,6 @@
 // C3D files, built byte by byte, read as tables: numbers of every processor, points that were not
 // seen, analog channels, more frames and names than the format first had room for, damaged files.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -173,8 +174,8 @@ TEST_F(C3d, NamesMorePointsAndChannelsThanAListHolds) {
   file.group(kAnalog, "ANALOG");
   file.text(kPoint, "UNITS", "m");
   std::vector<std::string> labels, more;
-  for (int i = 0; i < 255; ++i) labels.push_back("P" + std::to_string(i));
-  for (int i = 255; i < 299; ++i) more.push_back("P" + std::to_string(i));
+  for (int i = 0; i < 255; ++i) labels.push_back(fmt::format("P{}", i));
+  for (int i = 255; i < 299; ++i) more.push_back(fmt::format("P{}", i));
   for (const int group : {kPoint, kAnalog}) {
     file.texts(group, "LABELS", labels, 4);
     file.texts(group, "LABELS2", more, 4);

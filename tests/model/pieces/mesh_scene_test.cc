@@ -28,8 +28,9 @@ class MeshScene : public ::testing::Test {
   test::TempFolder folder;
 };
 
-TEST_F(MeshScene, AMeshIsItsPiecesUnlessTheSceneSaysHull) {
-  EXPECT_EQ(load("").model.geometries().size(), 4U);
+TEST_F(MeshScene, AMeshIsItsHullUnlessTheSceneAsksForPieces) {
+  EXPECT_EQ(load("").model.geometries().size(), 2U);
+  EXPECT_EQ(load("meshes: {tolerance: 0.01}\n").model.geometries().size(), 4U);
   EXPECT_EQ(load("meshes: {kind: hull}\n").model.geometries().size(), 2U);
   EXPECT_EQ(load("meshes: {files: {l.obj: {kind: hull}}}\n").model.geometries().size(), 2U);
   EXPECT_EQ(load("meshes: {kind: hull, files: {l.obj: {kind: pieces, tolerance: 0.01}}}\n")
@@ -39,13 +40,22 @@ TEST_F(MeshScene, AMeshIsItsPiecesUnlessTheSceneSaysHull) {
 }
 
 TEST_F(MeshScene, PiecesHaveTheNameOfTheMeshAndANumber) {
-  const Scene scene = load("", "exclude:\n- [wall, a/body/shape]\n");
+  const Scene scene = load("meshes: {kind: pieces}\n", "exclude:\n- [wall, a/body/shape]\n");
   const auto& all = scene.model.geometries();
   EXPECT_EQ(all[0].name, "a/body/shape#0");
   EXPECT_EQ(all[1].name, "a/body/shape#1");
   EXPECT_EQ(all[1].whole, 0);
   EXPECT_EQ(all[3].whole, 2);
   EXPECT_EQ(scene.model.excluded_geometry_pairs().size(), 4U);
+}
+
+// Bodies that share a mesh share the note on it.
+TEST_F(MeshScene, ANoteOnAMeshIsSaidOnce) {
+  const Scene scene = load("meshes: {kind: pieces}\n");  // a body and the environment have it
+  int notes = 0;
+  for (const Note& note : scene.model.notes())
+    notes += note.message.find("2 convex pieces") != std::string::npos ? 1 : 0;
+  EXPECT_EQ(notes, 1);
 }
 
 // Mass, centre and inertia are those of the solid: an L of areas 3 and 1, 1 m thick.
