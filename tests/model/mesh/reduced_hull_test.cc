@@ -78,7 +78,6 @@ TEST(HullCache, InstancesShareOneHullAndItsVolumeIsToldOnce) {
   folder.write("q.urdf", robot);
   const Scene scene = load_scene(folder.write(
       "s.yaml",
-      "meshes: {kind: hull}\n"
       "models:\n- {urdf: r.urdf, name: x, base: floating, count: 3, spacing: [3, 0, 0]}\n"
       "- {urdf: q.urdf, name: y, base: floating, position: [0, 9, 0]}\n"
       "environment:\n- {name: wall, mesh: bracket.obj, position: [0, -9, 0]}\n"));
@@ -91,15 +90,14 @@ TEST(HullCache, InstancesShareOneHullAndItsVolumeIsToldOnce) {
   int told = 0;
   for (const Note& note : scene.model.notes())
     told += note.message.find("1.17 times") != std::string::npos;
-  EXPECT_GE(told, 3);  // both files and the wall
+  EXPECT_EQ(told, 2);  // for each scale
 }
 
 TEST(HullCache, TheLimitOfASceneHoldsForEveryMesh) {
   test::TempFolder folder;
   folder.write("bracket.obj", kBracket);
   const Scene scene = load_scene(folder.write(
-      "s.yaml",
-      "hull_vertices: 6\nmeshes: {kind: hull}\nenvironment:\n- {name: wall, mesh: bracket.obj}\n"));
+      "s.yaml", "hull_vertices: 6\nenvironment:\n- {name: wall, mesh: bracket.obj}\n"));
   const ConvexMesh& hull = *scene.model.geometries()[0].shape.mesh;
   EXPECT_EQ(hull.vertices.size(), 6u);
   EXPECT_GT(hull.deviation, 0.1);
@@ -115,10 +113,8 @@ TEST(HullCache, ALoneRobotTakesTheLimitFromTheOptions) {
 </collision></link></robot>)");
   SceneOverrides overrides;
   overrides.hull_vertices = 5;
-  overrides.meshes.kind = MeshKind::kHull;
   EXPECT_EQ(load_scene(robot, overrides).model.geometries()[0].shape.mesh->vertices.size(), 5u);
-  overrides.hull_vertices = 0;
-  EXPECT_EQ(load_scene(robot, overrides).model.geometries()[0].shape.mesh->vertices.size(), 10u);
+  EXPECT_EQ(load_scene(robot).model.geometries()[0].shape.mesh->vertices.size(), 10u);
 }
 
 }  // namespace
