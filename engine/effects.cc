@@ -143,6 +143,10 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
     case Effect::kFriction:
       return call(geometries_that(model, [](const Material& m) { return m.friction > 0.0; }),
                   "geometries", 2);
+    case Effect::kStaticFriction:
+      return call(geometries_that(
+                      model, [](const Material& m) { return m.friction_at_rest() > m.friction; }),
+                  "geometries with friction");
     case Effect::kTorsionalFriction:
       return call(rubbing_geometries_that(model, &Material::torsional_friction),
                   "geometries with friction", 1);
@@ -202,8 +206,8 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
 }
 
 constexpr std::initializer_list<Effect> kOfContacts = {
-    Effect::kFriction, Effect::kTorsionalFriction, Effect::kRollingFriction, Effect::kRestitution,
-    Effect::kSleeping};
+    Effect::kFriction,        Effect::kStaticFriction, Effect::kTorsionalFriction,
+    Effect::kRollingFriction, Effect::kRestitution,    Effect::kSleeping};
 
 }  // namespace
 

@@ -34,6 +34,8 @@ const char* effect_name(Effect effect) {
       return "contacts";
     case Effect::kFriction:
       return "friction";
+    case Effect::kStaticFriction:
+      return "static_friction";
     case Effect::kTorsionalFriction:
       return "torsional_friction";
     case Effect::kRollingFriction:

@@ -12,7 +12,21 @@ Material combine_materials(const Material& a, const Material& b) {
   m.restitution = std::max(a.restitution, b.restitution);
   m.torsional_friction = std::max(a.torsional_friction, b.torsional_friction);
   m.rolling_friction = std::max(a.rolling_friction, b.rolling_friction);
+  const bool a_holds = a.friction_at_rest() > a.friction,
+             b_holds = b.friction_at_rest() > b.friction;
+  if (!a_holds && !b_holds) return m;
+  m.static_friction = std::sqrt(a.friction_at_rest() * b.friction_at_rest());
+  m.stribeck_speed = std::max(a_holds ? a.stribeck_speed : 0.0, b_holds ? b.stribeck_speed : 0.0);
   return m;
+}
+
+SlidingFriction sliding_friction(const Material& material, double speed) {
+  const double excess = material.friction_at_rest() - material.friction;
+  if (!(excess > 0.0)) return {material.friction};
+  const double ratio = speed / material.stribeck_speed, left = std::exp(-ratio * ratio);
+  const double by_ratio = -2.0 * ratio * excess * left;
+  return {material.friction + excess * left, by_ratio / material.stribeck_speed, left,
+          -by_ratio * ratio / material.stribeck_speed};
 }
 
 double lowest_point(const Shape& shape, const Pose& X_WG) {

@@ -100,7 +100,27 @@ struct Material {
   double restitution = 0.0;         ///< Newton's coefficient of restitution, 0 ... 1 [-]
   double torsional_friction = 0.0;  ///< torque about the normal / normal force [m]
   double rolling_friction = 0.0;    ///< rolling torque / normal force [m]
+  double static_friction = 0.0;     ///< coefficient at rest [-]; `friction` where that is larger
+  /// Sliding speed [m/s] at which 1 / e of the excess of static friction is left.
+  double stribeck_speed = 0.01;
+
+  /// Returns the coefficient at rest, the largest one at any speed [-].
+  double friction_at_rest() const {
+    return friction > 0.0 && static_friction > friction ? static_friction : friction;
+  }
 };
+
+/// Coefficient of sliding friction at a sliding speed, and its derivatives.
+struct SlidingFriction {
+  double value = 0.0;      ///< mu [-]
+  double by_speed = 0.0;   ///< [s/m]
+  double by_static = 0.0;  ///< by static_friction [-], where that acts; by friction: the rest
+  double by_stribeck_speed = 0.0;  ///< [s/m]
+};
+/// Returns mu = friction + (friction_at_rest - friction) exp(-(speed / stribeck_speed)^2), speed
+/// [m/s] (Bo and Pavelescu 1982, "The friction-speed relation and its influence on the critical
+/// velocity of stick-slip motion"; Stribeck 1902).
+SlidingFriction sliding_friction(const Material& material, double speed);
 
 /// A shape attached to a body.
 struct Geometry {
@@ -123,8 +143,10 @@ struct Geometry {
 
 /// Returns the material of a pair: the geometric mean of the sliding frictions (MuJoCo takes the
 /// maximum, Bullet the product, ODE one value per pair) and the larger restitution, torsional and
-/// rolling friction (the last two as in MuJoCo). Torsional and rolling friction act only with
-/// sliding friction; if that is zero on one side, the pair has no friction at all.
+/// rolling friction (the last two as in MuJoCo). Static frictions combine like sliding ones, and
+/// the larger Stribeck speed of the surfaces with static friction counts. Torsional and rolling
+/// friction act only with sliding friction; if that is zero on one side, the pair has no friction
+/// at all.
 Material combine_materials(const Material& a, const Material& b);
 
 /// Returns the smallest world z [m] of a shape whose frame G has the pose X_WG; -infinity for a

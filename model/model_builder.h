@@ -89,6 +89,8 @@ struct ClosureSpec {
 /// Surface values of a pair of geometries; those not given follow from combine_materials.
 struct PairSurface {
   std::optional<double> friction, restitution, torsional_friction, rolling_friction;
+  std::optional<double> static_friction;  ///< default: `friction`, where that is given
+  std::optional<double> stribeck_speed;
 };
 
 /// Returns a free object of one shape [m], uniform density and the given mass [kg]: a link "body"

@@ -41,6 +41,8 @@ void ModelEditor::set_material(int geometry, const Material& material) {
   check(material.restitution, 0.0, 1.0, "restitution", g.name);
   check(material.torsional_friction, 0.0, kMost, "torsional_friction", g.name);
   check(material.rolling_friction, 0.0, kMost, "rolling_friction", g.name);
+  check(material.static_friction, 0.0, kMost, "static_friction", g.name);
+  check(material.stribeck_speed, kLeast, kMost, "stribeck_speed", g.name);
   g.material = material;
 }
 

@@ -40,6 +40,7 @@ enum class Effect : unsigned char {
   kClosures,
   kContacts,
   kFriction,
+  kStaticFriction,
   kTorsionalFriction,
   kRollingFriction,
   kRestitution,

@@ -194,6 +194,8 @@ void inspect_geometries(const Model& model, Report& report) {
                   {"shape", shape_type_name(geometry.shape.type, "convex mesh")},
                   {"size_m", vector_json(geometry.shape.size)},
                   {"friction", material.friction},
+                  {"static_friction", material.friction_at_rest()},
+                  {"stribeck_speed_m_s", material.stribeck_speed},
                   {"restitution", material.restitution},
                   {"torsional_friction_m", material.torsional_friction},
                   {"rolling_friction_m", material.rolling_friction}};
@@ -265,13 +267,14 @@ void inspect_surfaces(const Model& model, const collision::Collider& collider, R
     Material material;
     int pairs, a, b;  // number of pairs, and the first pair
   };
-  std::map<std::array<double, 4>, Surface> surfaces;
+  std::map<std::array<double, 6>, Surface> surfaces;
   const int count = static_cast<int>(model.geometries().size());
   for (int a = 0; a < count; ++a) {
     for (int b = a + 1; b < count; ++b) {
       if (!collider.may_touch(a, b)) continue;
       const Material m = model.pair_material(a, b);
-      const std::array key{m.friction, m.restitution, m.torsional_friction, m.rolling_friction};
+      const std::array key{m.friction,         m.restitution,        m.torsional_friction,
+                           m.rolling_friction, m.friction_at_rest(), m.stribeck_speed};
       ++surfaces.try_emplace(key, Surface{m, 0, a, b}).first->second.pairs;
     }
   }
@@ -288,6 +291,8 @@ void inspect_surfaces(const Model& model, const collision::Collider& collider, R
     list.push_back({{"pairs", pairs},
                     {"between", {name_a, name_b}},
                     {"friction", m.friction},
+                    {"static_friction", m.friction_at_rest()},
+                    {"stribeck_speed_m_s", m.stribeck_speed},
                     {"restitution", m.restitution},
                     {"torsional_friction_m", m.torsional_friction},
                     {"rolling_friction_m", m.rolling_friction}});

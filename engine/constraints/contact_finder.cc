@@ -17,6 +17,7 @@ void count_contact(const Material& pair, EffectCounts& counts) {
   if (pair.restitution > 0.0) counts.add(Effect::kRestitution);
   if (!(pair.friction > 0.0)) return;
   counts.add(Effect::kFriction);
+  if (pair.friction_at_rest() > pair.friction) counts.add(Effect::kStaticFriction);
   if (pair.torsional_friction > 0.0) counts.add(Effect::kTorsionalFriction);
   if (pair.rolling_friction > 0.0) counts.add(Effect::kRollingFriction);
 }
@@ -157,7 +158,7 @@ ParkedContact ContactFinder::describe(const StepContext& at, const Kinematics& d
   const bool meets = out.gap + h * candidate.normal.dot(out.velocity) <= 0.0;
   if (!has_friction(at.options.contact, out.gap, meets)) return out;
   const Material& material = material_of(model, at.effects, candidate);
-  out.slip = material.friction;
+  out.slip = material.friction_at_rest();
   out.spin = std::max(material.torsional_friction, material.rolling_friction);
   return out;
 }

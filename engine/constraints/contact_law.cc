@@ -124,7 +124,7 @@ bool has_friction(const ContactOptions& options, double gap, bool meets) {
 void set_contact_law(const LawOptions& options, double h, const ContactStart& start,
                      contact::Law& law) {
   const auto& [pair, alpha, gap, v, bounce, round] = start;
-  const double mu = pair.friction;
+  const double mu = sliding_friction(pair, v.tail<2>().norm()).value;
   law.regularizer = options.compliance * alpha;
   law.smoothing = smoothing(faded_smoothing(options.smoothing, gap, options.margin), alpha);
   law.bias[0] = law_bias(options, h, gap);
@@ -176,13 +176,13 @@ LawSlopes contact_law_slopes(const LawOptions& options, double h, const ContactS
     slopes.v[0] = -bounce.by_velocity;
     slopes.fall = -bounce.by_fall;
   }
-  if (options.friction_model == FrictionModel::kLagged && pair.friction > 0.0) {
-    const double speed = std::hypot(v[1], v[2]);
-    if (speed > 0.0) {
-      slopes.v[1] = pair.friction * v[1] / speed;
-      slopes.v[2] = pair.friction * v[2] / speed;
-    }
-  }
+  const double speed = std::hypot(v[1], v[2]);
+  if (!(speed > 0.0)) return slopes;
+  const SlidingFriction mu = sliding_friction(pair, speed);
+  const Vector3 along(0.0, v[1] / speed, v[2] / speed);
+  slopes.friction = mu.by_speed * along;
+  if (options.friction_model == FrictionModel::kLagged)
+    slopes.v += mu.value * along + speed * slopes.friction;
   return slopes;
 }
 

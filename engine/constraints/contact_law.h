@@ -110,13 +110,15 @@ inline contact::Law make_contact_law(const LawOptions& options, double h,
   return law;
 }
 
-/// Derivatives of a contact law's normal bias and smoothing by their arguments, one-sided at kinks.
+/// Derivatives of a contact law's normal bias, smoothing and sliding friction by their arguments,
+/// one-sided at kinks.
 struct LawSlopes {
-  double gap = 0.0;                  ///< bias by gap [1/s]
-  Vector3 v = Vector3::Zero();       ///< bias by v [-]
-  double smoothing = 0.0;            ///< Law::smoothing by gap [N]
-  double fall = 0.0;                 ///< bias by the acceleration given to find_bounce [s]
-  Vector3 normal = Vector3::Zero();  ///< bias by the normal, through that acceleration [m/s]
+  double gap = 0.0;                    ///< bias by gap [1/s]
+  Vector3 v = Vector3::Zero();         ///< bias by v [-]
+  double smoothing = 0.0;              ///< Law::smoothing by gap [N]
+  double fall = 0.0;                   ///< bias by the acceleration given to find_bounce [s]
+  Vector3 normal = Vector3::Zero();    ///< bias by the normal, through that acceleration [m/s]
+  Vector3 friction = Vector3::Zero();  ///< both sliding coefficients by v [s/m]
 };
 /// Derivative of gap_bias by the gap [1/s].
 double gap_bias_slope(const ContactOptions& options, double h, double gap);

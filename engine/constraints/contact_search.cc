@@ -32,6 +32,7 @@ bool parks_contacts(const SimulationOptions& options) {
 
 Material active_material(Material pair, EffectSet effects) {
   if (!effects.has(Effect::kFriction)) pair.friction = 0.0;
+  if (!effects.has(Effect::kStaticFriction)) pair.static_friction = 0.0;
   if (!effects.has(Effect::kTorsionalFriction)) pair.torsional_friction = 0.0;
   if (!effects.has(Effect::kRollingFriction)) pair.rolling_friction = 0.0;
   if (!effects.has(Effect::kRestitution)) pair.restitution = 0.0;
@@ -137,7 +138,8 @@ FarPair ContactSearch::locate(const Model& model, const std::pair<int, int>& pai
   far.middle = where.middle;
   far.radius = where.radius;
   const Material material = active_material(model.pair_material(pair.first, pair.second), effects);
-  far.slip = std::sqrt(1.0 + material.friction * material.friction);
+  const double at_rest = material.friction_at_rest();
+  far.slip = std::sqrt(1.0 + at_rest * at_rest);
   far.spin = std::max(material.torsional_friction, material.rolling_friction);
   // Contact points are within radius + gap of the centre.
   for (const int body : {far.body_a, far.body_b}) {

@@ -48,6 +48,9 @@ void add_shape(const Shape& shape, Hash& hash) {
 void add_material(const Material& m, Hash& hash) {
   for (const double x : {m.friction, m.restitution, m.torsional_friction, m.rolling_friction})
     hash.add(x);
+  if (!(m.friction_at_rest() > m.friction)) return;
+  hash.add(m.static_friction);
+  hash.add(m.stribeck_speed);
 }
 
 void add_geometries(const Model& model, Hash& hash) {

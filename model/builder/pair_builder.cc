@@ -86,7 +86,10 @@ void ModelBuilder::set_pair_surface(const std::string& geometry_or_link_a,
       if (a == b) continue;
       const auto& all = model_.geometries_;
       Material m = combine_materials(all[a].material, all[b].material);
+      if (surface.friction) m.static_friction = 0.0;
       m.friction = surface.friction.value_or(m.friction);
+      m.static_friction = surface.static_friction.value_or(m.static_friction);
+      m.stribeck_speed = surface.stribeck_speed.value_or(m.stribeck_speed);
       m.restitution = surface.restitution.value_or(m.restitution);
       m.torsional_friction = surface.torsional_friction.value_or(m.torsional_friction);
       m.rolling_friction = surface.rolling_friction.value_or(m.rolling_friction);

@@ -238,6 +238,10 @@ void check_pose(const Pose& pose, const std::string& where) {
 
 void check_material(const Material& material, const std::string& where) {
   check_nonnegative(material.friction, "friction", where);
+  check_nonnegative(material.static_friction, "static friction", where);
+  if (!(material.stribeck_speed > 0.0) || !std::isfinite(material.stribeck_speed))
+    throw InputError(fmt::format("{}: stribeck_speed is {} m/s; it must be positive", where,
+                                 material.stribeck_speed));
   check_nonnegative(material.torsional_friction, "torsional (spinning) friction", where);
   check_nonnegative(material.rolling_friction, "rolling friction", where);
   check_nonnegative(material.restitution, "restitution", where);

@@ -195,8 +195,8 @@ void visit(A& a, Note& x) {
 }
 template <class A>
 void visit(A& a, Material& x) {
-  auto& [friction, restitution, torsional, rolling] = x;
-  a(friction, restitution, torsional, rolling);
+  auto& [friction, restitution, torsional, rolling, at_rest, stribeck_speed] = x;
+  a(friction, restitution, torsional, rolling, at_rest, stribeck_speed);
 }
 template <class A>
 void visit(A& a, VertexNeighbors::Neighbor& x) {

@@ -123,8 +123,8 @@ Srdf ModelReader::read_srdf(const YamlValue& in) {
 /// Refuses keys that an MJCF or SDF file defines itself: bases, materials, joint properties.
 void ModelReader::expect_no_robot_keys(const YamlValue& in, const char* format) {
   for (const char* key : {"urdf", "srdf", "base", "velocity", "joint_types", "dynamics", "drag",
-                          "gravity_compensation", "friction", "restitution", "torsional_friction",
-                          "rolling_friction", "mass", "scale"})
+                          "gravity_compensation", "friction", "static_friction", "stribeck_speed",
+                          "restitution", "torsional_friction", "rolling_friction", "mass", "scale"})
     if (in.has(key))
       in.at(key).fail(fmt::format("not for a model with an {}: its file says this", format));
 }
@@ -200,6 +200,8 @@ void ModelReader::read(const YamlValue& in, bool only_one) {
                  "drag",
                  "gravity_compensation",
                  "friction",
+                 "static_friction",
+                 "stribeck_speed",
                  "restitution",
                  "torsional_friction",
                  "rolling_friction",

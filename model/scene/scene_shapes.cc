@@ -97,11 +97,28 @@ Pose read_pose(const YamlValue& in) {
   return pose;
 }
 
+void expect_static_friction(const YamlValue& in, double friction) {
+  if (!in.has("static_friction")) return;
+  const YamlValue value = in.at("static_friction");
+  const double at_rest = value.number(0.0, kInfinity);
+  if (friction <= 0.0) value.fail("a surface without `friction` has no static friction either");
+  if (at_rest < friction)
+    value.fail(
+        fmt::format("{} is less than the friction {} of sliding; give at least that, or leave "
+                    "it out",
+                    at_rest, friction));
+}
+
 Material read_material(const YamlValue& in, Material material) {
   const auto read = [&](const char* key, double high, double& value) {
     if (in.has(key)) value = in.at(key).number(0.0, high);
   };
   read("friction", kInfinity, material.friction);
+  // A coefficient given here replaces both of the defaults.
+  if (in.has("friction")) material.static_friction = 0.0;
+  read("static_friction", kInfinity, material.static_friction);
+  expect_static_friction(in, material.friction);
+  if (in.has("stribeck_speed")) material.stribeck_speed = in.at("stribeck_speed").positive();
   read("restitution", 1.0, material.restitution);
   read("torsional_friction", kInfinity, material.torsional_friction);
   read("rolling_friction", kInfinity, material.rolling_friction);

@@ -25,6 +25,8 @@ auto located(const YamlValue& value, Action action) {
 /// Reads `position` [m] with `rpy` [rad] or `quaternion` (w x y z).
 Pose read_pose(const YamlValue& in);
 
+/// Refuses a `static_friction` below the friction of sliding [-].
+void expect_static_friction(const YamlValue& in, double friction);
 /// Returns `material` with the values that the map gives.
 Material read_material(const YamlValue& in, Material material);
 

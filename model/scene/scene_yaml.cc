@@ -25,7 +25,8 @@ class SceneReader {
         models_(folder_, urdf_options_, builder_) {
     if (root.has("defaults")) {
       const YamlValue defaults = root.at("defaults");
-      defaults.expect_map({"friction", "restitution", "torsional_friction", "rolling_friction"});
+      defaults.expect_map({"friction", "static_friction", "stribeck_speed", "restitution",
+                           "torsional_friction", "rolling_friction"});
       urdf_options_.default_material = read_material(defaults, Material());
     }
     urdf_options_.packages = overrides.packages;
@@ -190,8 +191,8 @@ class SceneReader {
   }
 
   void read_ground(const YamlValue& in) {
-    in.expect_map(
-        {"height", "normal", "friction", "restitution", "torsional_friction", "rolling_friction"});
+    in.expect_map({"height", "normal", "friction", "static_friction", "stribeck_speed",
+                   "restitution", "torsional_friction", "rolling_friction"});
     Pose pose;
     if (in.has("height")) pose.translation.z() = in.at("height").number();
     if (in.has("normal")) pose.rotation = read_normal(in.at("normal"));
@@ -205,7 +206,8 @@ class SceneReader {
   void read_environment(const YamlValue& in) {
     in.expect_map({"name", "plane", "sphere", "box", "capsule", "cylinder", "mesh", "triangle_mesh",
                    "height_field", "scale", "position", "rpy", "quaternion", "friction",
-                   "restitution", "torsional_friction", "rolling_friction"});
+                   "static_friction", "stribeck_speed", "restitution", "torsional_friction",
+                   "rolling_friction"});
     const Shape shape = read_shape(in, folder_, *urdf_options_.hulls);
     const std::string name = in.at("name").text();
     if (shape.mesh && !hull_note(*shape.mesh).empty()) {
@@ -269,8 +271,8 @@ class SceneReader {
 
   /// Reads `{between: [a, b], friction: ..., collide: true}` for links, geometries or groups.
   void read_pair(const YamlValue& in) {
-    in.expect_map({"between", "friction", "restitution", "torsional_friction", "rolling_friction",
-                   "collide"});
+    in.expect_map({"between", "friction", "static_friction", "stribeck_speed", "restitution",
+                   "torsional_friction", "rolling_friction", "collide"});
     const std::vector<YamlValue> between = in.at("between").list();
     if (between.size() != 2) in.at("between").fail("two names [a, b] are expected");
     PairSurface surface;
@@ -278,6 +280,9 @@ class SceneReader {
       if (in.has(key)) value = in.at(key).number(0.0, high);
     };
     read("friction", kInfinity, surface.friction);
+    read("static_friction", kInfinity, surface.static_friction);
+    if (in.has("stribeck_speed")) surface.stribeck_speed = in.at("stribeck_speed").positive();
+    if (surface.friction) expect_static_friction(in, *surface.friction);
     read("restitution", 1.0, surface.restitution);
     read("torsional_friction", kInfinity, surface.torsional_friction);
     read("rolling_friction", kInfinity, surface.rolling_friction);

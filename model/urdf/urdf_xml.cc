@@ -20,9 +20,12 @@ namespace counterpoint {
 using tinyxml2::XMLElement;
 
 Material SurfaceValues::over(const Material& base) const {
-  return {friction.value_or(base.friction), restitution.value_or(base.restitution),
+  return {friction.value_or(base.friction),
+          restitution.value_or(base.restitution),
           torsional_friction.value_or(base.torsional_friction),
-          rolling_friction.value_or(base.rolling_friction)};
+          rolling_friction.value_or(base.rolling_friction),
+          friction ? 0.0 : base.static_friction,
+          base.stribeck_speed};
 }
 
 namespace {

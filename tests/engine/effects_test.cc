@@ -74,6 +74,9 @@ std::map<Effect, Parts> scenes_with() {
        {.scene = "closures: [{type: distance, between: [r/lower, world], length: 3}]"}},
       {Effect::kContacts, {.scene = "ground: {friction: 0}", .more = kBall}},
       {Effect::kFriction, {.scene = "ground: {friction: 0.5}", .more = kBall}},
+      {Effect::kStaticFriction,
+       {.scene = "ground: {friction: 0.5}\ndefaults: {friction: 0.5, static_friction: 0.6}",
+        .more = kBall}},
       {Effect::kTorsionalFriction,
        {.scene = "ground: {friction: 0.5}\ndefaults: {torsional_friction: 0.01}", .more = kBall}},
       {Effect::kRollingFriction,
@@ -100,6 +103,7 @@ EffectSet with_effect(Effect effect) {
     case Effect::kClosures:  // links that the closure may pull taut
       set.set(Effect::kTautLinks, true);
       break;
+    case Effect::kStaticFriction:
     case Effect::kTorsionalFriction:
     case Effect::kRollingFriction:
       set.set(Effect::kFriction, true);

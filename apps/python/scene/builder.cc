@@ -17,9 +17,11 @@ namespace {
 void set_pair_surface(ModelBuilder& b, const std::string& geometry_or_link_a,
                       const std::string& geometry_or_link_b, std::optional<double> friction,
                       std::optional<double> restitution, std::optional<double> torsional_friction,
-                      std::optional<double> rolling_friction) {
+                      std::optional<double> rolling_friction, std::optional<double> static_friction,
+                      std::optional<double> stribeck_speed) {
   b.set_pair_surface(geometry_or_link_a, geometry_or_link_b,
-                     {friction, restitution, torsional_friction, rolling_friction});
+                     {friction, restitution, torsional_friction, rolling_friction, static_friction,
+                      stribeck_speed});
 }
 
 }  // namespace
@@ -41,6 +43,7 @@ Parameters
 ----------
 geometry_or_link_a, geometry_or_link_b : str
 friction, restitution, torsional_friction, rolling_friction : float, optional
+static_friction, stribeck_speed : float, optional
     As of Material; those left out are combined.
 )";
 
@@ -113,7 +116,8 @@ void bind_builder(py::module_& m) {
       .def("set_pair_surface", &set_pair_surface, py::arg("geometry_or_link_a"),
            py::arg("geometry_or_link_b"), py::kw_only(), py::arg("friction") = py::none(),
            py::arg("restitution") = py::none(), py::arg("torsional_friction") = py::none(),
-           py::arg("rolling_friction") = py::none(), kSetPairSurfaceDoc)
+           py::arg("rolling_friction") = py::none(), py::arg("static_friction") = py::none(),
+           py::arg("stribeck_speed") = py::none(), kSetPairSurfaceDoc)
       .def("fill_inertia", &B::fill_inertia, py::arg("mass"), kFillInertiaDoc)
       .def("add_closure", &B::add_closure, py::arg("closure"), "Ties two links together.")
       .def(

@@ -98,14 +98,23 @@ friction : float
     Coulomb's coefficient of sliding [-].
 restitution : float
     Newton's, 0 to 1 [-].
+static_friction : float
+    Coefficient at rest [-]; friction where that is larger.
+stribeck_speed : float
+    Sliding speed at which 1 / e of the excess of static friction is left [m/s].
 torsional_friction, rolling_friction : float
     Torque about the normal, or rolling, over normal force [m].
 )")
-      .def(py::init([](double friction, double restitution, double torsional, double rolling) {
-             return Material{friction, restitution, torsional, rolling};
+      .def(py::init([](double friction, double restitution, double torsional, double rolling,
+                       double at_rest, double stribeck_speed) {
+             return Material{friction, restitution, torsional, rolling, at_rest, stribeck_speed};
            }),
            py::arg("friction") = 0.8, py::arg("restitution") = 0.0,
-           py::arg("torsional_friction") = 0.0, py::arg("rolling_friction") = 0.0)
+           py::arg("torsional_friction") = 0.0, py::arg("rolling_friction") = 0.0,
+           py::arg("static_friction") = 0.0, py::arg("stribeck_speed") = 0.01)
+      .def_readwrite("static_friction", &Material::static_friction,
+                     "At rest [-]; friction where that is larger.")
+      .def_readwrite("stribeck_speed", &Material::stribeck_speed, "[m/s]")
       .def_readwrite("friction", &Material::friction, "Sliding [-].")
       .def_readwrite("restitution", &Material::restitution, "Newton's, 0 to 1 [-].")
       .def_readwrite("torsional_friction", &Material::torsional_friction, "[m]")

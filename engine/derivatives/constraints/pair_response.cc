@@ -29,6 +29,14 @@ Vector6 by_smoothing(const PairConstraint& pair, const PairBodies& bodies) {
   return R * contact::compute_sensitivity(pair.law, y).smoothing;
 }
 
+/// Returns R df/dmu, mu the coefficient of both sliding rows, of which a spinning patch leaves
+/// pair.strength.
+Vector6 by_friction(const PairConstraint& pair, const PairBodies& bodies) {
+  const auto [R, y] = ContactRows(pair, bodies);
+  const contact::Sensitivity law = contact::compute_sensitivity(pair.law, y);
+  return pair.strength * (R * law.friction.leftCols<2>().rowwise().sum());
+}
+
 /// Displacement within the step of a point at `arm` from its body's origin, beyond h omega x arm,
 /// if the body keeps rotating: u = (exp(h omega) - 1 - [h omega]) arm.
 struct Turning {
@@ -142,12 +150,15 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
   const Motion next = bodies.next_b - bodies.next_a, start = bodies.start_b - bodies.start_a;
   const Vector3 n = pair.frame.col(0);
   const Matrix3 f = skew(out.wrench.force);
-  // Derivatives of bias and share by the velocity at the start and by the normal.
-  const Matrix63 by_speed =
+  // Derivatives of bias, share and friction by the velocity at the start and by the normal.
+  Matrix63 by_speed =
       out.by_bias * (pair.frame * law.v).transpose() + whole * (pair.frame * share.v).transpose();
   const Matrix63 by_normal =
       out.by_bias * law.normal.transpose() + whole * share.normal.transpose();
-  const bool rebounds = !law.v.isZero(0.0) || !share.v.isZero(0.0);
+  const bool rubs = !law.friction.isZero(0.0);
+  if (rubs)
+    by_speed += share.value * by_friction(pair, bodies) * (pair.frame * law.friction).transpose();
+  const bool rebounds = rubs || !law.v.isZero(0.0) || !share.v.isZero(0.0);
   const Turning a(bodies.start_a.angular, bodies.arm_a, turning ? h : 0.0);
   const Turning o(bodies.start_b.angular, bodies.arm_b, turning ? h : 0.0);
   const Eigen::RowVector3d along = -n.transpose();  // the gap shrinks by n (u_A - u_B)

@@ -52,10 +52,12 @@ LawChange contact_law_change(const LawOptions& law, double h, const ContactStart
     out.bias = -bounce.by_restitution * source.material.restitution - bounce.by_fall * source.fall;
   out.slip_speed = source.slip_speed;
   const Material& m = source.material;
-  if (pair.friction > 0.0 && law.friction_model == FrictionModel::kLagged)
-    out.bias += m.friction * std::hypot(v[1], v[2]);
-  out.friction = {m.friction, m.friction, m.torsional_friction, m.rolling_friction,
-                  m.rolling_friction};
+  const double speed = std::hypot(v[1], v[2]);
+  const SlidingFriction mu = sliding_friction(pair, speed);
+  const double by = (1.0 - mu.by_static) * m.friction + mu.by_static * m.static_friction +
+                    mu.by_stribeck_speed * m.stribeck_speed;
+  if (pair.friction > 0.0 && law.friction_model == FrictionModel::kLagged) out.bias += by * speed;
+  out.friction = {by, by, m.torsional_friction, m.rolling_friction, m.rolling_friction};
   return out;
 }
 

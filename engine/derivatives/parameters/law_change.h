@@ -11,10 +11,10 @@ namespace counterpoint {
 /// Derivatives of the quantities that laws are made from, by one parameter.
 struct LawSource {
   double compliance = 0.0, smoothing = 0.0, stabilization = 0.0, max_recovery_speed = 0.0;
-  double alpha = 0.0;                     ///< inverse weight of the constraint
-  double slip_speed = 0.0;                ///< slip speed of exact friction (friction_slip.h)
-  double fall = 0.0;                      ///< acceleration that find_bounce is given
-  Material material{0.0, 0.0, 0.0, 0.0};  ///< combined material of the pair
+  double alpha = 0.0;       ///< inverse weight of the constraint
+  double slip_speed = 0.0;  ///< slip speed of exact friction (friction_slip.h)
+  double fall = 0.0;        ///< acceleration that find_bounce is given
+  Material material{0.0, 0.0, 0.0, 0.0, 0.0, 0.0};  ///< combined material of the pair
 };
 
 /// Derivatives of the law by that parameter. `bias` is that of the first row, without changes of

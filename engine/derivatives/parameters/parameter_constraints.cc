@@ -40,7 +40,7 @@ LawSource source_of(const PreparedParameter& p) {
 /// Derivative of combine_materials.
 Material material_change(const PreparedParameter& p, const Geometry& a, int index_a,
                          const Geometry& b, int index_b) {
-  Material out{0.0, 0.0, 0.0, 0.0};
+  Material out{0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
   const bool of_a = p.has(index_a), of_b = p.has(index_b);
   const auto root = [&](double x, double y) {
     const double both = std::sqrt(x * y);
@@ -226,6 +226,8 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
   dy[0] += slopes.fall * place.turn.cross(pair.frame.col(0))
                              .dot(inverted.finder.contacts().relative_fall(effects, pair));
   LawChange law = contact_law_change(made_with, h, from, change);
+  if (pair.law.type == contact::LawType::kFrictionCone)
+    for (size_t i = 0; i < 2; ++i) law.friction[i] += slopes.friction.dot(moved(start).head<3>());
   if (!closed) law.smoothing += slopes.smoothing * by_gap;
   const contact::Rows f = contact::impulse(pair.law, y);
   const Force W = pair_impulse(pair, f);

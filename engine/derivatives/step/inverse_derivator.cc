@@ -84,9 +84,8 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
     find_velocity_response(pair, bodies, out);
     return false;
   }
-  Material surface = model.pair_material(candidate.geometry_a, candidate.geometry_b);
-  if (!effects.has(Effect::kFriction)) surface.friction = 0.0;
-  if (!effects.has(Effect::kRestitution)) surface.restitution = 0.0;
+  const Material surface =
+      active_material(model.pair_material(candidate.geometry_a, candidate.geometry_b), effects);
   double gap = candidate.gap;
   bool turning = false, closed = false;
   if (gap > 0.0) {
@@ -109,13 +108,18 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
   const Vector3 fall = inverted.finder.contacts().relative_fall(effects, pair);
   slopes.normal = slopes.fall * fall;
   if (displacing_ == Displacing::kRecovery)
-    slopes = {.gap = gap_bias_slope(options.contact, h, gap), .smoothing = slopes.smoothing};
+    slopes = {.gap = gap_bias_slope(options.contact, h, gap),
+              .smoothing = slopes.smoothing,
+              .friction = slopes.friction};
   ImpulseShare share = find_share(bounce, h, fall);
   if (pair.body_a != 0 && pair.body_b != 0 && !slopes.normal.isZero(0.0)) {
     find_velocity_response(pair, bodies, out);  // gravity does not turn with the bodies
     return false;
   }
-  if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
+  if (pair.law.type != contact::LawType::kFrictionCone) {
+    slopes.v[1] = slopes.v[2] = 0.0;
+    slopes.friction.setZero();
+  }
   if (closed) slopes.gap = slopes.smoothing = share.gap = 0.0;
   find_contact_response(pair, bodies, motion, slopes, turning && !closed, h, out, share);
   if (!pair.spins || pair.law.rows < 3) return true;
