@@ -48,6 +48,7 @@ struct Sensitivity {
                         ///< below kMinRegularizingFriction
   Rows smoothing;       ///< df/dk
   Rows regularizer;     ///< df/dr
+  Rows normal;          ///< df/dR_N, R_N the regularizer of the first row; one-sided laws only
   Rows slip_speed;      ///< df/d slip_speed of a Coulomb cone, zero for other laws [kg]
   Rows bound;           ///< df/dF of dry friction, zero for other laws
 };

@@ -16,17 +16,21 @@ template <class Real>
 struct LawNumbers {
   Real r, k, slip, bound;
   Real friction[kMaxRows - 1];
+  double normal;
+  bool coulomb;
 
   ConeLaw<Real> cone() const {
     const Real mu = friction[0] < kMinRegularizingFriction ? kMinRegularizingFriction : friction[0];
-    const Real rho = mu * mu * r;
-    return {rho, rho, friction[0] * slip, k};
+    const Real rho_T = mu * mu * r, rho = normal > 0.0 ? Real{} + normal : rho_T;
+    return {rho, coulomb ? rho_T : rho, friction[0] * slip, k};
   }
+  Real of_first_row() const { return normal > 0.0 ? Real{} + normal : r; }
 };
 
 template <class Real = double>
 LawNumbers<Real> numbers_of(const Law& law) {
-  LawNumbers<Real> out{law.regularizer, law.smoothing, law.slip_speed, law.bound, {}};
+  LawNumbers<Real> out{law.regularizer, law.smoothing, law.slip_speed, law.bound,
+                       {}, law.normal, law.coulomb};
   std::copy(law.friction.begin(), law.friction.end(), out.friction);
   return out;
 }
@@ -92,7 +96,7 @@ template <class Real>
 void find_impulse(const Law& law, const LawNumbers<Real>& numbers, const double* y, Real* f) {
   switch (law.type) {
     case LawType::kUnilateral:
-      f[0] = ScalarLawOf<Real>(y[0], numbers.r, numbers.k).g;
+      f[0] = ScalarLawOf<Real>(y[0], numbers.of_first_row(), numbers.k).g;
       return;
     case LawType::kFrictionCone:
       if (!law.coulomb) return cone_impulse<ConvexCone>(law, numbers, y, f);
@@ -149,7 +153,7 @@ void write_hessian(const Law& law, const ConeMap<double>& A, const double* e, do
 
 bool is_valid(const Law& law) {
   if (law.rows < 1 || law.rows > kMaxRows || !(law.regularizer > 0.0)) return false;
-  if (!(law.smoothing >= 0.0)) return false;
+  if (!(law.smoothing >= 0.0) || !(law.normal >= 0.0)) return false;
   switch (law.type) {
     case LawType::kUnilateral:
       return law.rows == 1;
@@ -167,8 +171,8 @@ bool is_valid(const Law& law) {
 
 bool is_finite(const Law& law) {
   // x - x is zero for finite x, else NaN; the sum needs no branches.
-  double sum = (law.regularizer - law.regularizer) + (law.smoothing - law.smoothing) +
-               (law.bound - law.bound);
+  double sum = (law.regularizer - law.regularizer) + (law.normal - law.normal) +
+               (law.smoothing - law.smoothing) + (law.bound - law.bound);
   for (const double mu : law.friction) sum += mu - mu;
   for (const double b : law.bias) sum += b - b;
   for (const double share : law.lean) sum += share - share;
@@ -179,13 +183,22 @@ Law soften(const Law& law, const Softness& softness) {
   Law out = law;
   if (is_motor(law)) return out;
   out.regularizer *= softness.factor;
+  out.normal *= softness.factor;
   out.coulomb = law.coulomb && !softness.convex;
   if (softness.convex && is_one_sided(law.type)) out.bias[0] = std::max(law.bias[0], 0.0);
   if (softness.convex) out.lean = {};
   return out;
 }
 
-double normal_regularizer(const Law& law) { return numbers_of(law).cone().rho; }
+double normal_regularizer(const Law& law) {
+  const LawNumbers<double> numbers = numbers_of(law);
+  return law.type == LawType::kFrictionCone ? numbers.cone().rho : numbers.of_first_row();
+}
+
+double friction_regularizer(const Law& law) {
+  return law.type == LawType::kFrictionCone ? numbers_of(law).cone().rho_T
+                                            : normal_regularizer(law);
+}
 
 double scaled_slip_speed(const Law& law) { return law.friction[0] * law.slip_speed; }
 
@@ -203,7 +216,7 @@ void impulse(const Law& law, const double* y, double* f) {
 void evaluate(const Law& law, const double* y, double* f, double* hessian) {
   switch (law.type) {
     case LawType::kUnilateral: {
-      const ScalarLaw scalar(y[0], law.regularizer, law.smoothing);
+      const ScalarLaw scalar(y[0], normal_regularizer(law), law.smoothing);
       f[0] = scalar.g;
       hessian[0] = scalar.a;
       return;
@@ -229,8 +242,10 @@ void evaluate(const Law& law, const double* y, double* f, double* hessian) {
 double potential(const Law& law, const double* y) {
   const double r = law.regularizer, k = law.smoothing;
   switch (law.type) {
-    case LawType::kUnilateral:
-      return scalar_potential(y[0], ScalarLaw(y[0], r, k), r, k);
+    case LawType::kUnilateral: {
+      const double rho = normal_regularizer(law);
+      return scalar_potential(y[0], ScalarLaw(y[0], rho, k), rho, k);
+    }
     case LawType::kFrictionCone: {
       if (law.coulomb) return std::numeric_limits<double>::quiet_NaN();
       const double rho = normal_regularizer(law), t = de_saxce_shift(law, y);
@@ -303,6 +318,19 @@ void find_sensitivity(const Law& law, const Rows& y, Sensitivity& out) {
   }
 }
 
+// A law depends on the regularizer R_N of its first row through R_N f + y, where the convex cone has
+// R_N / mu^2 for friction. Returns d(R f)/dR_N.
+Rows first_row_share(const Law& law, const double* f) {
+  Rows out = Rows::Zero(law.rows);
+  out[0] = f[0];
+  if (law.type != LawType::kFrictionCone || law.coulomb) return out;
+  for (int i = 1; i < law.rows; ++i) {
+    const double mu = law.friction[static_cast<size_t>(i - 1)];
+    if (mu > 0.0) out[i] = f[i] / (mu * mu);
+  }
+  return out;
+}
+
 }  // namespace
 
 Sensitivity compute_sensitivity(const Law& law, const Rows& y) {
@@ -310,6 +338,7 @@ Sensitivity compute_sensitivity(const Law& law, const Rows& y) {
   double f[kMaxRows], hessian[kMaxRows * kMaxRows];
   evaluate(law, y.data(), f, hessian);
   out.velocity = -Eigen::Map<const RowMatrix>(hessian, law.rows, law.rows);
+  out.normal = out.velocity * first_row_share(law, f);
   if (law.rows <= 3) {
     find_sensitivity<6>(law, y, out);
   } else {

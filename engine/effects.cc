@@ -156,6 +156,9 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
     case Effect::kRestitution:
       return call(geometries_that(model, [](const Material& m) { return m.restitution > 0.0; }),
                   "geometries");
+    case Effect::kStiffness:
+      return call(geometries_that(model, [](const Material& m) { return m.is_soft(); }),
+                  "geometries");
     case Effect::kTautLinks: {
       Found found;
       for (const int body : list_pulled_links(model)) found.add(model.joint(body - 1).link);
@@ -207,7 +210,8 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
 
 constexpr std::initializer_list<Effect> kOfContacts = {
     Effect::kFriction,        Effect::kStaticFriction, Effect::kTorsionalFriction,
-    Effect::kRollingFriction, Effect::kRestitution,    Effect::kSleeping};
+    Effect::kRollingFriction, Effect::kRestitution,    Effect::kStiffness,
+    Effect::kSleeping};
 
 }  // namespace
 

@@ -42,6 +42,8 @@ const char* effect_name(Effect effect) {
       return "rolling_friction";
     case Effect::kRestitution:
       return "restitution";
+    case Effect::kStiffness:
+      return "stiffness";
     case Effect::kTautLinks:
       return "taut_links";
     case Effect::kAppliedForces:

@@ -5,6 +5,21 @@
 #include <limits>
 
 namespace counterpoint {
+namespace {
+
+/// Puts the springs and dampers of two surfaces in series. A surface takes the share k_other / (k_a
+/// + k_b) of the deformation, and of its speed.
+void combine_springs(const Material& a, const Material& b, Material& m) {
+  if (!a.is_soft() && !b.is_soft()) return;
+  const double share_a = a.is_soft() ? (b.is_soft() ? b.stiffness / (a.stiffness + b.stiffness) : 1.0) : 0.0;
+  const double share_b = 1.0 - share_a;
+  m.stiffness = a.is_soft() ? share_a * a.stiffness : b.stiffness;
+  m.damping = share_a * share_a * a.damping + share_b * share_b * b.damping;
+  m.dissipation = share_a * share_a * a.dissipation + share_b * share_b * b.dissipation;
+  m.restitution = 0.0;
+}
+
+}  // namespace
 
 Material combine_materials(const Material& a, const Material& b) {
   Material m;
@@ -12,6 +27,7 @@ Material combine_materials(const Material& a, const Material& b) {
   m.restitution = std::max(a.restitution, b.restitution);
   m.torsional_friction = std::max(a.torsional_friction, b.torsional_friction);
   m.rolling_friction = std::max(a.rolling_friction, b.rolling_friction);
+  combine_springs(a, b, m);
   const bool a_holds = a.friction_at_rest() > a.friction,
              b_holds = b.friction_at_rest() > b.friction;
   if (!a_holds && !b_holds) return m;

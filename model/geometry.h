@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <memory>
 #include <span>
@@ -103,11 +104,16 @@ struct Material {
   double static_friction = 0.0;     ///< coefficient at rest [-]; `friction` where that is larger
   /// Sliding speed [m/s] at which 1 / e of the excess of static friction is left.
   double stribeck_speed = 0.01;
+  double stiffness = std::numeric_limits<double>::infinity();  ///< of a contact point [N/m]
+  double damping = 0.0;      ///< of a contact point with finite stiffness, linear [N s/m]
+  double dissipation = 0.0;  ///< Hunt and Crossley's, F = k d (1 + dissipation d') [s/m]
 
   /// Returns the coefficient at rest, the largest one at any speed [-].
   double friction_at_rest() const {
     return friction > 0.0 && static_friction > friction ? static_friction : friction;
   }
+  /// Whether the surface yields like a spring: its stiffness is finite.
+  bool is_soft() const { return stiffness < std::numeric_limits<double>::infinity(); }
 };
 
 /// Coefficient of sliding friction at a sliding speed, and its derivatives.
@@ -144,7 +150,9 @@ struct Geometry {
 /// Returns the material of a pair: the geometric mean of the sliding frictions (MuJoCo takes the
 /// maximum, Bullet the product, ODE one value per pair) and the larger restitution, torsional and
 /// rolling friction (the last two as in MuJoCo). Static frictions combine like sliding ones, and
-/// the larger Stribeck speed of the surfaces with static friction counts. Torsional and rolling
+/// the larger Stribeck speed of the surfaces with static friction counts. Two springs are in series;
+/// dampers count with the square of their surface's share of the deformation. A pair with finite
+/// stiffness has no restitution: its springs and dampers make it bounce. Torsional and rolling
 /// friction act only with sliding friction; if that is zero on one side, the pair has no friction
 /// at all.
 Material combine_materials(const Material& a, const Material& b);

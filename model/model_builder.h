@@ -91,6 +91,7 @@ struct PairSurface {
   std::optional<double> friction, restitution, torsional_friction, rolling_friction;
   std::optional<double> static_friction;  ///< default: `friction`, where that is given
   std::optional<double> stribeck_speed;
+  std::optional<double> stiffness, damping, dissipation;  ///< of the pair, both surfaces together
 };
 
 /// Returns a free object of one shape [m], uniform density and the given mass [kg]: a link "body"

@@ -43,6 +43,9 @@ void ModelEditor::set_material(int geometry, const Material& material) {
   check(material.rolling_friction, 0.0, kMost, "rolling_friction", g.name);
   check(material.static_friction, 0.0, kMost, "static_friction", g.name);
   check(material.stribeck_speed, kLeast, kMost, "stribeck_speed", g.name);
+  if (material.is_soft()) check(material.stiffness, kLeast, kMost, "stiffness", g.name);
+  check(material.damping, 0.0, kMost, "damping", g.name);
+  check(material.dissipation, 0.0, kMost, "dissipation", g.name);
   g.material = material;
 }
 

@@ -44,6 +44,7 @@ enum class Effect : unsigned char {
   kTorsionalFriction,
   kRollingFriction,
   kRestitution,
+  kStiffness,  ///< surfaces that yield like springs
   kTautLinks,  ///< added rotational inertia of light links that tension turns too fast
   // external, present if the input of a step has them
   kAppliedForces,

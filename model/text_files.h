@@ -10,6 +10,7 @@
 #include <initializer_list>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -135,7 +136,8 @@ class YamlValue {
   bool is_text(const char* text) const { return node_.IsScalar() && node_.Scalar() == text; }
 
   /// Refuses unknown or repeated keys; the message lists the known ones.
-  void expect_map(std::initializer_list<const char*> known) const;
+  void expect_map(std::initializer_list<const char*> known,
+                  std::span<const char* const> more = {}) const;
   std::vector<YamlValue> list() const;
   /// Returns keys and values in file order; an error if a key is repeated.
   std::vector<std::pair<std::string, YamlValue>> entries() const;

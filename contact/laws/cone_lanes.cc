@@ -9,7 +9,7 @@ using Fours = std::span<const ConeFour>;
 constexpr int kRows = ConeFour::kRows;
 
 COUNTERPOINT_INTO_EACH ConeLaw<Four> cone_law(const ConeFour& c) {
-  return {c.rho, c.rho, c.slip, c.k};
+  return {c.rho, c.rho_T, c.slip, c.k};
 }
 
 template <template <class> class Cone>
@@ -78,6 +78,7 @@ bool FrictionLanes::add(const Law& law, double inverse_mass, int row, int hessia
     c.row[i] = row;
     c.hessian[i] = hessian;
     c.rho[i] = normal_regularizer(law);
+    c.rho_T[i] = friction_regularizer(law);
     c.k[i] = law.smoothing;
     c.slip[i] = scaled_slip_speed(law);
     c.inverse_mass[i] = inverse_mass;

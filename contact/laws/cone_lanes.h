@@ -15,7 +15,7 @@ namespace counterpoint::contact {
 struct alignas(kFourBytes) ConeFour {
   static constexpr int kRows = 3;
   Four live{};  ///< 1, or 0 for a copy
-  Four rho{}, slip{}, k{}, inverse_mass{};
+  Four rho{}, rho_T{}, slip{}, k{}, inverse_mass{};
   Four scale[kRows] = {};  ///< D
   int row[4] = {};         ///< first row in the island
   int hessian[4] = {};     ///< start of G in the island's Hessians

@@ -99,7 +99,7 @@ bool MixedSystem::raise_loads(Point& point) const {
   bool raised = false;
   for (const auto& c : system_->constraints()) {
     if (!is_one_sided(c.law.type)) continue;
-    const double rho = own_regularizer(c.law);
+    const double rho = normal_regularizer(c.law);
     const double k = c.law.smoothing + extra_smoothing, z = y_[c.row];
     double* phi = point.phi.data() + c.row;
     // Raises only a load beyond the law's kink that Newton's step would about double.

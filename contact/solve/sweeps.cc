@@ -49,7 +49,7 @@ bool Sweeps::visit(int constraint, double smoothing, double negligible, MixedSys
     }
   }
   if (!responses_.knows(constraint)) find_widths(constraint);
-  for (int r = 0; r < law.rows; ++r) x[r] = law.scale[r] * x[r] - (law.wide(r) - law.rho) * phi[r];
+  for (int r = 0; r < law.rows; ++r) x[r] = law.scale[r] * x[r] - law.widening(r) * phi[r];
   law.impulse(smoothing, x);
   double square = 0.0;
   for (int r = 0; r < law.rows; ++r) {

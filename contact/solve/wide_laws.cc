@@ -11,8 +11,8 @@ namespace {
 // the normal impulse does not depend on friction, which may therefore have its own sigma. The
 // inverse mass along z_T = mu y_T is mu^2 times that of the normal; the factor mu, halfway between,
 // works best.
-double sigma_of_friction(bool coulomb, double rho, double sigma, double mu) {
-  return coulomb ? std::max(rho, sigma * mu) : sigma;
+double sigma_of_friction(bool coulomb, double sigma, double mu) {
+  return coulomb ? sigma * mu : sigma;
 }
 
 template <class Law>
@@ -43,7 +43,7 @@ COUNTERPOINT_INTO_EACH void find_errors(std::vector<Law>& laws, const double* y,
     gather_scaled(law, y, x);
     law.gather(phi_all, phi);
     x[0] -= (law.sigma - law.rho) * phi[0];
-    for (int r = 1; r < law.rows; ++r) x[r] -= (law.sigma_T - law.rho) * phi[r];
+    for (int r = 1; r < law.rows; ++r) x[r] -= (law.sigma_T - law.rho_T) * phi[r];
     law.evaluate(extra_smoothing, x);
     for (int r = 0; r < law.rows; ++r) law.error[r] = x[r] - phi[r];
     law.add_square(square);
@@ -84,22 +84,18 @@ COUNTERPOINT_INTO_EACH void find_step(const std::vector<Law>& laws, const double
 
 }  // namespace
 
-double own_regularizer(const Law& law) {
-  return law.type == LawType::kFrictionCone ? normal_regularizer(law) : law.regularizer;
-}
-
 WideLaw::WideLaw(const IslandSystem::Constraint& c, double sigma_of_normal)
     : law(&c.law), row(c.row), rows(c.law.rows), hessian(c.hessian) {
-  rho = own_regularizer(c.law);
+  rho = normal_regularizer(c.law);
+  rho_T = friction_regularizer(c.law);
   const bool friction = c.law.type == LawType::kFrictionCone;
   for (int r = 0; r < rows; ++r) scale[r] = friction && r > 0 ? c.law.friction[r - 1] : 1.0;
-  const double normal = std::max(rho, sigma_of_normal);
-  widen(normal, sigma_of_friction(c.law.coulomb, rho, normal, c.law.friction[0]));
+  widen(sigma_of_normal, sigma_of_friction(c.law.coulomb, sigma_of_normal, c.law.friction[0]));
 }
 
 void WideLaw::widen(double normal, double friction) {
   sigma = std::max(rho, normal);
-  sigma_T = std::max(rho, friction);
+  sigma_T = std::max(rho_T, friction);
 }
 
 COUNTERPOINT_INTO_EACH void WideLaw::find(double extra_smoothing, double* x, double* direction,
@@ -145,10 +141,12 @@ template <template <class> class Cone>
 WideFour<Cone>::WideFour(const ConeFour& c, double sigma_share) : cones(&c) {
   constexpr bool coulomb = std::is_same_v<Cone<double>, CoulombCone<double>>;
   rho = c.rho;
+  rho_T = c.rho_T;
   std::copy_n(c.scale, rows, scale);
   for (int i = 0; i < 4; ++i) {
-    sigma[i] = std::max(c.rho[i], sigma_share * c.inverse_mass[i]);
-    sigma_T[i] = sigma_of_friction(coulomb, c.rho[i], sigma[i], c.scale[1][i]);
+    const double wide = sigma_share * c.inverse_mass[i];
+    sigma[i] = std::max(c.rho[i], wide);
+    sigma_T[i] = std::max(c.rho_T[i], sigma_of_friction(coulomb, wide, c.scale[1][i]));
   }
 }
 

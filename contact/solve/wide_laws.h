@@ -10,15 +10,13 @@
 
 namespace counterpoint::contact {
 
-/// Returns rho of a law [1/kg]: the regularizer of its first row, before it is widened.
-double own_regularizer(const Law& law);
-
 /// Linear algebra of one widened law (Real: double) or of four (Four).
 template <class Real_, int kMost>
 struct Widened {
   using Real = Real_;
   static constexpr int kMostRows = kMost;
-  Real rho{}, sigma{}, sigma_T{};  ///< regularizers [1/kg]; friction has sigma_T
+  /// Regularizers of the first row and of friction, before and after widening [1/kg].
+  Real rho{}, rho_T{}, sigma{}, sigma_T{};
   Real scale[kMost] = {};          ///< D
   Real e[kMost] = {};              ///< unit vector along the friction part of x; e[0] unused
   Real error[kMost] = {};          ///< F_sigma(x) - phi
@@ -26,7 +24,7 @@ struct Widened {
 
   /// Computes B from A by block elimination.
   COUNTERPOINT_INTO_EACH void invert() {
-    const Real d = sigma - rho, d_T = sigma_T - rho;
+    const Real d = sigma - rho, d_T = sigma_T - rho_T;
     const Real normal = 1.0 / (1.0 - d * A.normal);
     const Real lower = d * A.radial_normal, upper = d_T * A.normal_radial;
     B.radial = 1.0 / ((1.0 - d_T * A.radial) - (lower * normal) * upper);
@@ -50,7 +48,7 @@ struct Widened {
 struct WideLaw : Widened<double, kMaxRows> {
   /// sigma_of_normal: sigma of the normal row [1/kg]; that of friction follows from it.
   WideLaw(const IslandSystem::Constraint& c, double sigma_of_normal);
-  /// Sets other sigmas [1/kg], not below rho.
+  /// Sets other sigmas [1/kg], not below rho and rho_T.
   void widen(double normal, double friction);
 
   /// Replaces x by F_sigma(x) at a smoothing larger by `extra_smoothing` [J]; A and e are those at
@@ -60,6 +58,8 @@ struct WideLaw : Widened<double, kMaxRows> {
   /// divisions.
   void impulse(double extra_smoothing, double* x) const;
   double wide(int r) const { return r > 0 ? sigma_T : sigma; }
+  /// Returns what widening added to the regularizer of a row [1/kg].
+  double widening(int r) const { return r > 0 ? sigma_T - rho_T : sigma - rho; }
   /// Adds sigma |error|^2 [J].
   void add_square(double& sum) const {
     for (int r = 0; r < rows; ++r) sum += wide(r) * error[r] * error[r];

@@ -197,7 +197,9 @@ void ContactFinder::find_crowds(const StepContext& at,
     const int bodies[2] = {at.model.geometries()[candidate.geometry_a].body,
                            at.model.geometries()[candidate.geometry_b].body};
     const double fastest = search_.fastest_point(bodies[0]) + search_.fastest_point(bodies[1]);
-    const bool wedged = candidate.gap < -at.options.contact.margin;
+    const bool wedged =
+        candidate.gap < -at.options.contact.margin &&
+        !at.model.pair_material(candidate.geometry_a, candidate.geometry_b).is_soft();
     const bool near = candidate.gap <= kImpactSpeedUp * h * fastest + falls;
     for (const int body : bodies) {
       if (body == 0) continue;

@@ -28,6 +28,8 @@ struct PairConstraint {
   int first = 0;
   contact::Law law;
   double gap_bias = 0.0;  ///< contact: bias that would remove the whole recoverable overlap [m/s]
+  /// Contact of soft surfaces: displacements leave its overlap to the spring.
+  bool soft = false;
   /// Contact that bounces in this step: time of impact after the start of the step (bounce.h) [s];
   /// else 0.
   double impact_time = 0.0;

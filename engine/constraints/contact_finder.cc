@@ -14,6 +14,7 @@ namespace counterpoint {
 namespace {
 
 void count_contact(const Material& pair, EffectCounts& counts) {
+  if (pair.is_soft()) counts.add(Effect::kStiffness);
   if (pair.restitution > 0.0) counts.add(Effect::kRestitution);
   if (!(pair.friction > 0.0)) return;
   counts.add(Effect::kFriction);
@@ -182,6 +183,7 @@ Vector3 ContactFinder::make_contact(const StepContext& at, const Kinematics& dat
   contact.frame << t1_t2_n.col(2), t1_t2_n.col(0), t1_t2_n.col(1);
   const Vector3 v = contact.frame.transpose() * open.velocity;
   const double gap = gap_less_turning(contact, candidate.gap, h, data);
+  contact.soft = material.is_soft();
   contact.gap_bias = gap_bias(options.contact, h, gap);
   const Bounce bounce = find_bounce(model, options, at.effects, data, {material, contact, gap, v});
   if (bounce.happens && gap > 0.0) contact.impact_time = bounce.time;

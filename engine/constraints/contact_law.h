@@ -54,6 +54,7 @@ inline constexpr double kKeptWeights = 100.0;
 
 /// Options for the law of a contact or a joint limit (lever arm 1 m).
 struct LawOptions : ContactOptions {
+  Integrator integrator = Integrator::kSemiImplicitEuler;  ///< matters to soft surfaces only
   /// Largest recovery speed that the bodies keep [m/s]. Equal to max_recovery_speed under the
   /// implicit midpoint rule, which takes velocities from positions and displaces nothing.
   double kept_recovery = max_recovery_speed;
@@ -80,6 +81,34 @@ double law_bias(const LawOptions& options, double h, double gap);
 double law_bias_slope(const LawOptions& options, double h, double gap);
 /// Ratio of full_push to the recovery speed of an overlap, at most 1.
 double pushed_share(const LawOptions& options, double h, double gap);
+
+/// Regularizer and bias of the normal row of a soft contact, f = max(0, -(v_N + bias)) /
+/// regularizer, and their derivatives by the gap (one-sided at 0).
+struct SoftNormal {
+  double regularizer = 0.0;         ///< [1/kg]
+  double bias = 0.0;                ///< [m/s]
+  double regularizer_by_gap = 0.0;  ///< [1/(kg m)]
+  double bias_by_gap = 0.0;         ///< [1/s]
+};
+
+/// Returns the normal row of a pair with finite stiffness k [N/m] in a step of h [s]. In overlap, d
+/// < 0, the force acts on the overlap at the end of the step (semi_implicit_euler), or in its
+/// middle (implicit_midpoint):
+///
+///   F = max(0, -k d - c' v_N),     c = damping + k dissipation max(0, -d)
+///   c' = sqrt(c^2 + (h k)^2)   semi_implicit_euler
+///   c' = c + h k / 2           implicit_midpoint
+///
+/// Its impulse h F is the scalar law with regularizer 1 / (h c') and bias k d / c'. A gap, d > 0,
+/// may close within the step without a force: bias d / h. The dissipation is that of Hunt and
+/// Crossley, "Coefficient of restitution interpreted as damping in vibroimpact" (1975), with the
+/// overlap at the start of the step.
+///
+/// No step gains energy, at any k, h, mass and number of contacts: with c' >= h k, F does not
+/// exceed the work of the spring's potential k d^2 / 2 (docs/explanation/concepts.md, Soft
+/// surfaces). Under semi_implicit_euler h k is a numerical damping, to which a larger c adds
+/// little; implicit_midpoint has none.
+SoftNormal soft_normal(const Material& pair, Integrator integrator, double h, double gap);
 
 /// Whether no rotation changes the gap of two geometries: free balls about their centre of mass,
 /// against each other or against the world.
@@ -116,6 +145,7 @@ struct LawSlopes {
   double gap = 0.0;                    ///< bias by gap [1/s]
   Vector3 v = Vector3::Zero();         ///< bias by v [-]
   double smoothing = 0.0;              ///< Law::smoothing by gap [N]
+  double softness = 0.0;               ///< Law::normal by gap [1/(kg m)]
   double fall = 0.0;                   ///< bias by the acceleration given to find_bounce [s]
   Vector3 normal = Vector3::Zero();    ///< bias by the normal, through that acceleration [m/s]
   Vector3 friction = Vector3::Zero();  ///< both sliding coefficients by v [s/m]

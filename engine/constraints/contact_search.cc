@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/constraints/parked_contacts.h"
@@ -31,6 +32,8 @@ bool parks_contacts(const SimulationOptions& options) {
 }
 
 Material active_material(Material pair, EffectSet effects) {
+  if (!effects.has(Effect::kStiffness))
+    pair.stiffness = std::numeric_limits<double>::infinity();
   if (!effects.has(Effect::kFriction)) pair.friction = 0.0;
   if (!effects.has(Effect::kStaticFriction)) pair.static_friction = 0.0;
   if (!effects.has(Effect::kTorsionalFriction)) pair.torsional_friction = 0.0;

@@ -48,9 +48,10 @@ void add_shape(const Shape& shape, Hash& hash) {
 void add_material(const Material& m, Hash& hash) {
   for (const double x : {m.friction, m.restitution, m.torsional_friction, m.rolling_friction})
     hash.add(x);
-  if (!(m.friction_at_rest() > m.friction)) return;
-  hash.add(m.static_friction);
-  hash.add(m.stribeck_speed);
+  if (m.friction_at_rest() > m.friction)
+    for (const double x : {m.static_friction, m.stribeck_speed}) hash.add(x);
+  if (m.is_soft())
+    for (const double x : {m.stiffness, m.damping, m.dissipation}) hash.add(x);
 }
 
 void add_geometries(const Model& model, Hash& hash) {

@@ -17,6 +17,8 @@ constexpr double kAccuracy = 1e-9;
 /// gap.
 double gap_bias_of(const ConstraintSet& constraints, int constraint) {
   const auto i = static_cast<size_t>(constraint);
+  if (i < constraints.contacts.size() && constraints.pairs[i].soft)
+    return std::numeric_limits<double>::quiet_NaN();
   if (i < constraints.contacts.size()) return constraints.pairs[i].gap_bias;
   if (i < constraints.pairs.size()) return std::numeric_limits<double>::quiet_NaN();
   return constraints.joints[i - constraints.pairs.size()].gap_bias;
@@ -37,11 +39,16 @@ double first_row_velocity(const contact::Problem& problem, int constraint, const
 
 }  // namespace
 
-contact::Law displacement_law(const contact::Law& law, double y) {
+contact::Law displacement_law(const contact::Law& law, double y, bool soft) {
   contact::Law out;
   out.rows = law.rows;
   out.regularizer = law.regularizer;
-  if (law.type == contact::LawType::kEquality) {
+  if (soft) {
+    out.type = contact::LawType::kEquality;
+    out.rows = 1;
+    out.regularizer = contact::normal_regularizer(law);
+    if (law.bias[0] > 0.0) out.regularizer *= kNoForce;
+  } else if (law.type == contact::LawType::kEquality) {
     out.type = law.type;
   } else if (std::isnan(y)) {
     out.type = contact::LawType::kEquality;  // without force; it keeps the order of rows
@@ -134,7 +141,9 @@ OverlapCorrection::Found OverlapCorrection::find(const ConstraintSet& constraint
     if (!concerned_[static_cast<size_t>(block)]) continue;
     const double b = gap_bias_of(constraints, c);
     const double y = std::isnan(b) ? b : first_row_velocity(solved, c, w) + b;
-    const contact::Law law = displacement_law(solved.law(c), y);
+    const bool soft = static_cast<size_t>(c) < constraints.contacts.size() &&
+                      constraints.pairs[static_cast<size_t>(c)].soft;
+    const contact::Law law = displacement_law(solved.law(c), y, soft);
     const int added = problem_.add_constraint(law, solved.block(c, 0), solved.block(c, 1));
     for (int side = 0; side < 2; ++side)
       if (solved.block(c, side) >= 0)

@@ -29,8 +29,9 @@ namespace counterpoint {
 
 /// Returns the law that p obeys at a constraint whose first row has the velocity y = J w+ + b
 /// [m/s], with b the gap bias: the normal law without friction. Equalities stay, without a bias.
-/// Any other law without a gap (y is NaN) carries no force.
-contact::Law displacement_law(const contact::Law& law, double y);
+/// Any other law without a gap (y is NaN) carries no force. A soft contact in overlap resists p by
+/// its spring and damper.
+contact::Law displacement_law(const contact::Law& law, double y, bool soft = false);
 
 /// Finds p. Scratch memory inside: one per thread; it grows at the first overlap of a size.
 class OverlapCorrection {

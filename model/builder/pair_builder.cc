@@ -90,6 +90,10 @@ void ModelBuilder::set_pair_surface(const std::string& geometry_or_link_a,
       m.friction = surface.friction.value_or(m.friction);
       m.static_friction = surface.static_friction.value_or(m.static_friction);
       m.stribeck_speed = surface.stribeck_speed.value_or(m.stribeck_speed);
+      if (surface.stiffness && !surface.restitution) m.restitution = 0.0;
+      m.stiffness = surface.stiffness.value_or(m.stiffness);
+      m.damping = surface.damping.value_or(m.damping);
+      m.dissipation = surface.dissipation.value_or(m.dissipation);
       m.restitution = surface.restitution.value_or(m.restitution);
       m.torsional_friction = surface.torsional_friction.value_or(m.torsional_friction);
       m.rolling_friction = surface.rolling_friction.value_or(m.rolling_friction);

@@ -239,6 +239,19 @@ void check_pose(const Pose& pose, const std::string& where) {
 void check_material(const Material& material, const std::string& where) {
   check_nonnegative(material.friction, "friction", where);
   check_nonnegative(material.static_friction, "static friction", where);
+  check_nonnegative(material.damping, "damping", where);
+  check_nonnegative(material.dissipation, "dissipation", where);
+  if (!(material.stiffness > 0.0))
+    throw InputError(
+        fmt::format("{}: stiffness is {} N/m; it must be positive", where, material.stiffness));
+  if (!material.is_soft() && (material.damping > 0.0 || material.dissipation > 0.0))
+    throw InputError(where +
+                     ": damping and dissipation are those of a surface with a `stiffness` [N/m]; "
+                     "give one, or leave them out");
+  if (material.is_soft() && material.restitution > 0.0)
+    throw InputError(where +
+                     ": a surface with a stiffness bounces by its spring and damper; give "
+                     "`damping` or `dissipation` in place of restitution");
   if (!(material.stribeck_speed > 0.0) || !std::isfinite(material.stribeck_speed))
     throw InputError(fmt::format("{}: stribeck_speed is {} m/s; it must be positive", where,
                                  material.stribeck_speed));

@@ -108,7 +108,10 @@ YamlValue YamlValue::at(const char* key) const {
   return {node_[key], file_, path_.empty() ? key : path_ + "." + key};
 }
 
-void YamlValue::expect_map(std::initializer_list<const char*> known) const {
+void YamlValue::expect_map(std::initializer_list<const char*> names,
+                           std::span<const char* const> more) const {
+  std::vector<const char*> known(names);
+  known.insert(known.end(), more.begin(), more.end());
   const auto list = [&] { return fmt::format("{}", fmt::join(known, ", ")); };
   if (!node_.IsMap()) fail("a map is expected, with keys out of: " + list());
   Faults faults;

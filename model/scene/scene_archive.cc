@@ -195,8 +195,10 @@ void visit(A& a, Note& x) {
 }
 template <class A>
 void visit(A& a, Material& x) {
-  auto& [friction, restitution, torsional, rolling, at_rest, stribeck_speed] = x;
-  a(friction, restitution, torsional, rolling, at_rest, stribeck_speed);
+  auto& [friction, restitution, torsional, rolling, at_rest, stribeck_speed, stiffness, damping,
+         dissipation] = x;
+  a(friction, restitution, torsional, rolling, at_rest, stribeck_speed, stiffness, damping,
+    dissipation);
 }
 template <class A>
 void visit(A& a, VertexNeighbors::Neighbor& x) {

@@ -122,11 +122,14 @@ Srdf ModelReader::read_srdf(const YamlValue& in) {
 
 /// Refuses keys that an MJCF or SDF file defines itself: bases, materials, joint properties.
 void ModelReader::expect_no_robot_keys(const YamlValue& in, const char* format) {
-  for (const char* key : {"urdf", "srdf", "base", "velocity", "joint_types", "dynamics", "drag",
-                          "gravity_compensation", "friction", "static_friction", "stribeck_speed",
-                          "restitution", "torsional_friction", "rolling_friction", "mass", "scale"})
+  const auto refuse = [&](const char* key) {
     if (in.has(key))
       in.at(key).fail(fmt::format("not for a model with an {}: its file says this", format));
+  };
+  for (const char* key : {"urdf", "srdf", "base", "velocity", "joint_types", "dynamics", "drag",
+                          "gravity_compensation", "mass", "scale"})
+    refuse(key);
+  for (const char* key : kSurfaceKeys) refuse(key);
 }
 
 LeavingOptions ModelReader::leaving_options(const YamlValue& in) const {
@@ -199,14 +202,9 @@ void ModelReader::read(const YamlValue& in, bool only_one) {
                  "dynamics",
                  "drag",
                  "gravity_compensation",
-                 "friction",
-                 "static_friction",
-                 "stribeck_speed",
-                 "restitution",
-                 "torsional_friction",
-                 "rolling_friction",
                  "count",
-                 "spacing"});
+                 "spacing"},
+                kSurfaceKeys);
   if (in.has("mjcf") && in.has("sdf")) in.at("sdf").fail("a model has one file: mjcf or sdf");
   if (in.has("mjcf")) return read_mjcf(in, only_one);
   if (in.has("keyframe")) in.at("keyframe").fail("this is for a model with an mjcf");

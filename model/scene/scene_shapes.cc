@@ -122,6 +122,12 @@ Material read_material(const YamlValue& in, Material material) {
   read("restitution", 1.0, material.restitution);
   read("torsional_friction", kInfinity, material.torsional_friction);
   read("rolling_friction", kInfinity, material.rolling_friction);
+  if (in.has("stiffness")) {
+    material.stiffness = in.at("stiffness").positive();
+    if (!in.has("restitution")) material.restitution = 0.0;
+  }
+  read("damping", kInfinity, material.damping);
+  read("dissipation", kInfinity, material.dissipation);
   return material;
 }
 

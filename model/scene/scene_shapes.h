@@ -25,6 +25,11 @@ auto located(const YamlValue& value, Action action) {
 /// Reads `position` [m] with `rpy` [rad] or `quaternion` (w x y z).
 Pose read_pose(const YamlValue& in);
 
+/// Keys of a surface, those of read_material.
+inline constexpr const char* kSurfaceKeys[] = {
+    "friction",         "static_friction", "stribeck_speed", "restitution", "torsional_friction",
+    "rolling_friction", "stiffness",       "damping",        "dissipation"};
+
 /// Refuses a `static_friction` below the friction of sliding [-].
 void expect_static_friction(const YamlValue& in, double friction);
 /// Returns `material` with the values that the map gives.

@@ -25,8 +25,7 @@ class SceneReader {
         models_(folder_, urdf_options_, builder_) {
     if (root.has("defaults")) {
       const YamlValue defaults = root.at("defaults");
-      defaults.expect_map({"friction", "static_friction", "stribeck_speed", "restitution",
-                           "torsional_friction", "rolling_friction"});
+      defaults.expect_map({}, kSurfaceKeys);
       urdf_options_.default_material = read_material(defaults, Material());
     }
     urdf_options_.packages = overrides.packages;
@@ -191,8 +190,7 @@ class SceneReader {
   }
 
   void read_ground(const YamlValue& in) {
-    in.expect_map({"height", "normal", "friction", "static_friction", "stribeck_speed",
-                   "restitution", "torsional_friction", "rolling_friction"});
+    in.expect_map({"height", "normal"}, kSurfaceKeys);
     Pose pose;
     if (in.has("height")) pose.translation.z() = in.at("height").number();
     if (in.has("normal")) pose.rotation = read_normal(in.at("normal"));
@@ -205,9 +203,8 @@ class SceneReader {
 
   void read_environment(const YamlValue& in) {
     in.expect_map({"name", "plane", "sphere", "box", "capsule", "cylinder", "mesh", "triangle_mesh",
-                   "height_field", "scale", "position", "rpy", "quaternion", "friction",
-                   "static_friction", "stribeck_speed", "restitution", "torsional_friction",
-                   "rolling_friction"});
+                   "height_field", "scale", "position", "rpy", "quaternion"},
+                  kSurfaceKeys);
     const Shape shape = read_shape(in, folder_, *urdf_options_.hulls);
     const std::string name = in.at("name").text();
     if (shape.mesh && !hull_note(*shape.mesh).empty()) {
@@ -271,8 +268,7 @@ class SceneReader {
 
   /// Reads `{between: [a, b], friction: ..., collide: true}` for links, geometries or groups.
   void read_pair(const YamlValue& in) {
-    in.expect_map({"between", "friction", "static_friction", "stribeck_speed", "restitution",
-                   "torsional_friction", "rolling_friction", "collide"});
+    in.expect_map({"between", "collide"}, kSurfaceKeys);
     const std::vector<YamlValue> between = in.at("between").list();
     if (between.size() != 2) in.at("between").fail("two names [a, b] are expected");
     PairSurface surface;
@@ -286,6 +282,9 @@ class SceneReader {
     read("restitution", 1.0, surface.restitution);
     read("torsional_friction", kInfinity, surface.torsional_friction);
     read("rolling_friction", kInfinity, surface.rolling_friction);
+    if (in.has("stiffness")) surface.stiffness = in.at("stiffness").positive();
+    read("damping", kInfinity, surface.damping);
+    read("dissipation", kInfinity, surface.dissipation);
     const bool collide = in.has("collide") && in.at("collide").boolean();
     if (in.has("collide") && !collide)
       in.at("collide").fail("true is expected; pairs that never collide go under `exclude`");

@@ -83,8 +83,8 @@ inline Cost cost_of(const Problem& problem, const VectorX& w) {
       out.rounding += std::abs(f[row + r]) * (terms[row + r] + std::abs(law.bias[r]));
       reach += mu * std::abs(y[row + r]);
     }
-    const bool dry = law.type == LawType::kDryFriction, cone = law.type == LawType::kFrictionCone;
-    const double rho = cone ? normal_regularizer(law) : law.regularizer;
+    const bool dry = law.type == LawType::kDryFriction;
+    const double rho = normal_regularizer(law);
     // Largest and smallest g for |lambda| <= reach.
     reach += dry ? rho * law.bound : 0.0;
     const double s = std::sqrt(reach * reach + 4.0 * rho * law.smoothing);

@@ -83,6 +83,8 @@ std::map<Effect, Parts> scenes_with() {
        {.scene = "ground: {friction: 0.5}\ndefaults: {rolling_friction: 0.01}", .more = kBall}},
       {Effect::kRestitution,
        {.scene = "ground: {friction: 0}\ndefaults: {restitution: 0.5}", .more = kBall}},
+      {Effect::kStiffness,
+       {.scene = "ground: {friction: 0}\ndefaults: {stiffness: 1000}", .more = kBall}},
   };
 }
 
@@ -111,6 +113,7 @@ EffectSet with_effect(Effect effect) {
     case Effect::kContacts:
     case Effect::kFriction:
     case Effect::kRestitution:
+    case Effect::kStiffness:
       for (const Effect e : contacts) set.set(e, true);
       break;
     default:

@@ -102,16 +102,28 @@ static_friction : float
     Coefficient at rest [-]; friction where that is larger.
 stribeck_speed : float
     Sliding speed at which 1 / e of the excess of static friction is left [m/s].
+stiffness : float
+    Of a contact point [N/m]; infinite: as hard as the compliance of the scene. Two surfaces are
+    springs in series.
+damping, dissipation : float
+    Of a contact point with finite stiffness: linear [N s/m]; Hunt and Crossley's [s/m].
 torsional_friction, rolling_friction : float
     Torque about the normal, or rolling, over normal force [m].
 )")
       .def(py::init([](double friction, double restitution, double torsional, double rolling,
-                       double at_rest, double stribeck_speed) {
-             return Material{friction, restitution, torsional, rolling, at_rest, stribeck_speed};
+                       double at_rest, double stribeck_speed, double stiffness, double damping,
+                       double dissipation) {
+             return Material{friction,  restitution, torsional, rolling, at_rest, stribeck_speed,
+                             stiffness, damping,     dissipation};
            }),
            py::arg("friction") = 0.8, py::arg("restitution") = 0.0,
            py::arg("torsional_friction") = 0.0, py::arg("rolling_friction") = 0.0,
-           py::arg("static_friction") = 0.0, py::arg("stribeck_speed") = 0.01)
+           py::arg("static_friction") = 0.0, py::arg("stribeck_speed") = 0.01,
+           py::arg("stiffness") = Material().stiffness, py::arg("damping") = 0.0,
+           py::arg("dissipation") = 0.0)
+      .def_readwrite("stiffness", &Material::stiffness, "[N/m]; infinite: hard.")
+      .def_readwrite("damping", &Material::damping, "[N s/m]")
+      .def_readwrite("dissipation", &Material::dissipation, "Hunt and Crossley's [s/m].")
       .def_readwrite("static_friction", &Material::static_friction,
                      "At rest [-]; friction where that is larger.")
       .def_readwrite("stribeck_speed", &Material::stribeck_speed, "[m/s]")

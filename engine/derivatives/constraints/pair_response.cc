@@ -29,6 +29,12 @@ Vector6 by_smoothing(const PairConstraint& pair, const PairBodies& bodies) {
   return R * contact::compute_sensitivity(pair.law, y).smoothing;
 }
 
+/// Returns R df/dR_N, R_N the regularizer of the normal row.
+Vector6 by_softness(const PairConstraint& pair, const PairBodies& bodies) {
+  const auto [R, y] = ContactRows(pair, bodies);
+  return R * contact::compute_sensitivity(pair.law, y).normal;
+}
+
 /// Returns R df/dmu, mu the coefficient of both sliding rows, of which a spinning patch leaves
 /// pair.strength.
 Vector6 by_friction(const PairConstraint& pair, const PairBodies& bodies) {
@@ -147,6 +153,7 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
   out.by_bias *= share.value;
   Vector6 by_gap = law.gap * out.by_bias + share.gap * whole;
   if (law.smoothing != 0.0) by_gap += share.value * law.smoothing * by_smoothing(pair, bodies);
+  if (law.softness != 0.0) by_gap += share.value * law.softness * by_softness(pair, bodies);
   const Motion next = bodies.next_b - bodies.next_a, start = bodies.start_b - bodies.start_a;
   const Vector3 n = pair.frame.col(0);
   const Matrix3 f = skew(out.wrench.force);

@@ -47,7 +47,8 @@ LawChange contact_law_change(const LawOptions& law, double h, const ContactStart
                              const LawSource& source) {
   const auto& [pair, alpha, gap, v, bounce, round] = start;
   LawChange out = strength_change(law, alpha, gap, law.margin, source);
-  out.bias = law_bias_change(law, h, gap, kept_recovery_change(law, h, source), source);
+  if (!pair.is_soft())
+    out.bias = law_bias_change(law, h, gap, kept_recovery_change(law, h, source), source);
   if (bounce.happens && (gap > 0.0 || -bounce.speed < law_bias(law, h, gap)))
     out.bias = -bounce.by_restitution * source.material.restitution - bounce.by_fall * source.fall;
   out.slip_speed = source.slip_speed;
@@ -85,7 +86,8 @@ contact::Rows impulse_change(const contact::Law& law, const contact::Rows& y,
   contact::Rows moved = dy;
   moved[0] += change.bias;
   contact::Rows df = by.velocity.lazyProduct(moved);
-  df += change.regularizer * by.regularizer + change.smoothing * by.smoothing +
+  df += change.regularizer * by.regularizer + change.normal * by.normal +
+        change.smoothing * by.smoothing +
         change.bound * by.bound + change.slip_speed * by.slip_speed;
   for (int j = 0; j + 1 < law.rows; ++j) df += change.friction[j] * by.friction.col(j);
   return df;

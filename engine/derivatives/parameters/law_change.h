@@ -20,7 +20,8 @@ struct LawSource {
 /// Derivatives of the law by that parameter. `bias` is that of the first row, without changes of
 /// gap or velocity.
 struct LawChange {
-  double regularizer = 0.0, smoothing = 0.0, bound = 0.0, slip_speed = 0.0, bias = 0.0;
+  double regularizer = 0.0, normal = 0.0, smoothing = 0.0, bound = 0.0, slip_speed = 0.0,
+         bias = 0.0;
   std::array<double, contact::kMaxRows - 1> friction{};
 };
 

@@ -229,6 +229,7 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
   if (pair.law.type == contact::LawType::kFrictionCone)
     for (size_t i = 0; i < 2; ++i) law.friction[i] += slopes.friction.dot(moved(start).head<3>());
   if (!closed) law.smoothing += slopes.smoothing * by_gap;
+  if (!closed) law.normal += slopes.softness * by_gap;
   const contact::Rows f = contact::impulse(pair.law, y);
   const Force W = pair_impulse(pair, f);
   Force dW = pair_impulse(pair, impulse_change(pair.law, y, dy, law));

@@ -110,7 +110,7 @@ void DisplacementDerivator::keep_gaps(const ConstraintSet& all, const contact::P
     kept_.contacts.push_back(all.contacts[i]);
     kept_.pairs.push_back(all.pairs[i]);
     PairConstraint& pair = kept_.pairs.back();
-    pair.law = displacement_law(pair.law, pair.gap_bias);
+    pair.law = displacement_law(pair.law, pair.gap_bias, pair.soft);
     pair.impact_time = 0.0;
     pair.fastest_contact = -1;
   }

@@ -108,8 +108,9 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
   const Vector3 fall = inverted.finder.contacts().relative_fall(effects, pair);
   slopes.normal = slopes.fall * fall;
   if (displacing_ == Displacing::kRecovery)
-    slopes = {.gap = gap_bias_slope(options.contact, h, gap),
+    slopes = {.gap = pair.soft ? 0.0 : gap_bias_slope(options.contact, h, gap),
               .smoothing = slopes.smoothing,
+              .softness = slopes.softness,
               .friction = slopes.friction};
   ImpulseShare share = find_share(bounce, h, fall);
   if (pair.body_a != 0 && pair.body_b != 0 && !slopes.normal.isZero(0.0)) {
@@ -120,7 +121,7 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
     slopes.v[1] = slopes.v[2] = 0.0;
     slopes.friction.setZero();
   }
-  if (closed) slopes.gap = slopes.smoothing = share.gap = 0.0;
+  if (closed) slopes.gap = slopes.smoothing = slopes.softness = share.gap = 0.0;
   find_contact_response(pair, bodies, motion, slopes, turning && !closed, h, out, share);
   if (!pair.spins || pair.law.rows < 3) return true;
   return !displacing_ && add_patch(of, contact, bodies, inverted, out);
