@@ -147,6 +147,9 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
       return call(geometries_that(
                       model, [](const Material& m) { return m.friction_at_rest() > m.friction; }),
                   "geometries with friction");
+    case Effect::kFrictionDirections:
+      return call(geometries_that(model, [](const Material& m) { return m.is_directional(); }),
+                  "geometries with friction");
     case Effect::kTorsionalFriction:
       return call(rubbing_geometries_that(model, &Material::torsional_friction),
                   "geometries with friction", 1);
@@ -209,8 +212,9 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
 }
 
 constexpr std::initializer_list<Effect> kOfContacts = {
-    Effect::kFriction,        Effect::kStaticFriction, Effect::kTorsionalFriction,
-    Effect::kRollingFriction, Effect::kRestitution,    Effect::kStiffness,
+    Effect::kFriction,          Effect::kStaticFriction,  Effect::kFrictionDirections,
+    Effect::kTorsionalFriction, Effect::kRollingFriction, Effect::kRestitution,
+    Effect::kStiffness,
     Effect::kSleeping};
 
 }  // namespace

@@ -36,6 +36,8 @@ const char* effect_name(Effect effect) {
       return "friction";
     case Effect::kStaticFriction:
       return "static_friction";
+    case Effect::kFrictionDirections:
+      return "friction_directions";
     case Effect::kTorsionalFriction:
       return "torsional_friction";
     case Effect::kRollingFriction:

@@ -21,7 +21,10 @@ void combine_springs(const Material& a, const Material& b, Material& m) {
 
 }  // namespace
 
-Material combine_materials(const Material& a, const Material& b) {
+namespace {
+
+/// Combines two surfaces by their coefficients along the axis.
+Material combine_along(const Material& a, const Material& b) {
   Material m;
   m.friction = std::sqrt(a.friction * b.friction);
   m.restitution = std::max(a.restitution, b.restitution);
@@ -33,6 +36,33 @@ Material combine_materials(const Material& a, const Material& b) {
   if (!a_holds && !b_holds) return m;
   m.static_friction = std::sqrt(a.friction_at_rest() * b.friction_at_rest());
   m.stribeck_speed = std::max(a_holds ? a.stribeck_speed : 0.0, b_holds ? b.stribeck_speed : 0.0);
+  return m;
+}
+
+double unequal(const Material& m) { return std::max(m.across_share(), 1.0 / m.across_share()); }
+
+}  // namespace
+
+Material combine_materials(const Material& a, const Material& b) {
+  if (!a.is_directional() && !b.is_directional()) return combine_along(a, b);
+  const bool second = unequal(b) > unequal(a);
+  const Material other = (second ? a : b).without_direction();
+  const Material& leader = second ? b : a;
+  Material m = second ? combine_along(other, leader) : combine_along(leader, other);
+  m.friction_axis = leader.friction_axis;
+  m.friction_across = std::sqrt(leader.friction_across * other.friction);
+  m.axis_of_second = second;
+  return m;
+}
+
+Material Material::without_direction() const {
+  Material m = *this;
+  const double mean = std::sqrt(across_share());
+  m.friction *= mean;
+  m.static_friction *= mean;
+  m.friction_axis.setZero();
+  m.friction_across = 0.0;
+  m.axis_of_second = false;
   return m;
 }
 

@@ -258,7 +258,8 @@ class Model {
     if (!pair_materials_.empty())
       if (const PairMaterial* given = find_pair_material(geometry_a, geometry_b))
         return given->material;
-    return combine_materials(geometries_[geometry_a].material, geometries_[geometry_b].material);
+    const auto [lower, higher] = std::minmax(geometry_a, geometry_b);
+    return combine_materials(geometries_[lower].material, geometries_[higher].material);
   }
   /// Returns the values given for a pair, in any order of the two; null if there are none.
   const PairMaterial* find_pair_material(int geometry_a, int geometry_b) const;

@@ -92,6 +92,9 @@ struct PairSurface {
   std::optional<double> static_friction;  ///< default: `friction`, where that is given
   std::optional<double> stribeck_speed;
   std::optional<double> stiffness, damping, dissipation;  ///< of the pair, both surfaces together
+  /// Set with `friction`: Material::friction_axis in the frame of the first of the two geometries.
+  std::optional<Vector3> friction_axis;
+  double friction_across = 0.0;
 };
 
 /// Returns a free object of one shape [m], uniform density and the given mass [kg]: a link "body"

@@ -46,6 +46,8 @@ void ModelEditor::set_material(int geometry, const Material& material) {
   if (material.is_soft()) check(material.stiffness, kLeast, kMost, "stiffness", g.name);
   check(material.damping, 0.0, kMost, "damping", g.name);
   check(material.dissipation, 0.0, kMost, "dissipation", g.name);
+  check(material.friction_axis.norm(), 0.0, kMost, "length of friction_axis", g.name);
+  check(material.friction_across, 0.0, kMost, "friction across the axis", g.name);
   g.material = material;
 }
 

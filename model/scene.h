@@ -41,6 +41,7 @@ enum class Effect : unsigned char {
   kContacts,
   kFriction,
   kStaticFriction,
+  kFrictionDirections,  ///< two coefficients of sliding; off: their geometric mean
   kTorsionalFriction,
   kRollingFriction,
   kRestitution,

@@ -196,6 +196,8 @@ void inspect_geometries(const Model& model, Report& report) {
                   {"friction", material.friction},
                   {"static_friction", material.friction_at_rest()},
                   {"stribeck_speed_m_s", material.stribeck_speed},
+                  {"friction_axis", vector_json(material.friction_axis)},
+                  {"friction_across", material.across_share() * material.friction},
                   {"restitution", material.restitution},
                   {"torsional_friction_m", material.torsional_friction},
                   {"rolling_friction_m", material.rolling_friction}};
@@ -267,32 +269,36 @@ void inspect_surfaces(const Model& model, const collision::Collider& collider, R
     Material material;
     int pairs, a, b;  // number of pairs, and the first pair
   };
-  std::map<std::array<double, 6>, Surface> surfaces;
+  std::map<std::array<double, 7>, Surface> surfaces;
   const int count = static_cast<int>(model.geometries().size());
   for (int a = 0; a < count; ++a) {
     for (int b = a + 1; b < count; ++b) {
       if (!collider.may_touch(a, b)) continue;
       const Material m = model.pair_material(a, b);
       const std::array key{m.friction,         m.restitution,        m.torsional_friction,
-                           m.rolling_friction, m.friction_at_rest(), m.stribeck_speed};
+                           m.rolling_friction, m.friction_at_rest(), m.stribeck_speed,
+                           m.across_share()};
       ++surfaces.try_emplace(key, Surface{m, 0, a, b}).first->second.pairs;
     }
   }
   if (!surfaces.empty())
-    report.print("\n{:<52} {:>6} {:>8} {:>11} {:>11} {:>11}\n", "surfaces of pairs", "pairs",
-                 "friction", "restitution", "torsion [m]", "rolling [m]");
+    report.print("\n{:<52} {:>6} {:>8} {:>8} {:>8} {:>11} {:>11} {:>11}\n", "surfaces of pairs",
+                 "pairs", "friction", "across", "at rest", "restitution", "torsion [m]",
+                 "rolling [m]");
   Json list = Json::array();
   for (const auto& [key, surface] : surfaces) {
     const auto& [m, pairs, a, b] = surface;
     const std::string &name_a = model.geometries()[a].name, &name_b = model.geometries()[b].name;
-    report.print("{:<52} {:>6} {:>8.4g} {:>11.4g} {:>11.4g} {:>11.4g}\n",
+    report.print("{:<52} {:>6} {:>8.4g} {:>8.4g} {:>8.4g} {:>11.4g} {:>11.4g} {:>11.4g}\n",
                  fmt::format("{} - {}{}", name_a, name_b, pairs > 1 ? ", ..." : ""), pairs,
-                 m.friction, m.restitution, m.torsional_friction, m.rolling_friction);
+                 m.friction, m.across_share() * m.friction, m.friction_at_rest(), m.restitution,
+                 m.torsional_friction, m.rolling_friction);
     list.push_back({{"pairs", pairs},
                     {"between", {name_a, name_b}},
                     {"friction", m.friction},
                     {"static_friction", m.friction_at_rest()},
                     {"stribeck_speed_m_s", m.stribeck_speed},
+                    {"friction_across", m.across_share() * m.friction},
                     {"restitution", m.restitution},
                     {"torsional_friction_m", m.torsional_friction},
                     {"rolling_friction_m", m.rolling_friction}});

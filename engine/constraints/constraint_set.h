@@ -39,6 +39,10 @@ struct PairConstraint {
   double strength = 1.0;
   /// Index of the contact whose sliding speed sets law.slip_speed (friction_slip.h), or -1.
   int fastest_contact = -1;
+  /// Axis of the surface of body A or B whose friction depends on direction, a unit vector in W;
+  /// zero if none does. The first tangent then has the larger coefficient.
+  Vector3 friction_axis = Vector3::Zero();
+  bool axis_of_b = false;
 };
 
 /// One row on joint coordinates: y = sum of coefficient[k] w[v_index[k]] over k = 0, 1, plus the

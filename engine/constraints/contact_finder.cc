@@ -19,8 +19,39 @@ void count_contact(const Material& pair, EffectCounts& counts) {
   if (!(pair.friction > 0.0)) return;
   counts.add(Effect::kFriction);
   if (pair.friction_at_rest() > pair.friction) counts.add(Effect::kStaticFriction);
+  if (pair.is_directional()) counts.add(Effect::kFrictionDirections);
   if (pair.torsional_friction > 0.0) counts.add(Effect::kTorsionalFriction);
   if (pair.rolling_friction > 0.0) counts.add(Effect::kRollingFriction);
+}
+
+/// Sine of the least angle between a friction axis and the normal.
+constexpr double kAlongNormal = 1e-3;
+
+/// Turns the frame of a contact about its normal, so that t1 is the direction of the larger
+/// coefficient: the projection of the surface's axis onto the tangent plane, or the direction
+/// across that. Sets friction_axis and axis_of_b. Returns false, and changes nothing, where the
+/// axis is along the normal: it has no direction in the surface there.
+///
+/// The friction cone is then an ellipse, and the law gives the force of maximal dissipation,
+/// f_i = -mu_i^2 v_i f_N / |(mu_1 v_1, mu_2 v_2)| (Goyal, Ruina and Papadopoulos 1991, "Planar
+/// sliding with dry friction").
+bool turn_to_friction_axis(const Model& model, const Material& pair,
+                           const collision::Candidate& candidate, const Kinematics& data,
+                           PairConstraint& contact) {
+  const auto [lower, higher] = std::minmax(candidate.geometry_a, candidate.geometry_b);
+  const int index = pair.axis_of_second ? higher : lower;
+  const Geometry& g = model.geometries()[static_cast<size_t>(index)];
+  const Vector3 axis =
+      data.X_WB[g.body].rotation * (g.X_BG.rotation * pair.friction_axis.normalized());
+  const Vector3 n = contact.frame.col(0), in_plane = axis - n.dot(axis) * n;
+  const double length = in_plane.norm();
+  if (!(length > kAlongNormal)) return false;
+  contact.friction_axis = axis;
+  contact.axis_of_b = index == candidate.geometry_b;
+  const Vector3 along = in_plane / length;
+  contact.frame.col(1) = pair.across_share() > 1.0 ? Vector3(n.cross(along)) : along;
+  contact.frame.col(2) = n.cross(Vector3(contact.frame.col(1)));
+  return true;
 }
 
 }  // namespace
@@ -159,7 +190,7 @@ ParkedContact ContactFinder::describe(const StepContext& at, const Kinematics& d
   const bool meets = out.gap + h * candidate.normal.dot(out.velocity) <= 0.0;
   if (!has_friction(at.options.contact, out.gap, meets)) return out;
   const Material& material = material_of(model, at.effects, candidate);
-  out.slip = material.friction_at_rest();
+  out.slip = material.most_friction();
   out.spin = std::max(material.torsional_friction, material.rolling_friction);
   return out;
 }
@@ -175,12 +206,15 @@ Vector3 ContactFinder::make_contact(const StepContext& at, const Kinematics& dat
   const Geometry& a = model.geometries()[candidate.geometry_a];
   const Geometry& b = model.geometries()[candidate.geometry_b];
   const double alpha = search_.inverse_mass(a.body) + search_.inverse_mass(b.body);
-  const Material& material = material_of(model, at.effects, candidate);
+  const Material& given = material_of(model, at.effects, candidate);
   contact.body_a = a.body;
   contact.body_b = b.body;
   contact.position = candidate.position;
   const Matrix3 t1_t2_n = frame_from_normal(candidate.normal);
   contact.frame << t1_t2_n.col(2), t1_t2_n.col(0), t1_t2_n.col(1);
+  const bool turned =
+      given.is_directional() && turn_to_friction_axis(model, given, candidate, data, contact);
+  const Material& material = turned || !given.is_directional() ? given : given.without_direction();
   const Vector3 v = contact.frame.transpose() * open.velocity;
   const double gap = gap_less_turning(contact, candidate.gap, h, data);
   contact.soft = material.is_soft();

@@ -121,17 +121,19 @@ namespace {
 /// the sliding velocity before the impact: friction of full strength against u+ reverses a body's
 /// own spin (Kane and Levinson 1985) and adds more energy than restitution leaves. f_T is therefore
 /// limited to the disc of half the radius about -mu f_N u / (2 |u|): it reaches mu f_N against the
-/// sliding direction and 0 along it.
+/// sliding direction and 0 along it. For two coefficients this holds of f_i / mu_i and mu_i u_i.
 void brake_only(const Bounce& bounce, double approach, contact::Law& law) {
   // Sliding slower than this fraction of the approach speed is round-off and has no direction.
   constexpr double kNothing = 1e-9;
-  const double square = bounce.slide[0] * bounce.slide[0] + bounce.slide[1] * bounce.slide[1];
+  const double ratio[2] = {1.0, law.friction[1] / law.friction[0]};
+  const double slide[2] = {bounce.slide[0], ratio[1] * bounce.slide[1]};
+  const double square = slide[0] * slide[0] + slide[1] * slide[1];
   const double share = square / (square + kNothing * kNothing * approach * approach);
   if (!(share > 0.0)) return;
   const double half = 0.5 * share * law.friction[0], speed = std::sqrt(square);
   for (size_t i = 0; i < 2; ++i) {
-    law.lean[i] = half * bounce.slide[i] / speed;
-    law.friction[i] -= half;
+    law.lean[i] = ratio[i] * half * slide[i] / speed;
+    law.friction[i] -= ratio[i] * half;
   }
 }
 
@@ -170,12 +172,14 @@ void set_contact_law(const LawOptions& options, double h, const ContactStart& st
 
   law.type = contact::LawType::kFrictionCone;
   law.rows = pair.rolling_friction > 0.0 ? 6 : pair.torsional_friction > 0.0 ? 4 : 3;
-  law.friction = {mu, mu, pair.torsional_friction, pair.rolling_friction, pair.rolling_friction};
+  const double across = pair.across_share();
+  law.friction = {mu * std::max(across, 1.0), mu * std::min(across, 1.0), pair.torsional_friction,
+                  pair.rolling_friction, pair.rolling_friction};
   switch (options.friction_model) {
     case FrictionModel::kConvex:
       break;
     case FrictionModel::kLagged:
-      law.bias[0] += mu * std::hypot(v[1], v[2]);
+      law.bias[0] += law.friction[0] * std::hypot(v[1], law.friction[1] / law.friction[0] * v[2]);
       break;
     case FrictionModel::kCoulomb:
       law.coulomb = near || bounces || (round && meets);
@@ -209,10 +213,12 @@ LawSlopes contact_law_slopes(const LawOptions& options, double h, const ContactS
   const double speed = std::hypot(v[1], v[2]);
   if (!(speed > 0.0)) return slopes;
   const SlidingFriction mu = sliding_friction(pair, speed);
-  const Vector3 along(0.0, v[1] / speed, v[2] / speed);
-  slopes.friction = mu.by_speed * along;
-  if (options.friction_model == FrictionModel::kLagged)
-    slopes.v += mu.value * along + speed * slopes.friction;
+  const double across = pair.across_share(), larger = std::max(across, 1.0);
+  slopes.friction = larger * mu.by_speed / speed * Vector3(0.0, v[1], v[2]);
+  if (options.friction_model != FrictionModel::kLagged) return slopes;
+  const double ratio = std::min(across, 1.0) / larger, scaled = std::hypot(v[1], ratio * v[2]);
+  slopes.v += larger * mu.value / scaled * Vector3(0.0, v[1], ratio * ratio * v[2]) +
+              scaled * slopes.friction;
   return slopes;
 }
 

@@ -148,7 +148,7 @@ struct LawSlopes {
   double softness = 0.0;               ///< Law::normal by gap [1/(kg m)]
   double fall = 0.0;                   ///< bias by the acceleration given to find_bounce [s]
   Vector3 normal = Vector3::Zero();    ///< bias by the normal, through that acceleration [m/s]
-  Vector3 friction = Vector3::Zero();  ///< both sliding coefficients by v [s/m]
+  Vector3 friction = Vector3::Zero();  ///< first sliding coefficient by v [s/m]
 };
 /// Derivative of gap_bias by the gap [1/s].
 double gap_bias_slope(const ContactOptions& options, double h, double gap);

@@ -35,6 +35,7 @@ Material active_material(Material pair, EffectSet effects) {
   if (!effects.has(Effect::kStiffness))
     pair.stiffness = std::numeric_limits<double>::infinity();
   if (!effects.has(Effect::kFriction)) pair.friction = 0.0;
+  if (!effects.has(Effect::kFrictionDirections)) pair = pair.without_direction();
   if (!effects.has(Effect::kStaticFriction)) pair.static_friction = 0.0;
   if (!effects.has(Effect::kTorsionalFriction)) pair.torsional_friction = 0.0;
   if (!effects.has(Effect::kRollingFriction)) pair.rolling_friction = 0.0;
@@ -141,8 +142,8 @@ FarPair ContactSearch::locate(const Model& model, const std::pair<int, int>& pai
   far.middle = where.middle;
   far.radius = where.radius;
   const Material material = active_material(model.pair_material(pair.first, pair.second), effects);
-  const double at_rest = material.friction_at_rest();
-  far.slip = std::sqrt(1.0 + at_rest * at_rest);
+  const double most = material.most_friction();
+  far.slip = std::sqrt(1.0 + most * most);
   far.spin = std::max(material.torsional_friction, material.rolling_friction);
   // Contact points are within radius + gap of the centre.
   for (const int body : {far.body_a, far.body_b}) {

@@ -88,7 +88,7 @@ void ImpactSolver::Impl::touch() {
     pair.first = 0;
     pair.law.rows = 3;
     const contact::Rows v = relative_velocity(pair, data, data.V);
-    const Material surface = model.pair_material(c.geometry_a, c.geometry_b);
+    const Material surface = model.pair_material(c.geometry_a, c.geometry_b).without_direction();
     Bounce bounce = find_bounce(Integrator::kSemiImplicitEuler, true, kInstant, surface.restitution,
                                 0.0, v[0], 0.0);
     for (int k = 0; k < 2; ++k) bounce.slide[k] = v[k + 1];

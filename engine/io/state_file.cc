@@ -52,6 +52,10 @@ void add_material(const Material& m, Hash& hash) {
     for (const double x : {m.static_friction, m.stribeck_speed}) hash.add(x);
   if (m.is_soft())
     for (const double x : {m.stiffness, m.damping, m.dissipation}) hash.add(x);
+  if (!m.is_directional()) return;
+  hash.add(m.friction_across);
+  hash.add(m.friction_axis);
+  hash.add(m.axis_of_second ? 1 : 0);
 }
 
 void add_geometries(const Model& model, Hash& hash) {

@@ -78,7 +78,7 @@ void Verifier::check_contacts(const VectorX& q, const VectorX& v_next, Verificat
     const double normal = c.force.dot(c.contact.normal);
     const double tangential = (c.force - normal * c.contact.normal).norm();
     const double mu =
-        model_->pair_material(c.contact.geometry_a, c.contact.geometry_b).friction_at_rest();
+        model_->pair_material(c.contact.geometry_a, c.contact.geometry_b).most_friction();
     out.cone_violation_max =
         std::max({out.cone_violation_max, (tangential - mu * normal) / weight_, -normal / weight_});
     out.contact_force_max = std::max(out.contact_force_max, normal / weight_);

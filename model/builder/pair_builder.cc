@@ -86,7 +86,12 @@ void ModelBuilder::set_pair_surface(const std::string& geometry_or_link_a,
       if (a == b) continue;
       const auto& all = model_.geometries_;
       Material m = combine_materials(all[a].material, all[b].material);
-      if (surface.friction) m.static_friction = 0.0;
+      if (surface.friction) {
+        m.static_friction = 0.0;
+        m.friction_axis = surface.friction_axis.value_or(Vector3::Zero());
+        m.friction_across = surface.friction_across;
+        m.axis_of_second = a > b;
+      }
       m.friction = surface.friction.value_or(m.friction);
       m.static_friction = surface.static_friction.value_or(m.static_friction);
       m.stribeck_speed = surface.stribeck_speed.value_or(m.stribeck_speed);

@@ -255,6 +255,12 @@ void check_material(const Material& material, const std::string& where) {
   if (!(material.stribeck_speed > 0.0) || !std::isfinite(material.stribeck_speed))
     throw InputError(fmt::format("{}: stribeck_speed is {} m/s; it must be positive", where,
                                  material.stribeck_speed));
+  check_nonnegative(material.friction_across, "friction across the axis", where);
+  if (!material.friction_axis.allFinite())
+    throw InputError(where + ": friction_axis is not finite");
+  if (!material.friction_axis.isZero(0.0) && material.friction > 0.0 &&
+      !(material.friction_across > 0.0))
+    throw InputError(where + ": friction across the axis is 0; it must be positive, as along it");
   check_nonnegative(material.torsional_friction, "torsional (spinning) friction", where);
   check_nonnegative(material.rolling_friction, "rolling friction", where);
   check_nonnegative(material.restitution, "restitution", where);

@@ -18,6 +18,7 @@ std::pair<std::string, std::string> mjcf_shape(const Geometry& g);
 /// there is no torsional or rolling friction.
 inline Material acting_surface(Material m, EffectSet on) {
   if (!on.has(Effect::kFriction)) m.friction = 0.0;
+  if (!on.has(Effect::kFrictionDirections)) m = m.without_direction();
   if (!on.has(Effect::kStaticFriction)) m.static_friction = 0.0;
   if (!on.has(Effect::kTorsionalFriction) || m.friction <= 0.0) m.torsional_friction = 0.0;
   if (!on.has(Effect::kRollingFriction) || m.friction <= 0.0) m.rolling_friction = 0.0;

@@ -184,7 +184,10 @@ class MjcfWriter {
       set("contype", "0");
       set("conaffinity", "0");
     }
-    const Material m = acting_surface(g.material, how_.effects);
+    const Material acting = acting_surface(g.material, how_.effects);
+    const Material m = acting.without_direction();
+    if (acting.is_directional()) lose("geometry '" + g.name + "'", "the direction of its friction");
+    if (m.friction_at_rest() > m.friction) lose("geometry '" + g.name + "'", "static friction");
     set("condim", mjcf_dimensions(m));
     set("friction", export_numbers({m.friction, m.torsional_friction, m.rolling_friction}));
     xml_.CloseElement();
@@ -266,7 +269,7 @@ class MjcfWriter {
   }
 
   void write_pair(int a, int b) {
-    const Material m = acting_surface(model_.pair_material(a, b), how_.effects);
+    const Material m = acting_surface(model_.pair_material(a, b), how_.effects).without_direction();
     // MuJoCo requires a positive coefficient even where it has no effect.
     const double slide = m.friction > 0.0 ? m.friction : 1.0;
     const double spin = m.torsional_friction, roll = m.rolling_friction;

@@ -125,12 +125,15 @@ class UrdfWriter {
     }
     xml_.CloseElement();
     xml_.OpenElement("drake:proximity_properties");
-    write_reference("drake:mu_dynamic", "value", export_number(g.material.friction));
+    write_reference("drake:mu_dynamic", "value",
+                    export_number(g.material.without_direction().friction));
     xml_.CloseElement();
     xml_.CloseElement();
     const Material& m = g.material;
     if (m.restitution > 0.0 || m.torsional_friction > 0.0 || m.rolling_friction > 0.0)
       lose("geometry '" + g.name + "'", "restitution, torsional or rolling friction");
+    if (m.is_directional() || m.friction_at_rest() > m.friction)
+      lose("geometry '" + g.name + "'", "the direction of its friction, or static friction");
   }
 
   /// Returns the name of a mesh's OBJ file (17 digits); every mesh is written once.

@@ -196,9 +196,9 @@ void visit(A& a, Note& x) {
 template <class A>
 void visit(A& a, Material& x) {
   auto& [friction, restitution, torsional, rolling, at_rest, stribeck_speed, stiffness, damping,
-         dissipation] = x;
+         dissipation, axis, across, of_second] = x;
   a(friction, restitution, torsional, rolling, at_rest, stribeck_speed, stiffness, damping,
-    dissipation);
+    dissipation, axis, across, of_second);
 }
 template <class A>
 void visit(A& a, VertexNeighbors::Neighbor& x) {

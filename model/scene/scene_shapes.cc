@@ -97,6 +97,32 @@ Pose read_pose(const YamlValue& in) {
   return pose;
 }
 
+std::optional<FrictionGiven> read_friction(const YamlValue& in) {
+  const bool axis = in.has("friction_axis");
+  if (!in.has("friction")) {
+    if (axis)
+      in.at("friction_axis").fail("it needs two coefficients beside it: friction: [along, across]");
+    return {};
+  }
+  const YamlValue value = in.at("friction");
+  if (!value.is_list()) {
+    if (axis)
+      in.at("friction_axis")
+          .fail(
+              "friction has one coefficient, hence no direction; two are "
+              "given as friction: [along the axis, across it]");
+    return FrictionGiven{value.number(0.0, kInfinity)};
+  }
+  const std::vector<YamlValue> both = value.list();
+  if (both.size() != 2)
+    value.fail("one coefficient, or two [along friction_axis, across it] are expected");
+  if (!axis)
+    value.fail("two coefficients need a friction_axis [x, y, z], in the frame of the shape");
+  const FrictionGiven out{both[0].positive(), both[1].positive(), in.at("friction_axis").vector3()};
+  if (out.axis.norm() < 1e-9) in.at("friction_axis").fail("an axis cannot be zero");
+  return out;
+}
+
 void expect_static_friction(const YamlValue& in, double friction) {
   if (!in.has("static_friction")) return;
   const YamlValue value = in.at("static_friction");
@@ -113,9 +139,13 @@ Material read_material(const YamlValue& in, Material material) {
   const auto read = [&](const char* key, double high, double& value) {
     if (in.has(key)) value = in.at(key).number(0.0, high);
   };
-  read("friction", kInfinity, material.friction);
-  // A coefficient given here replaces both of the defaults.
-  if (in.has("friction")) material.static_friction = 0.0;
+  if (const auto friction = read_friction(in)) {
+    // Coefficients given here replace all of the defaults.
+    material.friction = friction->along;
+    material.friction_across = friction->across;
+    material.friction_axis = friction->axis;
+    material.static_friction = 0.0;
+  }
   read("static_friction", kInfinity, material.static_friction);
   expect_static_friction(in, material.friction);
   if (in.has("stribeck_speed")) material.stribeck_speed = in.at("stribeck_speed").positive();

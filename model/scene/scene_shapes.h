@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "counterpoint/model/geometry.h"
@@ -27,9 +28,16 @@ Pose read_pose(const YamlValue& in);
 
 /// Keys of a surface, those of read_material.
 inline constexpr const char* kSurfaceKeys[] = {
-    "friction",         "static_friction", "stribeck_speed", "restitution", "torsional_friction",
-    "rolling_friction", "stiffness",       "damping",        "dissipation"};
+    "friction",    "friction_axis",      "static_friction",  "stribeck_speed", "restitution",
+    "torsional_friction", "rolling_friction", "stiffness", "damping", "dissipation"};
 
+/// Sliding friction of a map: `friction: mu`, or `friction: [along, across]` with `friction_axis`.
+struct FrictionGiven {
+  double along = 0.0, across = 0.0;  ///< [-]
+  Vector3 axis = Vector3::Zero();
+};
+/// Returns nothing without `friction`.
+std::optional<FrictionGiven> read_friction(const YamlValue& in);
 /// Refuses a `static_friction` below the friction of sliding [-].
 void expect_static_friction(const YamlValue& in, double friction);
 /// Returns `material` with the values that the map gives.

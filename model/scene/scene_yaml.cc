@@ -275,7 +275,11 @@ class SceneReader {
     const auto read = [&](const char* key, double high, std::optional<double>& value) {
       if (in.has(key)) value = in.at(key).number(0.0, high);
     };
-    read("friction", kInfinity, surface.friction);
+    if (const auto friction = read_friction(in)) {
+      surface.friction = friction->along;
+      surface.friction_across = friction->across;
+      if (!friction->axis.isZero(0.0)) surface.friction_axis = friction->axis;
+    }
     read("static_friction", kInfinity, surface.static_friction);
     if (in.has("stribeck_speed")) surface.stribeck_speed = in.at("stribeck_speed").positive();
     if (surface.friction) expect_static_friction(in, *surface.friction);

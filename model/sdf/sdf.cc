@@ -45,7 +45,8 @@ class Reader {
     CollisionRead read;
     bool matters = false;  ///< its anisotropic friction is felt by a surface that it touches
     const Material& material() const { return read.collision.material; }
-    bool differs() const { return read.along != read.across; }
+    bool differs() const { return read.along != read.across && !has_axis(); }
+    bool has_axis() const { return material().is_directional(); }
   };
 
   void read_root(const sdf::Root& root) {
@@ -160,13 +161,22 @@ class Reader {
         }
         const double along = std::min(a.read.along, b.read.along),
                      across = std::min(a.read.across, b.read.across);
-        if (a.model != b.model && along != across && std::min(along, across) < kNeverSlides)
-          (a.differs() ? a : b).matters = true;
-        if (same(a.material(), b.material())) continue;
+        // ODE takes the axis of the smaller coefficient.
+        const bool of_b = b.has_axis() && !(a.has_axis() && a.read.along <= b.read.along);
+        const Surface &owner = of_b ? b : a, &other = of_b ? a : b;
         PairSurface values;
         values.friction = std::min(along, across);
+        if (owner.has_axis() && along != across) {
+          values.friction = along;
+          values.friction_axis = owner.material().friction_axis;
+          values.friction_across = across;
+        } else if (a.model != b.model && along != across &&
+                   std::min(along, across) < kNeverSlides) {
+          (a.differs() ? a : b).matters = true;
+        }
+        if (!owner.has_axis() && same(a.material(), b.material())) continue;
         values.restitution = std::min(a.material().restitution, b.material().restitution);
-        model_.surfaces.push_back({a.name, b.name, values});
+        model_.surfaces.push_back({owner.name, other.name, values});
       }
     }
   }
@@ -177,9 +187,8 @@ class Reader {
     for (const Surface& s : surfaces_) {
       if (!s.differs()) continue;
       const double less = s.material().friction;
-      const std::string what =
-          fmt::format("mu = {} and mu2 = {}: friction is the same in all directions here",
-                      s.read.along, s.read.across);
+      const std::string what = fmt::format(
+          "mu = {} and mu2 = {} without <fdir1>, the direction of mu", s.read.along, s.read.across);
       if (s.matters || (!s.is_static && models_ == 1 && less < kNeverSlides))
         document_.refuse(
             s.read.element, LeaveOut::kFrictionDirections,

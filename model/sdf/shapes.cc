@@ -47,6 +47,8 @@ CollisionRead ShapeReader::read(const sdf::Collision& in, bool is_static) {
   out.collision.shape = shape;
   out.collision.X_LG = document_.resolve(in.SemanticPose(), "", element) * X_CS;
   read_surface(element, out);
+  Vector3& axis = out.collision.material.friction_axis;
+  axis = X_CS.rotation.transpose() * axis;
   return out;
 }
 
@@ -199,6 +201,14 @@ void ShapeReader::read_friction(const sdf::ElementPtr& friction, CollisionRead& 
     out.along = Document::number(used, first, 1.0);
     out.across = Document::number(used, second, out.along);
     material.friction = std::min(out.along, out.across);
+    if (used->HasElement("fdir1")) {
+      const Vector3 axis = to_vector(used->Get<ignition::math::Vector3d>("fdir1"));
+      if (out.along != out.across && out.along > 0.0 && out.across > 0.0 && axis.norm() > 1e-9) {
+        material.friction = out.along;
+        material.friction_across = out.across;
+        material.friction_axis = axis;
+      }
+    }
   }
   for (const char* slip : {"slip1", "slip2"})
     if (Document::number(ode, slip, 0.0) != 0.0)

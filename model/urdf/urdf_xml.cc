@@ -25,7 +25,9 @@ Material SurfaceValues::over(const Material& base) const {
           torsional_friction.value_or(base.torsional_friction),
           rolling_friction.value_or(base.rolling_friction),
           friction ? 0.0 : base.static_friction,
-          base.stribeck_speed};
+          base.stribeck_speed,
+          friction ? friction_axis : base.friction_axis,
+          friction ? friction_across : base.friction_across};
 }
 
 namespace {
@@ -330,12 +332,18 @@ class Pass {
     const auto mu = text_number(e->FirstChildElement("mu1")),
                across = text_number(e->FirstChildElement("mu2"));
     if (mu) link->second.surface.friction = mu;
-    if (mu && across && *mu != *across)
+    const bool differ = mu && across && *mu != *across;
+    XMLElement* axis = e->FirstChildElement("fdir1");
+    if (differ && axis != nullptr && axis->GetText() != nullptr && *mu > 0.0 && *across > 0.0) {
+      axis->SetAttribute("xyz", axis->GetText());
+      link->second.surface.friction_axis = vector(axis, "xyz");
+      link->second.surface.friction_across = *across;
+    } else if (differ) {
       out_.notes.push_back(
           {at(e) + fmt::format(": link '{}'", reference),
-           fmt::format(
-               "mu1 = {} and mu2 = {}: friction is the same in all directions here; mu1 counts",
-               *mu, *across)});
+           fmt::format("mu1 = {} and mu2 = {} without <fdir1>, the direction of mu1; mu1 counts",
+                       *mu, *across)});
+    }
     const XMLElement* weightless = e->FirstChildElement("turnGravityOff");
     if (weightless == nullptr || weightless->GetText() == nullptr) return;
     if (std::strcmp(weightless->GetText(), "true") == 0) {

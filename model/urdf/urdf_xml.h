@@ -15,6 +15,8 @@ namespace counterpoint {
 /// Surface values that a file gives; the others are empty.
 struct SurfaceValues {
   std::optional<double> friction, restitution, torsional_friction, rolling_friction;
+  double friction_across = 0.0;             ///< with `friction` and an axis
+  Vector3 friction_axis = Vector3::Zero();  ///< Material::friction_axis; zero: none
   /// These values; missing ones from `base`.
   Material over(const Material& base) const;
 };

@@ -77,6 +77,10 @@ std::map<Effect, Parts> scenes_with() {
       {Effect::kStaticFriction,
        {.scene = "ground: {friction: 0.5}\ndefaults: {friction: 0.5, static_friction: 0.6}",
         .more = kBall}},
+      {Effect::kFrictionDirections,
+       {.scene = "ground: {friction: [0.25, 0.0625], friction_axis: [1, 0, 0]}\n"
+                 "defaults: {friction: 1}",  // roots of powers of two are exact
+        .more = kBall}},
       {Effect::kTorsionalFriction,
        {.scene = "ground: {friction: 0.5}\ndefaults: {torsional_friction: 0.01}", .more = kBall}},
       {Effect::kRollingFriction,
@@ -106,6 +110,7 @@ EffectSet with_effect(Effect effect) {
       set.set(Effect::kTautLinks, true);
       break;
     case Effect::kStaticFriction:
+    case Effect::kFrictionDirections:
     case Effect::kTorsionalFriction:
     case Effect::kRollingFriction:
       set.set(Effect::kFriction, true);
@@ -156,20 +161,24 @@ TEST(Effects, AStepRunsWhatTheSceneCallsForAndNothingElse) {
 }
 
 TEST(Effects, SwitchedOffTheSceneMovesAsOneWithoutToTheBit) {
+  const std::string smooth = "ground: {friction: 0}\ndefaults: {friction: 0}";
+  // The same surfaces without the property under test.
+  const std::map<Effect, std::string> without_it = {
+      {Effect::kFriction, smooth},
+      {Effect::kRestitution, smooth},
+      {Effect::kStaticFriction, "ground: {friction: 0.5}\ndefaults: {friction: 0.5}"},
+      {Effect::kFrictionDirections, "ground: {friction: 0.125}\ndefaults: {friction: 1}"},
+      {Effect::kTorsionalFriction, "ground: {friction: 0.5}"},
+      {Effect::kRollingFriction, "ground: {friction: 0.5}"}};
   const Scene bare = make({}), bare_ball = make({.more = kBall});
   for (const auto& [effect, parts] : scenes_with()) {
     Scene scene = make(parts);
     scene.options.effects = EffectSet::all().without({effect});
     if (effect == Effect::kLimits) scene.options.effects.set(Effect::kVelocityLimits, false);
-    const bool of_contact = effect == Effect::kFriction || effect == Effect::kTorsionalFriction ||
-                            effect == Effect::kRollingFriction || effect == Effect::kRestitution;
     Scene other = parts.more.empty() ? bare : bare_ball;
-    if (of_contact) {
-      // The same surfaces without the property under test.
+    if (const auto surface = without_it.find(effect); surface != without_it.end()) {
       Parts without = parts;
-      without.scene = effect == Effect::kTorsionalFriction || effect == Effect::kRollingFriction
-                          ? "ground: {friction: 0.5}"
-                          : "ground: {friction: 0}\ndefaults: {friction: 0}";
+      without.scene = surface->second;
       other = make(without);
     }
     Simulator off(std::move(scene)), never(std::move(other));

@@ -290,7 +290,7 @@ TEST_F(Expansion, ContactsAreThoseThatTheOptionsLeave) {
 
 TEST_F(Expansion, FrictionOfAPairThatDiffersWithTheDirection) {
   const std::string contents =
-      R"(<worldbody><geom name='floor' type='plane' size='1 1 1'/><body name='c'><freejoint/>
+      R"(<worldbody><geom name='floor' type='box' size='1 1 1'/><body name='c' pos='0 0 2'><freejoint/>
     <geom name='gc' size='0.1'/></body></worldbody><contact><pair geom1='gc' geom2='floor' friction='0.9 0.4'/></contact>)";
   expect_refused(contents, {"leave_out: [friction_directions]"});
   write(contents);
@@ -298,6 +298,25 @@ TEST_F(Expansion, FrictionOfAPairThatDiffersWithTheDirection) {
       folder_.write("p/m/s.yaml", "models: [{mjcf: m.xml, leave_out: [friction_directions]}]"));
   ASSERT_EQ(s.model.pair_materials().size(), 1u);
   EXPECT_EQ(s.model.pair_materials()[0].material.friction, 0.4);
+}
+
+// MuJoCo's first tangent at a plane is the world's y axis, or z at a wall that faces along y.
+TEST_F(Expansion, FrictionOfAPairWithAPlaneHasTheDirectionsOfMuJoCo) {
+  const auto axis_in_world = [&](const std::string& plane) {
+    const Scene s = scene("<worldbody><geom name='floor' type='plane' size='1 1 1' " + plane +
+                          R"(/><body name='c' pos='0 2 2'><freejoint/>
+    <geom name='gc' size='0.1'/></body></worldbody><contact><pair geom1='gc' geom2='floor' friction='0.9 0.4'/></contact>)");
+    const PairMaterial& pair = s.model.pair_materials().at(0);
+    EXPECT_EQ(pair.material.friction, 0.9);
+    EXPECT_EQ(pair.material.friction_across, 0.4);
+    const int owner = pair.material.axis_of_second ? pair.geometry_b : pair.geometry_a;
+    const Geometry& g = s.model.geometries()[owner];
+    EXPECT_EQ(g.shape.type, ShapeType::kPlane);
+    return Vector3(g.X_BG.rotation * pair.material.friction_axis);
+  };
+  constexpr double kRounding = 1e-15;  // two rotations
+  EXPECT_LT((axis_in_world("euler='0 0 30'") - Vector3::UnitY()).norm(), kRounding);
+  EXPECT_LT((axis_in_world("zaxis='0 -1 0'") - Vector3::UnitZ()).norm(), kRounding);
 }
 
 }  // namespace

@@ -343,7 +343,7 @@ TEST_F(SdfTest, RefusesWhatItCannotDo) {
       {with("\n<velocity_decay><linear>0.1</linear></velocity_decay>"),
        "<velocity_decay>: <linear>"},
       {with(ball("\n<surface><friction><ode><mu>1</mu><mu2>0.5</mu2></ode></friction></surface>")),
-       "all directions"},
+       "without <fdir1>"},
       {with(ball("<surface><friction><ode><slip1>0.1</slip1></ode></friction></surface>")),
        "<slip1>"},
       {with("<collision name='c'><geometry><plane/></geometry></collision>"),

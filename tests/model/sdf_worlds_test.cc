@@ -135,6 +135,25 @@ TEST_F(SdfWorlds, FrictionInTwoDirectionsMattersWhereAPairFeelsIt) {
   EXPECT_TRUE(noted(left, "left out"));
 }
 
+// Each coefficient is the smaller one; the axis is that of the surface with the smaller mu.
+TEST_F(SdfWorlds, Fdir1IsTheDirectionOfMu) {
+  const std::string x = "<fdir1>2 0 0</fdir1>", y = "<fdir1>0 1 0</fdir1>";
+  const auto pair = [&](const std::string& a, const std::string& b) {
+    const Scene s = world("<world name='w'>" + ball("a", a) + ball("b", b) + "</world>");
+    return s.model.pair_material(0, 1);
+  };
+  const Material one = pair(mu("1", "0.5") + x, mu("0.8", "0.8"));
+  EXPECT_EQ(one.friction, 0.8);
+  EXPECT_EQ(one.friction_across, 0.5);
+  EXPECT_EQ(one.friction_axis, Vector3(2, 0, 0));
+  EXPECT_FALSE(one.axis_of_second);
+  const Material both = pair(mu("1", "0.5") + x, mu("0.3", "0.9") + y);
+  EXPECT_EQ(both.friction, 0.3);
+  EXPECT_EQ(both.friction_across, 0.5);
+  EXPECT_EQ(both.friction_axis, Vector3(0, 1, 0));
+  EXPECT_TRUE(both.axis_of_second);
+}
+
 TEST_F(SdfWorlds, EveryFaultIsNamedWithItsWayOn) {
   const std::string several =
       "<world name='w'><wind><linear_velocity>1 0 0</linear_velocity></wind>\n" +

@@ -139,7 +139,8 @@ TEST_F(UrdfTest, Surfaces) {
                                     "<drake:mu_dynamic value='0.6'/>"
                                     "</drake:proximity_properties>")) +
             link("gazebo", collision(ball)) + link("none", collision(ball)) +
-            "<gazebo reference='gazebo'><mu1>0.7</mu1></gazebo>"
+            "<gazebo reference='gazebo'><mu1>0.7</mu1><mu2>0.2</mu2><fdir1>0 1 0</fdir1></gazebo>"
+            "<gazebo reference='none'><mu1>0.7</mu1><mu2>0.2</mu2></gazebo>"
             "<joint name='1' type='fixed'><parent link='bullet'/><child link='drake'/></joint>"
             "<joint name='2' type='fixed'><parent link='bullet'/><child link='gazebo'/></joint>"
             "<joint name='3' type='fixed'><parent link='bullet'/><child link='none'/></joint>"));
@@ -150,7 +151,11 @@ TEST_F(UrdfTest, Surfaces) {
   EXPECT_EQ(material(0).torsional_friction, 0.02);
   EXPECT_EQ(material(1).friction, 0.6);
   EXPECT_EQ(material(2).friction, 0.7);
-  EXPECT_EQ(material(3).friction, Material().friction);
+  EXPECT_EQ(material(2).friction_across, 0.2);
+  EXPECT_EQ(material(2).friction_axis, Vector3(0, 1, 0));
+  EXPECT_EQ(material(3).friction, 0.7);
+  EXPECT_FALSE(material(3).is_directional());
+  EXPECT_TRUE(noted(spec, "mu1 = 0.7 and mu2 = 0.2 without <fdir1>"));
   EXPECT_TRUE(noted(spec, "link 'bullet': <contact>: not used: <stiffness>"));
 }
 

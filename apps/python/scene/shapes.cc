@@ -3,6 +3,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <cctype>
+#include <optional>
 
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/model.h"
@@ -107,30 +108,40 @@ stiffness : float
     springs in series.
 damping, dissipation : float
     Of a contact point with finite stiffness: linear [N s/m]; Hunt and Crossley's [s/m].
+friction_axis : array_like, shape (3,), optional
+    Direction in the frame of the shape along which friction acts; zero: all are alike.
+friction_across : float
+    Coefficient across friction_axis [-].
 torsional_friction, rolling_friction : float
     Torque about the normal, or rolling, over normal force [m].
 )")
       .def(py::init([](double friction, double restitution, double torsional, double rolling,
                        double at_rest, double stribeck_speed, double stiffness, double damping,
-                       double dissipation) {
-             return Material{friction,  restitution, torsional, rolling, at_rest, stribeck_speed,
-                             stiffness, damping,     dissipation};
+                       double dissipation, const std::optional<Vector3>& axis, double across) {
+             Material m{friction,  restitution, torsional, rolling, at_rest, stribeck_speed,
+                        stiffness, damping,     dissipation};
+             if (axis) m.friction_axis = *axis;
+             m.friction_across = across;
+             return m;
            }),
            py::arg("friction") = 0.8, py::arg("restitution") = 0.0,
            py::arg("torsional_friction") = 0.0, py::arg("rolling_friction") = 0.0,
            py::arg("static_friction") = 0.0, py::arg("stribeck_speed") = 0.01,
            py::arg("stiffness") = Material().stiffness, py::arg("damping") = 0.0,
-           py::arg("dissipation") = 0.0)
+           py::arg("dissipation") = 0.0, py::arg("friction_axis") = py::none(),
+           py::arg("friction_across") = 0.0)
       .def_readwrite("stiffness", &Material::stiffness, "[N/m]; infinite: hard.")
       .def_readwrite("damping", &Material::damping, "[N s/m]")
       .def_readwrite("dissipation", &Material::dissipation, "Hunt and Crossley's [s/m].")
-      .def_readwrite("static_friction", &Material::static_friction,
-                     "At rest [-]; friction where that is larger.")
-      .def_readwrite("stribeck_speed", &Material::stribeck_speed, "[m/s]")
       .def_readwrite("friction", &Material::friction, "Sliding [-].")
       .def_readwrite("restitution", &Material::restitution, "Newton's, 0 to 1 [-].")
       .def_readwrite("torsional_friction", &Material::torsional_friction, "[m]")
       .def_readwrite("rolling_friction", &Material::rolling_friction, "[m]")
+      .def_readwrite("static_friction", &Material::static_friction,
+                     "At rest [-]; friction where that is larger.")
+      .def_readwrite("stribeck_speed", &Material::stribeck_speed, "[m/s]")
+      .def_readwrite("friction_axis", &Material::friction_axis, "In the frame of the shape.")
+      .def_readwrite("friction_across", &Material::friction_across, "Across friction_axis [-].")
       .def("__repr__", [](const Material& x) {
         return py::str(
                    "Material(friction={:g}, restitution={:g}, torsional_friction={:g}, "

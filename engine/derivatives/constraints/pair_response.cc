@@ -35,13 +35,31 @@ Vector6 by_softness(const PairConstraint& pair, const PairBodies& bodies) {
   return R * contact::compute_sensitivity(pair.law, y).normal;
 }
 
-/// Returns R df/dmu, mu the coefficient of both sliding rows, of which a spinning patch leaves
-/// pair.strength.
+/// Returns R df/dmu, mu the first coefficient of sliding, of which a spinning patch leaves
+/// pair.strength. The second one is a multiple of it.
 Vector6 by_friction(const PairConstraint& pair, const PairBodies& bodies) {
   const auto [R, y] = ContactRows(pair, bodies);
   const contact::Sensitivity law = contact::compute_sensitivity(pair.law, y);
-  return pair.strength * (R * law.friction.leftCols<2>().rowwise().sum());
+  const double ratio = pair.law.friction[1] / pair.law.friction[0];
+  return pair.strength * (R * (law.friction.col(0) + ratio * law.friction.col(1)));
 }
+
+/// Rotation of a contact's frame about its normal, by the normal and by the displacement of B
+/// relative to A: t1 follows the axis of the surface. Zero without an axis: the
+/// rotation is then arbitrary.
+struct FrameSpin {
+  Eigen::RowVector3d by_normal = Eigen::RowVector3d::Zero();
+  Eigen::Matrix<double, 1, 6> by_displacement = Eigen::Matrix<double, 1, 6>::Zero();
+
+  explicit FrameSpin(const PairConstraint& pair) {
+    const Vector3 &a = pair.friction_axis, n = pair.frame.col(0);
+    if (a.isZero(0.0)) return;
+    const Vector3 across = n.cross(a);  // its length is that of the axis in the plane
+    const double square = across.squaredNorm();
+    by_normal = -n.dot(a) / square * across.transpose();
+    if (pair.axis_of_b) by_displacement.head<3>() = a.cross(across).transpose() / square;
+  }
+};
 
 /// Displacement within the step of a point at `arm` from its body's origin, beyond h omega x arm,
 /// if the body keeps rotating: u = (exp(h omega) - 1 - [h omega]) arm.
@@ -171,9 +189,10 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
   const Eigen::RowVector3d along = -n.transpose();  // the gap shrinks by n (u_A - u_B)
   // Response to a motion m of place, normal and gap; arm_b: motion of the place seen from B's
   // origin.
-  const auto respond = [&](const PlaceMotion& m, const Rows36& arm_b) {
-    // The frame turns with the normal; its rotation about the normal is arbitrary.
-    const Rows36 turned = skew(n) * m.normal;
+  const FrameSpin spin(pair);
+  const auto respond = [&](const PlaceMotion& m, const Rows36& arm_b, const Row6& by_axis) {
+    // The frame turns with the normal, and about it with the axis of friction.
+    const Rows36 turned = skew(n) * m.normal + n * (spin.by_normal * m.normal + by_axis);
     Matrix6 y;
     y.topRows<3>() = skew(next.angular) * turned;
     y.bottomRows<3>() = skew(next.angular) * m.point + skew(next.linear) * turned;
@@ -189,7 +208,7 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
   Rows36 arm_b = motion.point;  // minus the motion of B's origin
   arm_b.leftCols<3>() -= skew(bodies.arm_b);
   arm_b.rightCols<3>() -= Matrix3::Identity();
-  out.still = respond(motion, arm_b);
+  out.still = respond(motion, arm_b, spin.by_displacement);
   // If B is the world, everything here turns with A except gravity.
   if (pair.body_b == 0) out.still.leftCols<3>() += by_normal * skew(n);
   out.by_v = turning || rebounds || motion.by_v;
@@ -203,8 +222,8 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
   out.v_a.rightCols<3>() -= by_speed;
   out.v_b.rightCols<3>() += by_speed;
   if (!motion.by_v) return;
-  out.v_a += respond(motion.v_a, motion.v_a.point);
-  out.v_b += respond(motion.v_b, motion.v_b.point);
+  out.v_a += respond(motion.v_a, motion.v_a.point, Row6::Zero());
+  out.v_b += respond(motion.v_b, motion.v_b.point, Row6::Zero());
 }
 
 }  // namespace counterpoint

@@ -42,15 +42,19 @@ Material material_change(const PreparedParameter& p, const Geometry& a, int inde
                          const Geometry& b, int index_b) {
   Material out{0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
   const bool of_a = p.has(index_a), of_b = p.has(index_b);
-  const auto root = [&](double x, double y) {
+  const auto root = [](double x, double y, bool by_x, bool by_y) {
     const double both = std::sqrt(x * y);
-    return both > 0.0 ? (of_a ? 0.5 * y / both : 0.0) + (of_b ? 0.5 * x / both : 0.0) : 0.0;
+    return both > 0.0 ? (by_x ? 0.5 * y / both : 0.0) + (by_y ? 0.5 * x / both : 0.0) : 0.0;
   };
   const auto larger = [&](double x, double y) -> double { return x >= y ? of_a : of_b; };
   const Material &x = a.material, &y = b.material;
   switch (p.kind()) {
     case K::kFriction:
-      out.friction = root(x.friction, y.friction);
+      out.friction = root(x.friction, y.friction, of_a, of_b);
+      // Where a surface has no static friction of its own, it is that of sliding.
+      out.static_friction = root(x.friction_at_rest(), y.friction_at_rest(),
+                                 of_a && !(x.friction_at_rest() > x.friction),
+                                 of_b && !(y.friction_at_rest() > y.friction));
       break;
     case K::kRestitution:
       out.restitution = larger(x.restitution, y.restitution);
@@ -166,8 +170,8 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
     if (!find_slip(p, model, options, pair, inverted, change.slip_speed)) return false;
     const Material material =
         active_material(model.pair_material(contact.geometry_a, contact.geometry_b), effects);
-    // Friction of bounces and of spinning patches is left to differences.
-    if (contact::leans(pair.law) || pair.spins) return false;
+    // Friction of bounces, of spinning patches and with an axis is left to differences.
+    if (contact::leans(pair.law) || pair.spins || !pair.friction_axis.isZero(0.0)) return false;
     // The same for a bouncing ball whose place in the body moves: off the centre of mass its
     // impulse leans.
     if (p.kind() == K::kHeight && pair.law.coulomb && material.restitution > 0.0) return false;

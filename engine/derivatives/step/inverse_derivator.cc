@@ -124,7 +124,9 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
   if (closed) slopes.gap = slopes.smoothing = slopes.softness = share.gap = 0.0;
   find_contact_response(pair, bodies, motion, slopes, turning && !closed, h, out, share);
   if (!pair.spins || pair.law.rows < 3) return true;
-  return !displacing_ && add_patch(of, contact, bodies, inverted, out);
+  // The friction point of a spinning patch does not turn with the axis of friction.
+  const bool turns = !pair.friction_axis.isZero(0.0);
+  return !displacing_ && !turns && add_patch(of, contact, bodies, inverted, out);
 }
 
 /// Adds the derivatives of the friction of a spinning patch for one of its contacts.

@@ -69,13 +69,7 @@ class ContactReader {
     if (const auto f = v.numbers("friction", 1, 5); !f.empty()) {
       const int dimensions = v.integer("condim", common_dimensions(a, b));
       const double across = f.size() > 1 ? f[1] : f[0];
-      if (f[0] != across)
-        document_.refuse(
-            e, LeaveOut::kFrictionDirections,
-            fmt::format("friction: the first two numbers differ, but friction is the same in all "
-                        "directions here; give one value, or leave the difference out: {} counts",
-                        std::min(f[0], across)));
-      if (dimensions >= 3) surface.friction = std::min(f[0], across);
+      if (dimensions >= 3) set_sliding(e, a, b, f[0], across, surface);
       if (dimensions >= 4 && f.size() > 2) surface.torsional_friction = f[2];
       if (dimensions >= 6 && f.size() > 3) surface.rolling_friction = f[3];
     }
@@ -83,6 +77,31 @@ class ContactReader {
     in_pair_.insert(a);
     in_pair_.insert(b);
     paired_[ordered(a, b)] = surface;
+  }
+
+  /// Sets the two coefficients of sliding. MuJoCo's first tangent at a plane that is fixed to the
+  /// world is the projection of the world's y axis, or of z where the plane faces along y; at other
+  /// shapes it follows their contact normal, and at capsules their axis.
+  void set_sliding(const Element& e, int a, int b, double first, double second, Material& surface) {
+    surface.friction = std::min(first, second);
+    if (first == second) return;
+    const auto is_ground = [&](int geom) {
+      return bodies_.geoms[geom].type == "plane" && body_of(geom).weld == 0;
+    };
+    const int plane = is_ground(a) ? a : b, other = plane == a ? b : a;
+    if (!is_ground(plane) || bodies_.geoms[other].type == "capsule")
+      return document_.refuse(
+          e, LeaveOut::kFrictionDirections,
+          fmt::format("friction: the first two numbers differ, which is supported for a plane of "
+                      "the world and a geom that is no capsule; give one value, or leave the "
+                      "difference out: {} counts",
+                      surface.friction));
+    const Matrix3 R = (body_of(plane).X_WB * bodies_.geoms[plane].X_BG).rotation;
+    surface.friction = first;
+    surface.friction_across = second;
+    surface.friction_axis =
+        R.transpose() * (std::abs(R(1, 2)) < 0.5 ? Vector3::UnitY() : Vector3::UnitZ());
+    surface.axis_of_second = plane > other;
   }
 
   const BodyNode& body_of(int geom) const { return bodies_.bodies[bodies_.geoms[geom].body]; }
@@ -164,15 +183,22 @@ class ContactReader {
     if (same(surface, usual)) return;
     PairSurface values;
     values.friction = surface.friction;
+    if (surface.is_directional()) {
+      values.friction_axis = surface.friction_axis;
+      values.friction_across = surface.friction_across;
+    }
     values.torsional_friction = surface.torsional_friction;
     values.rolling_friction = surface.rolling_friction;
-    model_.surfaces.push_back({first.collision, second.collision, values});
+    const Geom &owner = surface.axis_of_second ? second : first,
+               &other = surface.axis_of_second ? first : second;
+    model_.surfaces.push_back({owner.collision, other.collision, values});
   }
 
   static bool same(const Material& a, const Material& b) {
     constexpr double kRounding = 1e-12;  // relative round-off of the geometric mean
     const auto near = [](double x, double y) { return std::abs(x - y) <= kRounding * std::abs(y); };
-    return near(a.friction, b.friction) && near(a.torsional_friction, b.torsional_friction) &&
+    return !a.is_directional() && near(a.friction, b.friction) &&
+           near(a.torsional_friction, b.torsional_friction) &&
            near(a.rolling_friction, b.rolling_friction);
   }
 

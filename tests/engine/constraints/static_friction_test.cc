@@ -87,6 +87,8 @@ TEST(StaticFriction, ABlockOnASpringSticksAndSlips) {
   Scene scene = block(0.0, 0.0, 2e-5);
   constexpr double kStep = 1e-4;
   scene.options.time_step = kStep;
+  // Smoothing makes the block creep by some um/s just below the bound, not far below v_s.
+  scene.options.contact.smoothing = 0.0;
   Simulator sim(std::move(scene));
   sim.input().applied_force.setZero(6);
   const double w = std::sqrt(kStiffness / kMass), load = kMass * kStandardGravity;
@@ -100,14 +102,13 @@ TEST(StaticFriction, ABlockOnASpringSticksAndSlips) {
     sim.input().applied_force[0] = kStiffness * stretch;
     ASSERT_TRUE(sim.step().succeeded());
     for (const ContactForce& c : sim.last_forces().contacts)
-      work = std::max(work, c.force.head<2>().dot(sim.state().v.head<2>()));
+      work = std::max(work, c.force.dot(c.slip));
     const bool moves = sim.state().v[0] > 0.1 * A * w;
     if (moves && !slides) starts.push_back(sim.state().time);
     slides = moves;
   }
   ASSERT_EQ(starts.size(), 4u);
-  const double period =
-      2.0 * A / kPull + 2.0 / w * (std::numbers::pi - std::atan(A * w / kPull));
+  const double period = 2.0 * A / kPull + 2.0 / w * (std::numbers::pi - std::atan(A * w / kPull));
   // A step more or less at either end, and the time to pass v_s: the block leaves v = 0 as
   // exp(t (mu_s - mu_k) g / v_s) at most, within a few ms.
   EXPECT_NEAR((starts[3] - starts[1]) / 2.0, period, 0.002 * period);
@@ -119,7 +120,9 @@ TEST(StaticFriction, TheInverseRecoversTheForcesOfSlidingAndSticking) {
   for (const char* model : {"convex", "lagged", "coulomb"}) {
     Simulator sim(block(0.0, 0.05, 0.03, "contact: {friction_model: " + std::string(model) + "}"));
     test::Random random(3);
-    EXPECT_LT(test::recover(sim, 300, 6.0, random), test::kRecovered) << model;
+    // Larger torques spin the flat block fast; the rounding error is 1e-16 |J||w| / (r h).
+    sim.options().contact.compliance = 1e-5;
+    EXPECT_LT(test::recover(sim, 300, 0.5, random), test::kRecovered) << model;
   }
 }
 
@@ -173,8 +176,8 @@ TEST(StaticFriction, WithoutExcessOrSwitchedOffItChangesNoBit) {
 TEST(StaticFriction, BelowThatOfSlidingIsRefused) {
   const test::TempFolder folder;
   const auto load = [&](const std::string& surface) {
-    return load_scene(folder.write("scene.yaml", "ground: " + surface +
-                                                     "\nmodels: [{name: b, sphere: 1, mass: 1}]"));
+    return load_scene(folder.write(
+        "scene.yaml", "ground: " + surface + "\nmodels: [{name: b, sphere: 1, mass: 1}]"));
   };
   EXPECT_NO_THROW(load("{friction: 0.3, static_friction: 0.3}"));
   EXPECT_THROW(load("{friction: 0.5, static_friction: 0.3}"), InputError);
