@@ -11,8 +11,9 @@ namespace counterpoint::estimation {
 /// Returns the contact effects that the model has: contacts with all their friction, and closures.
 inline EffectSet contact_effects(const Model& model, const collision::Collider& collider) {
   EffectSet wanted;
-  for (const Effect effect : {Effect::kContacts, Effect::kFriction, Effect::kTorsionalFriction,
-                              Effect::kRollingFriction, Effect::kClosures})
+  for (const Effect effect :
+       {Effect::kContacts, Effect::kFriction, Effect::kStaticFriction, Effect::kFrictionDirections,
+        Effect::kTorsionalFriction, Effect::kRollingFriction, Effect::kClosures})
     wanted.set(effect, true);
   return active_effects(called_for(model, collider), wanted);
 }

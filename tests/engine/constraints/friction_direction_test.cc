@@ -42,8 +42,7 @@ Scene slope(double angle, double heading) {
 
 TEST(FrictionDirection, APairHasTheGeometricMeansAndTheMoreUnequalAxis) {
   const Material plain{.friction = 0.9};
-  const Material wood{
-      .friction = 0.4, .friction_axis = Vector3::UnitX(), .friction_across = 0.1};
+  const Material wood{.friction = 0.4, .friction_axis = Vector3::UnitX(), .friction_across = 0.1};
   const Material skate{
       .friction = 0.01, .friction_axis = Vector3::UnitY(), .friction_across = 0.81};
   const Material one = combine_materials(wood, plain), both = combine_materials(wood, skate);
@@ -150,7 +149,8 @@ Scene ball_on_box(const std::string& model, const std::string& box, const std::s
                      R"(}
 defaults: {static_friction: 0.9, stribeck_speed: 0.5}
 models:
-  - {name: box, box: [0.3, 0.2, 0.1], mass: 2, position: [0, 0, 0.0999], )" + box + R"(,
+  - {name: box, box: [0.3, 0.2, 0.1], mass: 2, position: [0, 0, 0.0999], )" +
+                     box + R"(,
      velocity: {linear: [0.2, 0.1, 0], angular: [0, 0, 0.3]}}
   - {name: ball, sphere: 0.1, mass: 1, position: [0.02, 0.03, 0.2998], rpy: [0.2, 0.4, 0.1], )" +
                      ball + R"(,
