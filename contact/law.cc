@@ -29,8 +29,8 @@ struct LawNumbers {
 
 template <class Real = double>
 LawNumbers<Real> numbers_of(const Law& law) {
-  LawNumbers<Real> out{law.regularizer, law.smoothing, law.slip_speed, law.bound,
-                       {}, law.normal, law.coulomb};
+  LawNumbers<Real> out{law.regularizer, law.smoothing, law.slip_speed, law.bound, {},
+                       law.normal,      law.coulomb};
   std::copy(law.friction.begin(), law.friction.end(), out.friction);
   return out;
 }
@@ -318,8 +318,8 @@ void find_sensitivity(const Law& law, const Rows& y, Sensitivity& out) {
   }
 }
 
-// A law depends on the regularizer R_N of its first row through R_N f + y, where the convex cone has
-// R_N / mu^2 for friction. Returns d(R f)/dR_N.
+// A law depends on the regularizer R_N of its first row through R_N f + y, where the convex cone
+// has R_N / mu^2 for friction. Returns d(R f)/dR_N.
 Rows first_row_share(const Law& law, const double* f) {
   Rows out = Rows::Zero(law.rows);
   out[0] = f[0];

@@ -48,7 +48,7 @@ struct Law {
   /// R_N [1/kg] of a one-sided first row that is a spring with a damper, softer or harder than r
   /// says; 0: R_N follows from r. Friction of the convex cone then has R_N / mu^2.
   double normal = 0.0;
-  double smoothing = 0.0;    ///< k [N m]; k -> 0 is the nonsmooth law
+  double smoothing = 0.0;  ///< k [N m]; k -> 0 is the nonsmooth law
   /// coulomb: friction reaches its bound at this much more slip [m/s], independent of the load.
   double slip_speed = 0.0;
   double bound = 0.0;  ///< kDryFriction: largest impulse F [N s]
@@ -205,9 +205,9 @@ Law soften(const Law& law, const Softness& softness);
 
 /// Friction coefficients below this do not harden the normal row further.
 inline constexpr double kMinRegularizingFriction = 0.1;
-/// Returns rho [1/kg], the regularizer of the first row: Law::normal if given, else r, and of a cone
-/// mu^2 r with mu = max(friction[0], 0.1), so that R_T = r sets the creep; a smaller mu would make
-/// the normal row finer than round-off can resolve.
+/// Returns rho [1/kg], the regularizer of the first row: Law::normal if given, else r, and of a
+/// cone mu^2 r with mu = max(friction[0], 0.1), so that R_T = r sets the creep; a smaller mu would
+/// make the normal row finer than round-off can resolve.
 double normal_regularizer(const Law& law);
 /// Returns the regularizer of friction in the scaled coordinates of laws/cones.h [1/kg]; of laws
 /// other than Coulomb cones, that of the first row.

@@ -214,8 +214,7 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
 constexpr std::initializer_list<Effect> kOfContacts = {
     Effect::kFriction,          Effect::kStaticFriction,  Effect::kFrictionDirections,
     Effect::kTorsionalFriction, Effect::kRollingFriction, Effect::kRestitution,
-    Effect::kStiffness,
-    Effect::kSleeping};
+    Effect::kStiffness,         Effect::kSleeping};
 
 }  // namespace
 

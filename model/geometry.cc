@@ -11,7 +11,8 @@ namespace {
 /// + k_b) of the deformation, and of its speed.
 void combine_springs(const Material& a, const Material& b, Material& m) {
   if (!a.is_soft() && !b.is_soft()) return;
-  const double share_a = a.is_soft() ? (b.is_soft() ? b.stiffness / (a.stiffness + b.stiffness) : 1.0) : 0.0;
+  const double share_a =
+      a.is_soft() ? (b.is_soft() ? b.stiffness / (a.stiffness + b.stiffness) : 1.0) : 0.0;
   const double share_b = 1.0 - share_a;
   m.stiffness = a.is_soft() ? share_a * a.stiffness : b.stiffness;
   m.damping = share_a * share_a * a.damping + share_b * share_b * b.damping;

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <tuple>
@@ -133,6 +134,13 @@ struct Material {
   /// Returns this surface with the geometric mean of its two coefficients in all directions.
   Material without_direction() const;
 };
+
+/// Stiffness [N/m] from which on that of a robot's file counts as hard. Gazebo's default is 1e12.
+inline constexpr double kHardStiffness = 1e9;
+/// Whether a stiffness that a robot's file gives [N/m] is that of a spring.
+inline bool is_spring(const std::optional<double>& stiffness) {
+  return stiffness && *stiffness > 0.0 && *stiffness < kHardStiffness;
+}
 
 /// Coefficient of sliding friction at a sliding speed, and its derivatives.
 struct SlidingFriction {

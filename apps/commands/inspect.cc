@@ -77,6 +77,19 @@ void report_list(const char* key, const std::string& title, const char* line, co
   report[key] = list;
 }
 
+Json surface_json(const Material& m) {
+  return {{"friction", m.friction},
+          {"static_friction", m.friction_at_rest()},
+          {"stribeck_speed_m_s", m.stribeck_speed},
+          {"friction_across", m.across_share() * m.friction},
+          {"restitution", m.restitution},
+          {"torsional_friction_m", m.torsional_friction},
+          {"rolling_friction_m", m.rolling_friction},
+          {"stiffness_N_m", number_or_null(m.stiffness)},
+          {"damping_N_s_m", m.damping},
+          {"dissipation_s_m", m.dissipation}};
+}
+
 /// Spring and servo of a joint; null if it has none.
 Json joint_forces_json(const Model& model, int joint) {
   Json json = {{"stiffness", nullptr},       {"reference", nullptr},
@@ -193,14 +206,8 @@ void inspect_geometries(const Model& model, Report& report) {
                   {"link", link_name(model, geometry.body)},
                   {"shape", shape_type_name(geometry.shape.type, "convex mesh")},
                   {"size_m", vector_json(geometry.shape.size)},
-                  {"friction", material.friction},
-                  {"static_friction", material.friction_at_rest()},
-                  {"stribeck_speed_m_s", material.stribeck_speed},
-                  {"friction_axis", vector_json(material.friction_axis)},
-                  {"friction_across", material.across_share() * material.friction},
-                  {"restitution", material.restitution},
-                  {"torsional_friction_m", material.torsional_friction},
-                  {"rolling_friction_m", material.rolling_friction}};
+                  {"friction_axis", vector_json(material.friction_axis)}};
+    entry.update(surface_json(material));
     if (geometry.shape.mesh) {
       entry["vertices"] = geometry.shape.mesh->vertices.size();
       entry["volume_m3"] = geometry.shape.mesh->volume;
@@ -269,7 +276,7 @@ void inspect_surfaces(const Model& model, const collision::Collider& collider, R
     Material material;
     int pairs, a, b;  // number of pairs, and the first pair
   };
-  std::map<std::array<double, 7>, Surface> surfaces;
+  std::map<std::array<double, 10>, Surface> surfaces;
   const int count = static_cast<int>(model.geometries().size());
   for (int a = 0; a < count; ++a) {
     for (int b = a + 1; b < count; ++b) {
@@ -277,31 +284,26 @@ void inspect_surfaces(const Model& model, const collision::Collider& collider, R
       const Material m = model.pair_material(a, b);
       const std::array key{m.friction,         m.restitution,        m.torsional_friction,
                            m.rolling_friction, m.friction_at_rest(), m.stribeck_speed,
-                           m.across_share()};
+                           m.across_share(),   m.stiffness,          m.damping,
+                           m.dissipation};
       ++surfaces.try_emplace(key, Surface{m, 0, a, b}).first->second.pairs;
     }
   }
   if (!surfaces.empty())
-    report.print("\n{:<52} {:>6} {:>8} {:>8} {:>8} {:>11} {:>11} {:>11}\n", "surfaces of pairs",
-                 "pairs", "friction", "across", "at rest", "restitution", "torsion [m]",
-                 "rolling [m]");
+    report.print("\n{:<52} {:>6} {:>8} {:>8} {:>8} {:>11} {:>11} {:>11} {:>15}\n",
+                 "surfaces of pairs", "pairs", "friction", "across", "at rest", "restitution",
+                 "torsion [m]", "rolling [m]", "stiffness [N/m]");
   Json list = Json::array();
   for (const auto& [key, surface] : surfaces) {
     const auto& [m, pairs, a, b] = surface;
     const std::string &name_a = model.geometries()[a].name, &name_b = model.geometries()[b].name;
-    report.print("{:<52} {:>6} {:>8.4g} {:>8.4g} {:>8.4g} {:>11.4g} {:>11.4g} {:>11.4g}\n",
+    report.print("{:<52} {:>6} {:>8.4g} {:>8.4g} {:>8.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>15}\n",
                  fmt::format("{} - {}{}", name_a, name_b, pairs > 1 ? ", ..." : ""), pairs,
                  m.friction, m.across_share() * m.friction, m.friction_at_rest(), m.restitution,
-                 m.torsional_friction, m.rolling_friction);
-    list.push_back({{"pairs", pairs},
-                    {"between", {name_a, name_b}},
-                    {"friction", m.friction},
-                    {"static_friction", m.friction_at_rest()},
-                    {"stribeck_speed_m_s", m.stribeck_speed},
-                    {"friction_across", m.across_share() * m.friction},
-                    {"restitution", m.restitution},
-                    {"torsional_friction_m", m.torsional_friction},
-                    {"rolling_friction_m", m.rolling_friction}});
+                 m.torsional_friction, m.rolling_friction,
+                 m.is_soft() ? fmt::format("{:.4g}", m.stiffness) : "hard");
+    list.push_back({{"pairs", pairs}, {"between", {name_a, name_b}}});
+    list.back().update(surface_json(m));
   }
   report["surfaces"] = list;
 }

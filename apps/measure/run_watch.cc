@@ -25,6 +25,7 @@ RunWatch::RunWatch(Simulator& simulator, long every)
       dynamics_(simulator.model()),
       q_(simulator.state().q),
       v_(simulator.state().v),
+      springs_(simulator.model()),
       momentum_(VectorX::Zero(simulator.model().nv())),
       every_(std::max(1L, every)) {
   highest_ = start_ = energy(simulator_.state());
@@ -58,13 +59,13 @@ void RunWatch::look_at_closures(const VectorX& q) {
 
 double RunWatch::potential(const VectorX& q) {
   dynamics_.set_configuration(q);
-  return dynamics_.potential_energy() + spring_energy(simulator_.model(), q);
+  return dynamics_.potential_energy() + spring_energy(simulator_.model(), q) + springs_.energy(q);
 }
 
 double RunWatch::energy(const State& state) {
   dynamics_.set_state(state.q, state.v);
-  return dynamics_.kinetic_energy() + dynamics_.potential_energy() +
-         spring_energy(simulator_.model(), state.q);
+  const double kinetic = dynamics_.kinetic_energy();
+  return kinetic + potential(state.q);
 }
 
 Vector3 RunWatch::momentum_rows(const VectorX& q, const VectorX& v, int first) {

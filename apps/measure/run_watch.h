@@ -7,6 +7,7 @@
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/simulator.h"
+#include "measure/total_energy.h"
 #include "report/report.h"
 
 namespace counterpoint::apps {
@@ -41,7 +42,9 @@ class RunWatch {
 
   Simulator& simulator_;  ///< read only; non-const because of its input()
   Dynamics dynamics_;
-  VectorX q_, v_, q_moved_, momentum_, rest_;
+  VectorX q_, v_, q_moved_;
+  SurfaceSprings springs_;
+  VectorX momentum_, rest_;
   double start_ = 0.0, work_ = 0.0, path_work_ = 0.0, overlap_work_ = 0.0;  ///< [J]
   double gain_ = 0.0, excess_ = 0.0, highest_ = 0.0;                        ///< [J]
   double below_ = 0.0;                                                      ///< deepest so far [m]

@@ -1,11 +1,30 @@
 // Energy of a whole scene, for reports.
 #pragma once
 
+#include <optional>
+#include <vector>
+
+#include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/state.h"
 
 namespace counterpoint::apps {
 
-/// Kinetic plus potential energy, including springs [J].
+/// Springs of soft surfaces (Material::stiffness). Scratch memory inside: one per thread.
+class SurfaceSprings {
+ public:
+  /// Costs nothing later if no two surfaces that may touch are soft.
+  explicit SurfaceSprings(const Model& model);
+  /// Energy of the overlaps at q (nq), k d^2 / 2 for each point [J].
+  double energy(const VectorX& q);
+
+ private:
+  const Model& model_;
+  std::optional<collision::Collider> collider_;
+  std::vector<double> margin_;
+  std::vector<collision::Candidate> candidates_;
+};
+
+/// Kinetic plus potential energy, including springs of joints and surfaces [J].
 double total_energy(const Model& model, const State& state);
 
 }  // namespace counterpoint::apps

@@ -17,10 +17,10 @@ struct Widened {
   static constexpr int kMostRows = kMost;
   /// Regularizers of the first row and of friction, before and after widening [1/kg].
   Real rho{}, rho_T{}, sigma{}, sigma_T{};
-  Real scale[kMost] = {};          ///< D
-  Real e[kMost] = {};              ///< unit vector along the friction part of x; e[0] unused
-  Real error[kMost] = {};          ///< F_sigma(x) - phi
-  ConeMap<Real> A, B;              ///< A = -F_sigma'(x), B = inv(1 - (sigma - rho) A)
+  Real scale[kMost] = {};  ///< D
+  Real e[kMost] = {};      ///< unit vector along the friction part of x; e[0] unused
+  Real error[kMost] = {};  ///< F_sigma(x) - phi
+  ConeMap<Real> A, B;      ///< A = -F_sigma'(x), B = inv(1 - (sigma - rho) A)
 
   /// Computes B from A by block elimination.
   COUNTERPOINT_INTO_EACH void invert() {

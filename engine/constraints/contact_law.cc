@@ -52,7 +52,7 @@ double gap_bias(const ContactOptions& options, double h, double gap) {
 }
 
 LawOptions law_options(const SimulationOptions& options, bool wedged) {
-  LawOptions law{options.contact, options.integrator};
+  LawOptions law{options.contact};
   law.kept_recovery = law.max_recovery_speed;
   if (wedged && !options.push_deep) law.kept_share = 0.0;
   if (options.integrator == Integrator::kImplicitMidpoint) return law;
@@ -83,23 +83,16 @@ double law_bias_slope(const LawOptions& options, double h, double gap) {
   return capped ? 0.0 : gap_bias_slope(options, h, gap);
 }
 
-SoftNormal soft_normal(const Material& pair, Integrator integrator, double h, double gap) {
+SoftNormal soft_normal(const Material& pair, double h, double gap) {
   const double k = pair.stiffness, depth = std::max(-gap, 0.0);
   const double own = pair.damping + k * pair.dissipation * depth;
-  const double own_by_gap = gap < 0.0 ? -k * pair.dissipation : 0.0;
-  const bool midpoint = integrator == Integrator::kImplicitMidpoint;
-  const double total = midpoint ? own + 0.5 * h * k : std::hypot(own, h * k);
-  const double by_gap = midpoint ? own_by_gap : own / total * own_by_gap;
+  const double total = std::hypot(own, h * k);
+  const double by_gap = gap < 0.0 ? -own / total * k * pair.dissipation : 0.0;
   SoftNormal out;
   out.regularizer = 1.0 / (h * total);
   out.regularizer_by_gap = -out.regularizer * by_gap / total;
-  if (gap > 0.0) {
-    out.bias = gap / h;
-    out.bias_by_gap = 1.0 / h;
-  } else {
-    out.bias = k * gap / total;
-    out.bias_by_gap = k / total - out.bias * by_gap / total;
-  }
+  out.bias = gap > 0.0 ? gap / h : k * gap / total;
+  out.bias_by_gap = gap > 0.0 ? 1.0 / h : (k - out.bias * by_gap) / total;
   return out;
 }
 
@@ -154,7 +147,7 @@ void set_contact_law(const LawOptions& options, double h, const ContactStart& st
   if (bounces) law.bias[0] = -bounce.speed;
   if (!bounces && gap > 0.0) law.bias[0] = std::max(law.bias[0], bounce.parting);
   if (pair.is_soft()) {
-    const SoftNormal soft = soft_normal(pair, options.integrator, h, gap);
+    const SoftNormal soft = soft_normal(pair, h, gap);
     law.normal = soft.regularizer;
     law.bias[0] = soft.bias;
   }
@@ -206,7 +199,7 @@ LawSlopes contact_law_slopes(const LawOptions& options, double h, const ContactS
     slopes.fall = -bounce.by_fall;
   }
   if (pair.is_soft()) {
-    const SoftNormal soft = soft_normal(pair, options.integrator, h, gap);
+    const SoftNormal soft = soft_normal(pair, h, gap);
     slopes.gap = soft.bias_by_gap;
     slopes.softness = soft.regularizer_by_gap;
   }

@@ -54,7 +54,6 @@ inline constexpr double kKeptWeights = 100.0;
 
 /// Options for the law of a contact or a joint limit (lever arm 1 m).
 struct LawOptions : ContactOptions {
-  Integrator integrator = Integrator::kSemiImplicitEuler;  ///< matters to soft surfaces only
   /// Largest recovery speed that the bodies keep [m/s]. Equal to max_recovery_speed under the
   /// implicit midpoint rule, which takes velocities from positions and displaces nothing.
   double kept_recovery = max_recovery_speed;
@@ -92,23 +91,18 @@ struct SoftNormal {
 };
 
 /// Returns the normal row of a pair with finite stiffness k [N/m] in a step of h [s]. In overlap, d
-/// < 0, the force acts on the overlap at the end of the step (semi_implicit_euler), or in its
-/// middle (implicit_midpoint):
+/// < 0, it is a spring at the start of the step with a damper at its end:
 ///
-///   F = max(0, -k d - c' v_N),     c = damping + k dissipation max(0, -d)
-///   c' = sqrt(c^2 + (h k)^2)   semi_implicit_euler
-///   c' = c + h k / 2           implicit_midpoint
+///   F = max(0, -k d - c' v_N),   c' = sqrt(c^2 + (h k)^2),   c = damping - k dissipation d
 ///
 /// Its impulse h F is the scalar law with regularizer 1 / (h c') and bias k d / c'. A gap, d > 0,
 /// may close within the step without a force: bias d / h. The dissipation is that of Hunt and
-/// Crossley, "Coefficient of restitution interpreted as damping in vibroimpact" (1975), with the
-/// overlap at the start of the step.
+/// Crossley, "Coefficient of restitution interpreted as damping in vibroimpact" (1975).
 ///
-/// No step gains energy, at any k, h, mass and number of contacts: with c' >= h k, F does not
-/// exceed the work of the spring's potential k d^2 / 2 (docs/explanation/concepts.md, Soft
-/// surfaces). Under semi_implicit_euler h k is a numerical damping, to which a larger c adds
-/// little; implicit_midpoint has none.
-SoftNormal soft_normal(const Material& pair, Integrator integrator, double h, double gap);
+/// c' >= h k / 2 suffices for no step to gain energy, at any k, h, mass and number of contacts; h k
+/// lets stiff contacts come to rest without a hop (docs/explanation/concepts.md, Soft surfaces). A
+/// damper of its own much stronger than this numerical one keeps its strength.
+SoftNormal soft_normal(const Material& pair, double h, double gap);
 
 /// Whether no rotation changes the gap of two geometries: free balls about their centre of mass,
 /// against each other or against the world.

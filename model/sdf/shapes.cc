@@ -181,12 +181,26 @@ void ShapeReader::read_surface(const sdf::ElementPtr& collision, CollisionRead& 
             restitution, threshold));
   else
     material.restitution = restitution;
+  read_stiffness(Document::child(Document::child(surface, "contact"), "ode"), material);
   if (material.restitution > 0.0 && threshold > 0.0)
     document_.note(
         bounce,
         fmt::format("<threshold> {} m/s: slower impacts bounce too, by the engine's own rule of "
                     "what comes to rest",
                     threshold));
+}
+
+/// Reads kp [N/m] and kd [N s/m]. Where the surface has a restitution, that counts.
+void ShapeReader::read_stiffness(const sdf::ElementPtr& ode, Material& material) {
+  const double kp = Document::number(ode, "kp", 0.0), kd = Document::number(ode, "kd", 0.0);
+  if (!is_spring(kp)) return;
+  if (material.restitution > 0.0) {
+    document_.note(ode,
+                   fmt::format("kp = {} N/m is not used, since the surface has a restitution", kp));
+    return;
+  }
+  material.stiffness = kp;
+  material.damping = std::max(kd, 0.0);
 }
 
 void ShapeReader::read_friction(const sdf::ElementPtr& friction, CollisionRead& out) {

@@ -34,6 +34,7 @@ class ShapeReader {
   Shape height_map(const sdf::Heightmap& map, const sdf::ElementPtr& element);
   void read_surface(const sdf::ElementPtr& collision, CollisionRead& out);
   void read_friction(const sdf::ElementPtr& friction, CollisionRead& out);
+  void read_stiffness(const sdf::ElementPtr& ode, Material& material);
   std::filesystem::path find(const std::string& uri, const sdf::ElementPtr& element,
                              const char* kind);
 

@@ -20,14 +20,21 @@ namespace counterpoint {
 using tinyxml2::XMLElement;
 
 Material SurfaceValues::over(const Material& base) const {
-  return {friction.value_or(base.friction),
-          restitution.value_or(base.restitution),
-          torsional_friction.value_or(base.torsional_friction),
-          rolling_friction.value_or(base.rolling_friction),
-          friction ? 0.0 : base.static_friction,
-          base.stribeck_speed,
-          friction ? friction_axis : base.friction_axis,
-          friction ? friction_across : base.friction_across};
+  Material out = base;
+  out.restitution = restitution.value_or(base.restitution);
+  out.torsional_friction = torsional_friction.value_or(base.torsional_friction);
+  out.rolling_friction = rolling_friction.value_or(base.rolling_friction);
+  if (friction) {
+    out.friction = *friction;
+    out.static_friction = 0.0;
+    out.friction_axis = friction_axis;
+    out.friction_across = friction_across;
+  }
+  if (is_spring(stiffness) && !(out.restitution > 0.0)) {
+    out.stiffness = *stiffness;
+    out.damping = damping;
+  }
+  return out;
 }
 
 namespace {
@@ -344,6 +351,9 @@ class Pass {
            fmt::format("mu1 = {} and mu2 = {} without <fdir1>, the direction of mu1; mu1 counts",
                        *mu, *across)});
     }
+    SurfaceValues& surface = link->second.surface;
+    surface.stiffness = text_number(e->FirstChildElement("kp"));
+    surface.damping = text_number(e->FirstChildElement("kd")).value_or(0.0);
     const XMLElement* weightless = e->FirstChildElement("turnGravityOff");
     if (weightless == nullptr || weightless->GetText() == nullptr) return;
     if (std::strcmp(weightless->GetText(), "true") == 0) {

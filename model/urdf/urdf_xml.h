@@ -15,6 +15,8 @@ namespace counterpoint {
 /// Surface values that a file gives; the others are empty.
 struct SurfaceValues {
   std::optional<double> friction, restitution, torsional_friction, rolling_friction;
+  std::optional<double> stiffness;          ///< Gazebo's kp [N/m], where is_spring
+  double damping = 0.0;                     ///< Gazebo's kd [N s/m], with stiffness
   double friction_across = 0.0;             ///< with `friction` and an axis
   Vector3 friction_axis = Vector3::Zero();  ///< Material::friction_axis; zero: none
   /// These values; missing ones from `base`.

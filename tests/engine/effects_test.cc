@@ -166,6 +166,7 @@ TEST(Effects, SwitchedOffTheSceneMovesAsOneWithoutToTheBit) {
   const std::map<Effect, std::string> without_it = {
       {Effect::kFriction, smooth},
       {Effect::kRestitution, smooth},
+      {Effect::kStiffness, smooth},
       {Effect::kStaticFriction, "ground: {friction: 0.5}\ndefaults: {friction: 0.5}"},
       {Effect::kFrictionDirections, "ground: {friction: 0.125}\ndefaults: {friction: 1}"},
       {Effect::kTorsionalFriction, "ground: {friction: 0.5}"},

@@ -18,11 +18,13 @@ void set_pair_surface(ModelBuilder& b, const std::string& geometry_or_link_a,
                       const std::string& geometry_or_link_b, std::optional<double> friction,
                       std::optional<double> restitution, std::optional<double> torsional_friction,
                       std::optional<double> rolling_friction, std::optional<double> static_friction,
-                      std::optional<double> stribeck_speed, std::optional<Vector3> friction_axis,
-                      double friction_across) {
-  b.set_pair_surface(geometry_or_link_a, geometry_or_link_b,
-                     {friction, restitution, torsional_friction, rolling_friction, static_friction,
-                      stribeck_speed, friction_axis, friction_across});
+                      std::optional<double> stribeck_speed, std::optional<double> stiffness,
+                      std::optional<double> damping, std::optional<double> dissipation,
+                      std::optional<Vector3> friction_axis, double friction_across) {
+  b.set_pair_surface(
+      geometry_or_link_a, geometry_or_link_b,
+      {friction, restitution, torsional_friction, rolling_friction, static_friction, stribeck_speed,
+       stiffness, damping, dissipation, friction_axis, friction_across});
 }
 
 }  // namespace
@@ -44,7 +46,7 @@ Parameters
 ----------
 geometry_or_link_a, geometry_or_link_b : str
 friction, restitution, torsional_friction, rolling_friction : float, optional
-static_friction, stribeck_speed : float, optional
+static_friction, stribeck_speed, stiffness, damping, dissipation : float, optional
     As of Material; those left out are combined.
 friction_axis : array_like, shape (3,), optional
 friction_across : float
@@ -121,8 +123,10 @@ void bind_builder(py::module_& m) {
            py::arg("geometry_or_link_b"), py::kw_only(), py::arg("friction") = py::none(),
            py::arg("restitution") = py::none(), py::arg("torsional_friction") = py::none(),
            py::arg("rolling_friction") = py::none(), py::arg("static_friction") = py::none(),
-           py::arg("stribeck_speed") = py::none(), py::arg("friction_axis") = py::none(),
-           py::arg("friction_across") = 0.0, kSetPairSurfaceDoc)
+           py::arg("stribeck_speed") = py::none(), py::arg("stiffness") = py::none(),
+           py::arg("damping") = py::none(), py::arg("dissipation") = py::none(),
+           py::arg("friction_axis") = py::none(), py::arg("friction_across") = 0.0,
+           kSetPairSurfaceDoc)
       .def("fill_inertia", &B::fill_inertia, py::arg("mass"), kFillInertiaDoc)
       .def("add_closure", &B::add_closure, py::arg("closure"), "Ties two links together.")
       .def(

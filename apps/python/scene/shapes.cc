@@ -118,8 +118,8 @@ torsional_friction, rolling_friction : float
       .def(py::init([](double friction, double restitution, double torsional, double rolling,
                        double at_rest, double stribeck_speed, double stiffness, double damping,
                        double dissipation, const std::optional<Vector3>& axis, double across) {
-             Material m{friction,  restitution, torsional, rolling, at_rest, stribeck_speed,
-                        stiffness, damping,     dissipation};
+             Material m{friction,       restitution, torsional, rolling,    at_rest,
+                        stribeck_speed, stiffness,   damping,   dissipation};
              if (axis) m.friction_axis = *axis;
              m.friction_across = across;
              return m;

@@ -87,8 +87,8 @@ contact::Rows impulse_change(const contact::Law& law, const contact::Rows& y,
   moved[0] += change.bias;
   contact::Rows df = by.velocity.lazyProduct(moved);
   df += change.regularizer * by.regularizer + change.normal * by.normal +
-        change.smoothing * by.smoothing +
-        change.bound * by.bound + change.slip_speed * by.slip_speed;
+        change.smoothing * by.smoothing + change.bound * by.bound +
+        change.slip_speed * by.slip_speed;
   for (int j = 0; j + 1 < law.rows; ++j) df += change.friction[j] * by.friction.col(j);
   return df;
 }
