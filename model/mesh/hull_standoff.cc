@@ -76,7 +76,7 @@ double hull_standoff(const ConvexMesh& hull, const PartStandoff& part) {
       queue.push(piece);
     }
   }
-  double most = 0.0;
+  double most = part.known;
   for (int measured = 0; !queue.empty() && measured < kMostMeasured;) {
     Piece piece = queue.top();
     queue.pop();

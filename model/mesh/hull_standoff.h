@@ -24,6 +24,7 @@ struct PartStandoff {
   std::function<double(const Vector3&, double)> depth;
   double tolerance;  ///< the true maximum is larger by at most this [m]
   double enough = std::numeric_limits<double>::infinity();  ///< stops at a larger distance [m]
+  double known = 0.0;  ///< smaller distances do not matter [m]; returned if there is no larger one
 };
 /// `hull`: of a set of points of the solid.
 double hull_standoff(const ConvexMesh& hull, const PartStandoff& part);

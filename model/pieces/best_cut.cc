@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "counterpoint/model/pieces/hull_volume.h"
 #include "counterpoint/model/pieces/solid.h"
 
 namespace counterpoint::pieces {
@@ -17,40 +18,8 @@ constexpr double kSameNormal = 0.996, kSameOffset = 0.02;
 constexpr double kSharp = 0.95, kCorner = 0.5;
 // Cuts that save nearly as much volume, relative to the most saved and to the hull, count as equal.
 constexpr double kNearlyBest = 0.1, kNothing = 1e-4;
-// Number of triangles, and of points, beyond which cuts are weighed by a part of them.
-constexpr std::size_t kMostTriangles = 4'000, kMostPoints = 300;
-constexpr int kDirections = 128;
-
-/// Evenly spread directions (a Fibonacci lattice), turned by `axes`.
-Eigen::Matrix<double, kDirections, 3> directions(const Matrix3& axes) {
-  constexpr double kGoldenAngle = 2.399963229728653;
-  Eigen::Matrix<double, kDirections, 3> out;
-  for (int i = 0; i < kDirections; ++i) {
-    const double z = 1.0 - (2.0 * i + 1.0) / kDirections, r = std::sqrt(1.0 - z * z);
-    out.row(i) = axes * Vector3(r * std::cos(kGoldenAngle * i), r * std::sin(kGoldenAngle * i), z);
-  }
-  return out;
-}
-
-/// Keeps the points that are extreme in one of the directions, if there are many.
-void thin_out(const Eigen::Matrix<double, kDirections, 3>& along, std::vector<Vector3>& points) {
-  if (points.size() <= kMostPoints) return;
-  std::array<std::size_t, kDirections> extreme{};
-  Eigen::Matrix<double, kDirections, 1> most;
-  most.setConstant(-std::numeric_limits<double>::infinity());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Matrix<double, kDirections, 1> reach = along * points[i];
-    if (!(reach.array() > most.array()).any()) continue;
-    for (int k = 0; k < kDirections; ++k)
-      if (reach[k] > most[k]) extreme[k] = i;
-    most = most.cwiseMax(reach);
-  }
-  std::sort(extreme.begin(), extreme.end());
-  std::vector<Vector3> kept;
-  for (std::size_t k = 0; k < extreme.size(); ++k)
-    if (k == 0 || extreme[k] != extreme[k - 1]) kept.push_back(points[extreme[k]]);
-  points = std::move(kept);
-}
+// Number of triangles beyond which cuts are weighed by a part of them.
+constexpr std::size_t kMostTriangles = 2'000;
 
 class Candidates {
  public:
@@ -106,9 +75,9 @@ std::vector<Notch> notches(const Solid& solid, const Piece& piece) {
   return out;
 }
 
-std::vector<CutPlane> candidates(const Solid& solid, const Piece& piece) {
+std::vector<CutPlane> through_edges(const Solid& solid, const std::vector<Notch>& deepest_first) {
   Candidates out(solid);
-  for (const Notch& notch : notches(solid, piece)) {
+  for (const Notch& notch : deepest_first) {
     if (out.full()) break;
     const ReflexEdge& edge = solid.reflex[notch.edge];
     const double cosine = edge.normal_a.dot(edge.normal_b);
@@ -119,9 +88,12 @@ std::vector<CutPlane> candidates(const Solid& solid, const Piece& piece) {
     if (cosine < kCorner) continue;
     out.add((edge.to - edge.from).cross(edge.normal_a + edge.normal_b).normalized(), edge.from);
   }
-  std::vector<CutPlane> planes = std::move(out.planes);
-  if (!planes.empty()) return planes;
-  // Without concave edges, as in an open mesh, across the axes.
+  return std::move(out.planes);
+}
+
+/// Planes through the middle of the hull.
+std::vector<CutPlane> across_axes(const Solid& solid, const Piece& piece) {
+  std::vector<CutPlane> planes;
   for (int axis = 0; axis < 3; ++axis) {
     const Vector3 normal = solid.axes.col(axis);
     double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -134,11 +106,9 @@ std::vector<CutPlane> candidates(const Solid& solid, const Piece& piece) {
   return planes;
 }
 
-}  // namespace
-
-std::optional<CutPlane> best_cut(const Solid& solid, const Piece& piece) {
-  const auto along = directions(solid.axes);
-  const std::vector<CutPlane> planes = candidates(solid, piece);
+/// Returns the plane that leaves the least volume of hulls, of nearly equal ones the most even.
+std::optional<CutPlane> best_of(const Solid& solid, const Piece& piece,
+                                const std::vector<CutPlane>& planes) {
   const std::size_t stride = 1 + piece.part.triangles.size() / kMostTriangles;
   struct Score {
     double saved, balance;  // relative to the volume of the hull
@@ -146,12 +116,12 @@ std::optional<CutPlane> best_cut(const Solid& solid, const Piece& piece) {
   std::vector<Score> scores;
   double most = 0.0;
   for (const CutPlane& plane : planes) {
-    Sides sides = piece.part.points_beside(plane, solid.slack, stride, solid.winding);
+    const Sides sides =
+        piece.part.points_beside(plane, solid.slack, stride, solid.winding, *piece.hull);
+    solid.work.spend(50 * piece.part.triangles.size() / stride + 10 * Work::kSearch);
     std::array<double, 2> volume{};
-    for (int k = 0; k < 2; ++k) {
-      thin_out(along, sides[k]);
-      volume[k] = convex_hull_volume(sides[k]) / piece.hull->volume;
-    }
+    for (int k = 0; k < 2; ++k)
+      volume[k] = hull_volume(sides[k], solid.axes, solid.work) / piece.hull->volume;
     const double balance = std::min(volume[0], volume[1]);
     scores.push_back({balance > 0.0 ? 1.0 - volume[0] - volume[1] : -1.0, balance});
     most = std::max(most, scores.back().saved);
@@ -165,6 +135,18 @@ std::optional<CutPlane> best_cut(const Solid& solid, const Piece& piece) {
   }
   if (best < 0) return std::nullopt;
   return planes[best];
+}
+
+}  // namespace
+
+std::optional<CutPlane> best_cut(const Solid& solid, Piece& piece) {
+  const std::vector<Notch> edges = notches(solid, piece);
+  solid.work.spend(piece.part.reflex.size() * piece.hull->faces.size());
+  piece.part.reflex.clear();
+  for (const Notch& notch : edges) piece.part.reflex.push_back(notch.edge);
+  const std::optional<CutPlane> best = best_of(solid, piece, through_edges(solid, edges));
+  // Without concave edges, as in an open mesh, across the axes.
+  return best ? best : best_of(solid, piece, across_axes(solid, piece));
 }
 
 }  // namespace counterpoint::pieces

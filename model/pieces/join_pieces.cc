@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/model/pieces/hull_volume.h"
 #include "counterpoint/model/pieces/solid.h"
 
 namespace counterpoint::pieces {
@@ -42,57 +43,101 @@ void add_joins(const Solid& solid, const std::vector<Piece>& pieces, int b,
                std::vector<Join>& joins) {
   for (int a = 0; a < b; ++a) {
     if (!pieces[a].hull || !meet(*pieces[a].hull, *pieces[b].hull, 1e3 * solid.slack)) continue;
-    const double together = convex_hull_volume(points_of(*pieces[a].hull, *pieces[b].hull));
+    const double together =
+        hull_volume(points_of(*pieces[a].hull, *pieces[b].hull), solid.axes, solid.work);
     const double growth = together - pieces[a].hull->volume - pieces[b].hull->volume;
     joins.push_back({std::round(1e9 * growth / std::pow(solid.size, 3)), a, b});
   }
 }
 
-/// Returns the common piece; without hull if it is not within the tolerance.
-Piece joined(const Solid& solid, const Piece& a, const Piece& b) {
-  Piece out;
-  out.part.triangles = a.part.triangles;
-  out.part.triangles.insert(out.part.triangles.end(), b.part.triangles.begin(),
-                            b.part.triangles.end());
-  // A plane between the two does not bound the common piece, whose hull has no face in it.
-  out.part.planes = a.part.planes;
-  out.part.planes.insert(out.part.planes.end(), b.part.planes.begin(), b.part.planes.end());
-  out.hull = hull_of(points_of(*a.hull, *b.hull), a.hull->source);
-  if (out.hull) out.error = piece_error(solid, out.part, *out.hull);
-  return out;
-}
+struct Box {
+  Vector3 low, high;
+
+  explicit Box(const std::vector<Vector3>& points) : low(points[0]), high(points[0]) {
+    for (const Vector3& p : points) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+  }
+  bool overlaps(const Box& other) const {
+    return (low.array() <= other.high.array()).all() && (other.low.array() <= high.array()).all();
+  }
+};
+
+class Joiner {
+ public:
+  Joiner(const Solid& solid, std::size_t most_work, std::vector<Piece>& pieces)
+      : solid_(solid), most_work_(most_work), pieces_(pieces), count_(pieces.size()) {
+    for (const Piece& piece : pieces) boxes_.emplace_back(piece.hull->vertices);
+    for (std::size_t b = 0; b < pieces.size(); ++b)
+      add_joins(solid, pieces, static_cast<int>(b), joins_);
+  }
+
+  void run(std::size_t most) {
+    while (!joins_.empty() || (count_ > most && !refused_.empty())) {
+      const bool tired = solid_.work.spent > most_work_;
+      if (tired && count_ <= most) break;
+      const bool force = joins_.empty() || tired;
+      std::vector<Join>& from = joins_.empty() ? refused_ : joins_;
+      const auto next = std::min_element(from.begin(), from.end());
+      const Join join = *next;
+      from.erase(next);
+      Piece common = joined(pieces_[join.a], pieces_[join.b], force);
+      if (!common.hull) continue;
+      if (force || common.error <= solid_.tolerance) {
+        add(join, std::move(common));
+      } else {
+        refused_.push_back(join);
+      }
+    }
+    std::erase_if(pieces_, [](const Piece& piece) { return !piece.hull; });
+  }
+
+ private:
+  /// Returns the common piece, not measured if it is kept whatever its error; without hull if it is
+  /// flat.
+  Piece joined(const Piece& a, const Piece& b, bool force) const {
+    Piece out;
+    // A plane between the two does not bound the common piece, whose hull has no face in it.
+    out.part.planes = a.part.planes;
+    out.part.planes.insert(out.part.planes.end(), b.part.planes.begin(), b.part.planes.end());
+    out.hull = hull_of(points_of(*a.hull, *b.hull), a.hull->source);
+    if (!out.hull) return out;
+    solid_.work.spend(2'000 * out.hull->vertices.size());
+    out.error = solid_.size;
+    if (force) return out;
+    const Box box(out.hull->vertices);
+    std::vector<const Part*> near;
+    for (std::size_t i = 0; i < boxes_.size(); ++i)
+      if (boxes_[i].overlaps(box)) near.push_back(&pieces_[i].part);
+    measure_piece(solid_, near, out);
+    return out;
+  }
+
+  void add(const Join& join, Piece&& common) {
+    for (const int old : {join.a, join.b}) pieces_[old].hull.reset();
+    const auto gone = [&](const Join& other) {
+      return !pieces_[other.a].hull || !pieces_[other.b].hull;
+    };
+    std::erase_if(joins_, gone);
+    std::erase_if(refused_, gone);
+    pieces_.push_back(std::move(common));
+    add_joins(solid_, pieces_, static_cast<int>(pieces_.size()) - 1, joins_);
+    --count_;
+  }
+
+  const Solid& solid_;
+  std::size_t most_work_;
+  std::vector<Piece>& pieces_;  // at first those with the surface, then joined ones without
+  std::size_t count_;           // number of pieces with a hull
+  std::vector<Box> boxes_;      // of the pieces with the surface
+  std::vector<Join> joins_, refused_;
+};
 
 }  // namespace
 
-void join_pieces(const Solid& solid, int most, std::vector<Piece>& pieces) {
-  std::vector<Join> joins, refused;
-  for (int b = 0; b < static_cast<int>(pieces.size()); ++b) add_joins(solid, pieces, b, joins);
-  int count = static_cast<int>(pieces.size());
-  const auto add = [&](const Join& join, Piece&& common) {
-    for (const int old : {join.a, join.b}) pieces[old].hull.reset();
-    const auto gone = [&](const Join& other) {
-      return !pieces[other.a].hull || !pieces[other.b].hull;
-    };
-    std::erase_if(joins, gone);
-    std::erase_if(refused, gone);
-    pieces.push_back(std::move(common));
-    add_joins(solid, pieces, static_cast<int>(pieces.size()) - 1, joins);
-    --count;
-  };
-  while (!joins.empty() || (count > most && !refused.empty())) {
-    std::vector<Join>& from = joins.empty() ? refused : joins;
-    const auto next = std::min_element(from.begin(), from.end());
-    const Join join = *next;
-    from.erase(next);
-    Piece common = joined(solid, pieces[join.a], pieces[join.b]);
-    if (!common.hull) continue;
-    if (common.error <= solid.tolerance || &from == &refused) {
-      add(join, std::move(common));
-    } else {
-      refused.push_back(join);
-    }
-  }
-  std::erase_if(pieces, [](const Piece& piece) { return !piece.hull; });
+void join_pieces(const Solid& solid, int most, std::size_t most_work, std::vector<Piece>& pieces) {
+  Joiner(solid, most_work, pieces).run(static_cast<std::size_t>(most));
 }
 
 }  // namespace counterpoint::pieces

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "counterpoint/model/mesh/hull_distance.h"
-#include "counterpoint/model/mesh/hull_standoff.h"
 #include "counterpoint/model/pieces/solid.h"
 
 namespace counterpoint::pieces {
@@ -18,16 +17,9 @@ class Union {
  public:
   Union(const Solid& solid, const Pieces& pieces) : slack_(1e3 * solid.slack), all_(pieces) {}
 
-  /// Largest depth of a point in a piece other than `own` [m]; negative if it is in none.
-  double depth(const Vector3& p, const ConvexMesh* own) const {
-    double most = -1.0;
-    for (const auto& piece : all_.pieces)
-      if (piece.get() != own && near(*piece, p)) most = std::max(most, -excess(*piece, p));
-    return most;
-  }
-
-  /// Distance of a point from the surface [m]; inside, that in the best of several directions.
-  double distance(const Vector3& p, const Vector3& normal) const {
+  /// Distance of a point from the surface [m]; inside, that in the best of several directions, or
+  /// in any in which it is at most `enough` [m].
+  double distance(const Vector3& p, const Vector3& normal, double enough) const {
     double outside = std::numeric_limits<double>::infinity();
     std::vector<Vector3> ways = {normal};
     bool deep = false;
@@ -41,7 +33,10 @@ class Union {
     }
     if (!deep) return outside;
     double least = std::numeric_limits<double>::infinity();
-    for (const Vector3& way : ways) least = std::min(least, way_out(p, way, least));
+    for (const Vector3& way : ways) {
+      least = std::min(least, way_out(p, way, least));
+      if (least <= enough) break;
+    }
     return least;
   }
 
@@ -80,28 +75,20 @@ class Union {
 
 }  // namespace
 
-void measure_pieces(const Solid& solid, Pieces& out) {
-  const Union whole(solid, out);
+void measure_pieces(const Solid& solid, const TriangleMesh& mesh, Pieces& out) {
   out.outside = out.inside = 0.0;
-  for (const auto& piece : out.pieces) {
-    const PartStandoff query{solid.nearest,
-                             [&](const Vector3& p, double distance) {
-                               const double depth = whole.depth(p, piece.get());
-                               return depth < 0.0 && solid.winding.inside(p) ? distance : depth;
-                             },
-                             0.25 * solid.tolerance};
-    out.outside = std::max(out.outside, hull_standoff(*piece, query));
-  }
-  const std::size_t stride = 1 + solid.mesh.triangles.size() / kMostMeasured;
-  for (std::size_t i = 0; i < solid.mesh.triangles.size(); i += stride) {
-    const auto& t = solid.mesh.triangles[i];
-    const Vector3 &a = solid.mesh.vertices[t[0]], &b = solid.mesh.vertices[t[1]],
-                  &c = solid.mesh.vertices[t[2]];
+  for (const auto& piece : out.pieces)
+    out.outside = std::max(out.outside, outside_of(solid, *piece, out.outside, solid.size));
+  const Union whole(solid, out);
+  const std::size_t stride = 1 + mesh.triangles.size() / kMostMeasured;
+  for (std::size_t i = 0; i < mesh.triangles.size(); i += stride) {
+    const auto& t = mesh.triangles[i];
+    const Vector3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
     const Vector3 normal = (b - a).cross(c - a).normalized();
     if (!(normal.norm() > 0.5)) continue;
     const Vector3 places[] = {a, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), (a + b + c) / 3.0};
     for (const Vector3& p : places) {
-      const double distance = std::min(whole.distance(p, normal), solid.size);
+      const double distance = std::min(whole.distance(p, normal, out.inside), solid.size);
       if (distance > out.inside && !solid.is_buried(p, normal)) out.inside = distance;
     }
   }

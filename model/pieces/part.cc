@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/model/mesh/hull_distance.h"
+
 namespace counterpoint::pieces {
 namespace {
 
@@ -113,7 +115,7 @@ std::vector<Vector3> Part::points() const {
 }
 
 Sides Part::points_beside(const CutPlane& plane, double slack, std::size_t stride,
-                          const WindingNumber& winding) const {
+                          const WindingNumber& winding, const ConvexMesh& hull) const {
   Sides out;
   for (std::size_t i = 0; i < triangles.size(); i += stride) {
     const Corners3& t = triangles[i];
@@ -131,6 +133,7 @@ Sides Part::points_beside(const CutPlane& plane, double slack, std::size_t strid
   Vector3 middle = Vector3::Zero();
   for (const Vector3& p : lid) middle += p / static_cast<double>(lid.size());
   for (const Vector3& p : lid) {
+    if (excess(hull, p) > kShift * slack) continue;
     const Vector3 inwards = (middle - p).normalized();
     for (int k = 0; k < 2; ++k) {
       const Vector3 way = inwards + (k == 0 ? -1.0 : 1.0) * plane.normal;
@@ -140,8 +143,8 @@ Sides Part::points_beside(const CutPlane& plane, double slack, std::size_t strid
   return out;
 }
 
-std::array<Part, 2> Part::split(const CutPlane& plane, double slack,
-                                const WindingNumber& winding) const {
+std::array<Part, 2> Part::split(const CutPlane& plane, double slack, const WindingNumber& winding,
+                                const ConvexMesh& hull) const {
   std::array<Part, 2> out;
   for (const Corners3& t : triangles) {
     const Heights heights(t, plane, slack);
@@ -162,6 +165,8 @@ std::array<Part, 2> Part::split(const CutPlane& plane, double slack,
     out[side].cell = cell;
     out[side].cell.cut(outward);
     out[side].corners = out[side].cell.corners_inside(winding, kShift * slack);
+    std::erase_if(out[side].corners,
+                  [&](const Vector3& p) { return excess(hull, p) > kShift * slack; });
   }
   return out;
 }

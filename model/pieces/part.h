@@ -46,12 +46,13 @@ struct Part {
   std::vector<int> reflex;       ///< indices of reflex edges within the cell
 
   /// Returns the points whose hulls are those of the two sides of the plane; every `stride`-th
-  /// triangle counts. Points closer to the plane than `slack` [m] are on it.
+  /// triangle counts. Points closer to the plane than `slack` [m] are on it. `hull`: of the part,
+  /// outside of which nothing counts.
   Sides points_beside(const CutPlane& plane, double slack, std::size_t stride,
-                      const WindingNumber& winding) const;
+                      const WindingNumber& winding, const ConvexMesh& hull) const;
   /// Returns the two sides of the plane, without reflex edges.
-  std::array<Part, 2> split(const CutPlane& plane, double slack,
-                            const WindingNumber& winding) const;
+  std::array<Part, 2> split(const CutPlane& plane, double slack, const WindingNumber& winding,
+                            const ConvexMesh& hull) const;
   std::vector<Vector3> points() const;
 };
 

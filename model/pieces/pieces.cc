@@ -6,6 +6,7 @@
 
 #include "counterpoint/model/mesh/hull_standoff.h"
 #include "counterpoint/model/pieces/solid.h"
+#include "counterpoint/model/pieces/thinned.h"
 
 namespace counterpoint {
 namespace pieces {
@@ -19,6 +20,9 @@ constexpr int kMostPieces = 4096;
 constexpr double kTie = 1e-6;
 // Parts cut for each piece allowed, before they are joined.
 constexpr int kPartsPerPiece = 3;
+// Operations after which no part is cut, and after which pieces are joined only to keep their
+// number.
+constexpr std::size_t kCutWork = 600'000'000, kAllWork = 900'000'000;
 
 MeshCollision checked(const MeshCollision& options, double diameter, const std::string& source) {
   MeshCollision out = options;
@@ -34,10 +38,10 @@ MeshCollision checked(const MeshCollision& options, double diameter, const std::
 }
 
 /// Cuts parts until all are within the tolerance, the largest first.
-std::vector<Piece> cut(const Solid& solid, const std::shared_ptr<const ConvexMesh>& hull,
-                       double error, int most) {
+std::vector<Piece> cut(const Solid& solid, Piece&& whole, int most) {
+  const std::string source = whole.hull->source;
   std::vector<Piece> done, open;
-  open.push_back({solid.whole(), hull, error});
+  open.push_back(std::move(whole));
   while (!open.empty()) {
     const auto next = std::max_element(open.begin(), open.end(), [](const auto& a, const auto& b) {
       return a.hull->volume * (1.0 + kTie) < b.hull->volume;
@@ -45,19 +49,20 @@ std::vector<Piece> cut(const Solid& solid, const std::shared_ptr<const ConvexMes
     Piece piece = std::move(*next);
     open.erase(next);
     std::optional<CutPlane> plane;
-    if (piece.error > solid.tolerance &&
+    if (piece.error > solid.tolerance && solid.work.spent < kCutWork &&
         static_cast<int>(done.size() + open.size()) < kPartsPerPiece * most)
       plane = best_cut(solid, piece);
     if (!plane) {
       done.push_back(std::move(piece));
       continue;
     }
-    for (Part& part : piece.part.split(*plane, solid.slack, solid.winding)) {
-      Piece side{std::move(part), nullptr, 0.0};
-      side.hull = hull_of(side.part.points(), hull->source);
+    for (Part& part : piece.part.split(*plane, solid.slack, solid.winding, *piece.hull)) {
+      Piece side{std::move(part), nullptr};
+      side.hull = hull_of(side.part.points(), source);
       if (!side.hull) continue;  // without thickness
       side.part.reflex = piece.part.reflex;
-      side.error = piece_error(solid, side.part, *side.hull);
+      solid.work.spend(500 * side.part.triangles.size());
+      measure_piece(solid, {&side.part}, side);
       open.push_back(std::move(side));
     }
   }
@@ -73,19 +78,32 @@ Pieces convex_pieces(const TriangleMesh& triangles, const MeshCollision& options
   // In some files all triangles face inwards.
   if (enclosed_volume(mesh) < 0.0)
     for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
-  const auto hull = make_convex_hull(mesh.vertices, source);
-  const MeshCollision limits = pieces::checked(options, 2.0 * hull->radius, source);
-  const pieces::Solid solid(mesh, *hull, limits.tolerance);
+  const auto outer = make_convex_hull(mesh.vertices, source);
+  const MeshCollision limits = pieces::checked(options, 2.0 * outer->radius, source);
   Pieces out;
   out.tolerance = limits.tolerance;
-  const double error = pieces::piece_error(solid, solid.whole(), *hull);
-  std::vector<pieces::Piece> parts = pieces::cut(solid, hull, error, limits.most);
-  if (parts.size() > 1) pieces::join_pieces(solid, limits.most, parts);
-  for (pieces::Piece& piece : parts) out.pieces.push_back(std::move(piece.hull));
-  if (out.pieces.empty()) out.pieces = {hull};
-  pieces::measure_pieces(solid, out);
-  if (out.pieces.size() > 1 || error <= limits.tolerance) return out;
-  out.reason = "no plane cuts it into parts with a volume";
+  const pieces::ThinnedMesh few = pieces::thinned(mesh);
+  const auto hull = few.moved > 0.0 ? pieces::hull_of(few.mesh.vertices, source) : outer;
+  if (!hull || few.mesh.triangles.empty()) {
+    out.pieces = {outer};
+    out.outside = out.inside = 2.0 * outer->radius;
+    out.reason = "it has too many triangles, and none left when they are thinned out";
+    return out;
+  }
+  // What thinning moved is not left for the pieces, as far as half of the tolerance goes.
+  const double tolerance = std::max(limits.tolerance - few.moved, 0.5 * limits.tolerance);
+  const pieces::Solid solid(few.mesh, *hull, tolerance);
+  pieces::Piece whole{solid.whole(), hull};
+  pieces::measure_piece(solid, {&whole.part}, whole);
+  const double error = whole.error;
+  std::vector<pieces::Piece> parts = pieces::cut(solid, std::move(whole), limits.most);
+  if (parts.size() > 1) pieces::join_pieces(solid, limits.most, pieces::kAllWork, parts);
+  for (const pieces::Piece& piece : parts) out.pieces.push_back(piece.hull);
+  if (out.pieces.empty()) out.pieces = {outer};
+  pieces::measure_pieces(solid, mesh, out);
+  out.outside += few.moved;
+  if (out.pieces.size() == 1 && error > tolerance)
+    out.reason = "no plane cuts it into parts with a volume";
   return out;
 }
 

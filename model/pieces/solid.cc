@@ -12,6 +12,8 @@ namespace {
 constexpr double kOnePoint = 1e-9;
 // Relative to the tolerance: accuracy of the measured distance.
 constexpr double kAccuracy = 0.25;
+// Relative to the tolerance: pieces that stand off less are not told apart.
+constexpr double kHalf = 0.5;
 // Cosine: a face of a hull lies in a plane that cut its part.
 constexpr double kSamePlane = 1.0 - 1e-9;
 // Sine of the least angle of a concave edge.
@@ -60,6 +62,32 @@ double depth_in(const ConvexMesh& hull, const std::vector<char>& is_cut, const V
     if (!is_cut[f]) depth = std::min(depth, below);
   }
   return depth;
+}
+
+/// Depth of the deepest of five points of a triangle that are not buried; the first one over the
+/// tolerance.
+double depth_of(const Solid& solid, const ConvexMesh& hull, const std::vector<char>& is_cut,
+                const Corners3& t) {
+  const Vector3 center = (t[0] + t[1] + t[2]) / 3.0;
+  solid.work.spend(10);
+  double reach = 0.0;
+  for (const Vector3& p : t) reach = std::max(reach, (p - center).squaredNorm());
+  if ((center - hull.interior_point).norm() > hull.radius + std::sqrt(reach)) return 0.0;
+  const Vector3 normal = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
+  const Vector3 places[] = {t[0], 0.5 * (t[0] + t[1]), 0.5 * (t[1] + t[2]), 0.5 * (t[2] + t[0]),
+                            center};
+  double most = 0.0;
+  solid.work.spend(4 * hull.faces.size());
+  for (const Vector3& p : places) {
+    const double depth = depth_in(hull, is_cut, p, 1e3 * solid.slack);
+    if (depth <= solid.tolerance) {
+      most = std::max(most, depth);
+    } else {
+      solid.work.spend(2 * Work::kSearch);
+      if (!solid.is_buried(p, normal)) return depth;
+    }
+  }
+  return most;
 }
 
 }  // namespace
@@ -153,34 +181,38 @@ std::shared_ptr<const ConvexMesh> hull_of(const std::vector<Vector3>& points,
   }
 }
 
-double piece_error(const Solid& solid, const Part& part, const ConvexMesh& hull) {
-  const double accuracy = kAccuracy * solid.tolerance;
+void measure_piece(const Solid& solid, const std::vector<const Part*>& parts, Piece& piece) {
+  const ConvexMesh& hull = *piece.hull;
   std::vector<char> is_cut(hull.faces.size());
   for (std::size_t f = 0; f < hull.faces.size(); ++f) {
-    for (const CutPlane& plane : part.planes) {
+    for (const CutPlane& plane : piece.part.planes) {
       if (hull.face_normals[f].dot(plane.normal) > kSamePlane &&
           std::abs(plane.height(hull.vertices[hull.faces[f][0]])) < 1e3 * solid.slack)
         is_cut[f] = 1;
     }
   }
-  double error = 0.0;
-  for (const Corners3& t : part.triangles) {
-    const Vector3 places[] = {t[0], 0.5 * (t[0] + t[1]), 0.5 * (t[1] + t[2]), 0.5 * (t[2] + t[0]),
-                              (t[0] + t[1] + t[2]) / 3.0};
-    const Vector3 normal = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
-    for (const Vector3& p : places) {
-      const double depth = depth_in(hull, is_cut, p, 1e3 * solid.slack);
-      if (depth > solid.tolerance && solid.is_buried(p, normal)) continue;
-      error = std::max(error, depth);
+  solid.work.spend(hull.faces.size() * (piece.part.planes.size() + 50));
+  piece.error = 0.0;
+  for (const Part* part : parts) {
+    for (const Corners3& t : part->triangles) {
+      piece.error = std::max(piece.error, depth_of(solid, hull, is_cut, t));
+      if (piece.error > solid.tolerance) return;
     }
-    if (error > solid.tolerance) return error;
   }
-  const PartStandoff query{
-      solid.nearest,
-      [&](const Vector3& p, double distance) { return solid.winding.inside(p) ? distance : -1.0; },
-      accuracy, solid.tolerance};
+  piece.error = std::max(piece.error, outside_of(solid, hull, kHalf * solid.tolerance,
+                                                 solid.tolerance));
+}
+
+double outside_of(const Solid& solid, const ConvexMesh& hull, double known, double enough) {
+  const double accuracy = kAccuracy * solid.tolerance;
+  const PartStandoff query{solid.nearest,
+                           [&](const Vector3& p, double distance) {
+                             solid.work.spend(Work::kSearch);
+                             return solid.winding.inside(p) ? distance : -1.0;
+                           },
+                           accuracy, enough, std::max(known - accuracy, 0.0)};
   const double standoff = hull_standoff(hull, query);
-  return std::max(error, standoff > accuracy ? standoff + accuracy : standoff);
+  return standoff > accuracy ? standoff + accuracy : standoff;
 }
 
 }  // namespace counterpoint::pieces
