@@ -68,7 +68,11 @@ class GrowingHull {
   /// Returns the volume [m^3]; less than zero if rounding spoilt the hull.
   double volume() {
     if (!start()) return 0.0;
-    for (std::size_t i = 0; i < count_; ++i) add(static_cast<int>(i));
+    for (std::size_t i = 0; i < count_; ++i) {
+      add(static_cast<int>(i));
+      // A closed surface of triangles without handles has no more.
+      if (faces_.size() > 2 * count_) return -1.0;
+    }
     double sum = 0.0;
     for (const Face& f : faces_)
       for (const Vector3& p : points_)

@@ -94,15 +94,22 @@ class Joiner {
   }
 
  private:
+  bool bounds(const CutPlane& plane, const ConvexMesh& hull) const {
+    return std::all_of(hull.vertices.begin(), hull.vertices.end(), [&](const Vector3& p) {
+      return plane.height(p) < 1e3 * solid_.slack;
+    });
+  }
+
   /// Returns the common piece, not measured if it is kept whatever its error; without hull if it is
   /// flat.
   Piece joined(const Piece& a, const Piece& b, bool force) const {
     Piece out;
-    // A plane between the two does not bound the common piece, whose hull has no face in it.
-    out.part.planes = a.part.planes;
-    out.part.planes.insert(out.part.planes.end(), b.part.planes.begin(), b.part.planes.end());
     out.hull = hull_of(points_of(*a.hull, *b.hull), a.hull->source);
     if (!out.hull) return out;
+    // A plane between the two does not bound the common piece.
+    for (const Part* part : {&a.part, &b.part})
+      for (const CutPlane& plane : part->planes)
+        if (bounds(plane, *out.hull)) out.part.planes.push_back(plane);
     solid_.work.spend(2'000 * out.hull->vertices.size());
     out.error = solid_.size;
     if (force) return out;

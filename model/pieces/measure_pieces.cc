@@ -12,16 +12,21 @@ namespace {
 constexpr std::size_t kMostMeasured = 2'000;
 // A ray leaves the union after at most this many pieces.
 constexpr int kMostCrossed = 64;
+// Number of faces above a point, the nearest ones, across which its way out is sought.
+constexpr std::size_t kMostWays = 64;
 
 class Union {
  public:
   Union(const Solid& solid, const Pieces& pieces) : slack_(1e3 * solid.slack), all_(pieces) {}
 
   /// Distance of a point from the surface [m]; inside, that in the best of several directions, or
-  /// in any in which it is at most `enough` [m].
-  double distance(const Vector3& p, const Vector3& normal, double enough) const {
+  /// in any in which it is at most `enough` [m]. `normal`: the first direction; if it leads farther
+  /// and the point is `buried`, the distance is 0.
+  template <typename Buried>
+  double distance(const Vector3& p, const Vector3& normal, double enough,
+                  const Buried& buried) const {
     double outside = std::numeric_limits<double>::infinity();
-    std::vector<Vector3> ways = {normal};
+    std::vector<std::pair<double, Vector3>> ways;  // depth and direction
     bool deep = false;
     for (const auto& piece : all_.pieces) {
       if ((p - piece->interior_point).norm() - piece->radius > outside) continue;
@@ -29,14 +34,19 @@ class Union {
       if (e > outside) continue;
       outside = std::min(outside, e > slack_ ? distance_outside(*piece, p) : 0.0);
       deep = deep || e < -slack_;
-      if (e <= 0.0) ways.insert(ways.end(), piece->face_normals.begin(), piece->face_normals.end());
+      if (e > 0.0) continue;
+      for (std::size_t f = 0; f < piece->faces.size(); ++f)
+        ways.emplace_back(piece->face_offsets[f] - piece->face_normals[f].dot(p),
+                          piece->face_normals[f]);
     }
     if (!deep) return outside;
-    double least = std::numeric_limits<double>::infinity();
-    for (const Vector3& way : ways) {
-      least = std::min(least, way_out(p, way, least));
-      if (least <= enough) break;
-    }
+    const std::size_t count = std::min(ways.size(), kMostWays);
+    std::partial_sort(ways.begin(), ways.begin() + static_cast<std::ptrdiff_t>(count), ways.end(),
+                      [](const auto& a, const auto& b) { return a.first < b.first; });
+    double least = way_out(p, normal, std::numeric_limits<double>::infinity());
+    if (least > enough && buried()) return 0.0;
+    for (std::size_t i = 0; i < count && least > enough; ++i)
+      least = std::min(least, way_out(p, ways[i].second, least));
     return least;
   }
 
@@ -88,8 +98,9 @@ void measure_pieces(const Solid& solid, const TriangleMesh& mesh, Pieces& out) {
     if (!(normal.norm() > 0.5)) continue;
     const Vector3 places[] = {a, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), (a + b + c) / 3.0};
     for (const Vector3& p : places) {
-      const double distance = std::min(whole.distance(p, normal, out.inside), solid.size);
-      if (distance > out.inside && !solid.is_buried(p, normal)) out.inside = distance;
+      const auto buried = [&] { return solid.is_buried(p, normal); };
+      const double distance = std::min(whole.distance(p, normal, out.inside, buried), solid.size);
+      if (distance > out.inside && !buried()) out.inside = distance;
     }
   }
 }

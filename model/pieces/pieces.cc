@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "counterpoint/model/mesh/hull_standoff.h"
+#include "counterpoint/model/pieces/cache.h"
 #include "counterpoint/model/pieces/solid.h"
 #include "counterpoint/model/pieces/thinned.h"
 
@@ -108,7 +109,7 @@ Pieces convex_pieces(const TriangleMesh& triangles, const MeshCollision& options
 }
 
 void add_pieces(const TriangleMesh& mesh, const MeshCollision& collision, ConvexMesh& hull) {
-  Pieces found = convex_pieces(mesh, collision, hull.source);
+  const Pieces found = cached_pieces(mesh, collision, hull.source, cache_folder());
   hull.union_standoff = std::max(found.outside, found.inside);
   if (found.pieces.size() < 2) {
     hull.hull_reason = found.reason;
