@@ -19,7 +19,9 @@ constexpr double kSharp = 0.95, kCorner = 0.5;
 // Cuts that save nearly as much volume, relative to the most saved and to the hull, count as equal.
 constexpr double kNearlyBest = 0.1, kNothing = 1e-4;
 // Number of triangles beyond which cuts are weighed by a part of them.
-constexpr std::size_t kMostTriangles = 2'000;
+constexpr std::size_t kMostTriangles = 1'000;
+// Number of concave edges beyond which a part of them is looked at.
+constexpr std::size_t kMostEdges = 1'000;
 
 class Candidates {
  public:
@@ -51,7 +53,9 @@ struct Notch {
 
 std::vector<Notch> notches(const Solid& solid, const Piece& piece) {
   std::vector<Notch> out;
-  for (const int index : piece.part.reflex) {
+  const std::size_t stride = 1 + piece.part.reflex.size() / kMostEdges;
+  for (std::size_t i = 0; i < piece.part.reflex.size(); i += stride) {
+    const int index = piece.part.reflex[i];
     const ReflexEdge& edge = solid.reflex[index];
     double from = 0.0, to = 1.0;
     for (const CutPlane& plane : piece.part.planes) {
@@ -141,9 +145,12 @@ std::optional<CutPlane> best_of(const Solid& solid, const Piece& piece,
 
 std::optional<CutPlane> best_cut(const Solid& solid, Piece& piece) {
   const std::vector<Notch> edges = notches(solid, piece);
-  solid.work.spend(piece.part.reflex.size() * piece.hull->faces.size());
-  piece.part.reflex.clear();
-  for (const Notch& notch : edges) piece.part.reflex.push_back(notch.edge);
+  solid.work.spend(std::min(piece.part.reflex.size(), kMostEdges) * piece.hull->faces.size());
+  if (piece.part.reflex.size() < kMostEdges) {
+    piece.part.reflex.clear();
+    for (const Notch& notch : edges) piece.part.reflex.push_back(notch.edge);
+    std::sort(piece.part.reflex.begin(), piece.part.reflex.end());
+  }
   const std::optional<CutPlane> best = best_of(solid, piece, through_edges(solid, edges));
   // Without concave edges, as in an open mesh, across the axes.
   return best ? best : best_of(solid, piece, across_axes(solid, piece));

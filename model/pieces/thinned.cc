@@ -8,9 +8,9 @@
 namespace counterpoint::pieces {
 namespace {
 
-constexpr std::size_t kMostTriangles = 20'000;
+constexpr std::size_t kMostTriangles = 10'000;
 // Number of cells along the longest side of the box, and the ratio of two tries.
-constexpr double kFinest = 1024.0, kCoarser = 0.75;
+constexpr double kFinest = 256.0, kCoarser = 0.75;
 
 /// Number of the cluster of each vertex, in the order of their cells.
 std::vector<int> clusters(const std::vector<Vector3>& vertices, const Vector3& low, double cell,

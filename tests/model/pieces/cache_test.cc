@@ -41,7 +41,7 @@ class PiecesCache : public testing::Test {
     std::ofstream(file, std::ios::binary) << bytes;
   }
 
-  TriangleMesh mesh_ = test::cup(0.04, 0.1, 0.004, 12);
+  TriangleMesh mesh_ = test::cup(0.04, 0.1, 0.004, 16);
   fs::path folder_;
 };
 

@@ -90,6 +90,32 @@ TEST(Pieces, RoundBodiesAreWithinTheirTolerance) {
   }
 }
 
+// Beyond 10,000 triangles vertices are clustered; `outside` has how far they moved, at most the
+// diagonal of a cell, here a 60th of the longest side.
+TEST(Pieces, ManyTrianglesAreThinnedOut) {
+  const TriangleMesh mesh = torus(5.0, 1.0, 150, 50);
+  const Pieces pieces = cut(mesh);
+  EXPECT_LE(pieces.inside, pieces.tolerance);
+  EXPECT_LE(pieces.outside, pieces.tolerance + std::sqrt(3.0) * 12.0 / 60.0);
+  EXPECT_GE(pieces.pieces.size(), 8U);  // sectors of a ring within 1 % of its diameter
+  EXPECT_LE(pieces.pieces.size(), 64U);
+}
+
+// Noise on a ball: far more notches than there is work for. It ends, and says how far it came.
+TEST(Pieces, WorkEndsAndTheDistanceReachedIsGiven) {
+  const auto ball = make_convex_hull(test::sphere_points(2000));
+  TriangleMesh mesh{ball->vertices, {}};
+  for (const auto& face : ball->faces)
+    for (std::size_t i = 2; i < face.size(); ++i)
+      mesh.triangles.push_back({face[0], face[i - 1], face[i]});
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> u(0.8, 1.0);
+  for (Vector3& p : mesh.vertices) p *= u(random);
+  const Pieces pieces = cut(mesh, 1e-4, 64);
+  EXPECT_LE(pieces.pieces.size(), 64U);
+  EXPECT_GT(std::max(pieces.outside, pieces.inside), pieces.tolerance);
+}
+
 // The middle of a torus, the inside of a cup and the hole of a tube stay open.
 TEST(Pieces, HollowsStayOpen) {
   const Pieces ring = cut(torus(5.0, 1.0, 48, 16)), mug = cut(test::cup(0.04, 0.1, 0.004, 32));
