@@ -8,8 +8,8 @@
 
 namespace counterpoint::pieces {
 
-/// Returns the volume of the convex hull of points [m^3]; 0 if they span none. Of many points those
-/// count that are extreme in one of 64 directions, which turn with `axes`. Faster than
+/// Returns the volume of the convex hull of points [m^3]; 0 if they span none. If there are many,
+/// those count that are extreme in one of 128 directions, which turn with `axes`. Faster than
 /// convex_hull_volume.
 double hull_volume(const std::vector<Vector3>& points, const Matrix3& axes, Work& work);
 

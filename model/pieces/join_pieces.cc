@@ -95,9 +95,8 @@ class Joiner {
 
  private:
   bool bounds(const CutPlane& plane, const ConvexMesh& hull) const {
-    return std::all_of(hull.vertices.begin(), hull.vertices.end(), [&](const Vector3& p) {
-      return plane.height(p) < 1e3 * solid_.slack;
-    });
+    return std::all_of(hull.vertices.begin(), hull.vertices.end(),
+                       [&](const Vector3& p) { return plane.height(p) < 1e3 * solid_.slack; });
   }
 
   /// Returns the common piece, not measured if it is kept whatever its error; without hull if it is
@@ -137,7 +136,7 @@ class Joiner {
   std::size_t most_work_;
   std::vector<Piece>& pieces_;  // at first those with the surface, then joined ones without
   std::size_t count_;           // number of pieces with a hull
-  std::vector<Box> boxes_;      // of the pieces with the surface
+  std::vector<Box> boxes_;      // boxes around the pieces with the surface
   std::vector<Join> joins_, refused_;
 };
 

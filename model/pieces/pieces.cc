@@ -23,7 +23,7 @@ constexpr double kTie = 1e-6;
 constexpr int kPartsPerPiece = 3;
 // Operations after which no part is cut, and after which pieces are joined only to keep their
 // number.
-constexpr std::size_t kCutWork = 600'000'000, kAllWork = 900'000'000;
+constexpr std::size_t kCutWork = 3'000'000'000, kAllWork = 4'000'000'000;
 
 MeshCollision checked(const MeshCollision& options, double diameter, const std::string& source) {
   MeshCollision out = options;
@@ -91,7 +91,7 @@ Pieces convex_pieces(const TriangleMesh& triangles, const MeshCollision& options
     out.reason = "it has too many triangles, and none left when they are thinned out";
     return out;
   }
-  // What thinning moved is not left for the pieces, as far as half of the tolerance goes.
+  // Thinning takes up to half of the tolerance; the pieces have the rest.
   const double tolerance = std::max(limits.tolerance - few.moved, 0.5 * limits.tolerance);
   const pieces::Solid solid(few.mesh, *hull, tolerance);
   pieces::Piece whole{solid.whole(), hull};

@@ -199,8 +199,8 @@ void measure_piece(const Solid& solid, const std::vector<const Part*>& parts, Pi
       if (piece.error > solid.tolerance) return;
     }
   }
-  piece.error = std::max(piece.error, outside_of(solid, hull, kHalf * solid.tolerance,
-                                                 solid.tolerance));
+  piece.error =
+      std::max(piece.error, outside_of(solid, hull, kHalf * solid.tolerance, solid.tolerance));
 }
 
 double outside_of(const Solid& solid, const ConvexMesh& hull, double known, double enough) {

@@ -19,8 +19,7 @@ std::vector<int> clusters(const std::vector<Vector3>& vertices, const Vector3& l
   cells.reserve(vertices.size());
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const Vector3 at = ((vertices[i] - low) / cell).array().floor();
-    cells.push_back({{static_cast<int>(at.x()), static_cast<int>(at.y()),
-                      static_cast<int>(at.z())},
+    cells.push_back({{static_cast<int>(at.x()), static_cast<int>(at.y()), static_cast<int>(at.z())},
                      static_cast<int>(i)});
   }
   std::sort(cells.begin(), cells.end());
