@@ -39,12 +39,17 @@ std::vector<Vector3> points_of(const ConvexMesh& a, const ConvexMesh& b) {
 }
 
 /// Lists the joins of piece `b` with those before it, and of later ones if it is new.
-void add_joins(const Solid& solid, const std::vector<Piece>& pieces, int b,
+void add_joins(const Solid& solid, const std::vector<Piece>& pieces, int b, std::size_t most_work,
                std::vector<Join>& joins) {
   for (int a = 0; a < b; ++a) {
     if (!pieces[a].hull || !meet(*pieces[a].hull, *pieces[b].hull, 1e3 * solid.slack)) continue;
+    // Once the work is used up, balls around the pieces stand for their hulls.
+    const double reach = (pieces[a].hull->interior_point - pieces[b].hull->interior_point).norm() +
+                         pieces[a].hull->radius + pieces[b].hull->radius;
     const double together =
-        hull_volume(points_of(*pieces[a].hull, *pieces[b].hull), solid.axes, solid.work);
+        solid.work.spent > most_work
+            ? std::pow(reach, 3)
+            : hull_volume(points_of(*pieces[a].hull, *pieces[b].hull), solid.axes, solid.work);
     const double growth = together - pieces[a].hull->volume - pieces[b].hull->volume;
     joins.push_back({std::round(1e9 * growth / std::pow(solid.size, 3)), a, b});
   }
@@ -70,7 +75,7 @@ class Joiner {
       : solid_(solid), most_work_(most_work), pieces_(pieces), count_(pieces.size()) {
     for (const Piece& piece : pieces) boxes_.emplace_back(piece.hull->vertices);
     for (std::size_t b = 0; b < pieces.size(); ++b)
-      add_joins(solid, pieces, static_cast<int>(b), joins_);
+      add_joins(solid, pieces, static_cast<int>(b), most_work, joins_);
   }
 
   void run(std::size_t most) {
@@ -128,7 +133,7 @@ class Joiner {
     std::erase_if(joins_, gone);
     std::erase_if(refused_, gone);
     pieces_.push_back(std::move(common));
-    add_joins(solid_, pieces_, static_cast<int>(pieces_.size()) - 1, joins_);
+    add_joins(solid_, pieces_, static_cast<int>(pieces_.size()) - 1, most_work_, joins_);
     --count_;
   }
 
