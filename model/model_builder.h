@@ -91,7 +91,7 @@ struct PairSurface {
   std::optional<double> friction, restitution, torsional_friction, rolling_friction;
   std::optional<double> static_friction;  ///< default: `friction`, where that is given
   std::optional<double> stribeck_speed;
-  std::optional<double> stiffness, damping, dissipation;  ///< of the pair, both surfaces together
+  std::optional<double> stiffness, damping, dissipation;  ///< both surfaces in series
   /// Set with `friction`: Material::friction_axis in the frame of the first of the two geometries.
   std::optional<Vector3> friction_axis;
   double friction_across = 0.0;

@@ -88,6 +88,7 @@ py::array vertices(const Shape& shape) {
   return view(list->front().data(), {count, 3}, {3, 1}, owner);
 }
 
+// Long: one list of properties.
 void bind_material(py::module_& m) {
   py::class_<Material>(m, "Material", R"(
 Surface material. Two surfaces combine to the geometric mean of their frictions and the larger
@@ -118,11 +119,11 @@ torsional_friction, rolling_friction : float
       .def(py::init([](double friction, double restitution, double torsional, double rolling,
                        double at_rest, double stribeck_speed, double stiffness, double damping,
                        double dissipation, const std::optional<Vector3>& axis, double across) {
-             Material m{friction,       restitution, torsional, rolling,    at_rest,
-                        stribeck_speed, stiffness,   damping,   dissipation};
-             if (axis) m.friction_axis = *axis;
-             m.friction_across = across;
-             return m;
+             Material out{friction,       restitution, torsional, rolling,    at_rest,
+                          stribeck_speed, stiffness,   damping,   dissipation};
+             if (axis) out.friction_axis = *axis;
+             out.friction_across = across;
+             return out;
            }),
            py::arg("friction") = 0.8, py::arg("restitution") = 0.0,
            py::arg("torsional_friction") = 0.0, py::arg("rolling_friction") = 0.0,
