@@ -18,7 +18,7 @@ struct Material {
   /// Sliding speed [m/s] at which 1 / e of the excess of static friction is left.
   double stribeck_speed = 0.01;
   double stiffness = std::numeric_limits<double>::infinity();  ///< that of a contact point [N/m]
-  double damping = 0.0;  ///< linear, at a contact point with finite stiffness [N s/m]
+  double damping = 0.0;      ///< linear, at a contact point with finite stiffness [N s/m]
   double dissipation = 0.0;  ///< Hunt and Crossley's, F = k d (1 + dissipation d') [s/m]
   /// Direction in the geometry frame along which `friction` acts, of any length; zero: all
   /// directions are alike.

@@ -81,7 +81,7 @@ struct IsVector : std::false_type {};
 template <typename T>
 struct IsVector<std::vector<T>> : std::true_type {};
 
-class Writer {
+class PieceWriter {
  public:
   template <typename T>
   void operator()(const T& value) {
@@ -98,10 +98,10 @@ class Writer {
   std::string bytes;
 };
 
-/// Reads what Writer wrote; throws std::out_of_range at the end.
-class Reader {
+/// Reads what PieceWriter wrote; throws std::out_of_range at the end.
+class PieceReader {
  public:
-  explicit Reader(const std::string& bytes) : bytes_(bytes) {}
+  explicit PieceReader(const std::string& bytes) : bytes_(bytes) {}
 
   template <typename T>
   void operator()(T& value) {
@@ -147,7 +147,7 @@ std::optional<Pieces> read(const std::filesystem::path& file, const Hash& key,
   if (head[1] != sum_of(key, bytes)) return std::nullopt;
   Pieces out;
   try {
-    Reader reader(bytes);
+    PieceReader reader(bytes);
     reader(out.tolerance);
     reader(out.outside);
     reader(out.inside);
@@ -170,7 +170,7 @@ std::optional<Pieces> read(const std::filesystem::path& file, const Hash& key,
 /// Writes a file of another name and renames it, so that no reader sees a part.
 void write(const std::filesystem::path& file, const Hash& key, const Pieces& pieces) {
   static std::atomic<int> count = 0;  // names of threads differ
-  Writer writer;
+  PieceWriter writer;
   writer(pieces.tolerance);
   writer(pieces.outside);
   writer(pieces.inside);

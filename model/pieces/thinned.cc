@@ -8,7 +8,7 @@
 namespace counterpoint::pieces {
 namespace {
 
-constexpr std::size_t kMostTriangles = 10'000;
+constexpr std::size_t kUnthinned = 10'000;
 // Number of cells along the longest side of the box, and the ratio of two tries.
 constexpr double kFinest = 256.0, kCoarser = 0.75;
 
@@ -90,7 +90,7 @@ ThinnedMesh clustered(const TriangleMesh& mesh, const Vector3& low, double cell)
 }  // namespace
 
 ThinnedMesh thinned(const TriangleMesh& mesh) {
-  if (mesh.triangles.size() <= kMostTriangles) return {mesh, 0.0};
+  if (mesh.triangles.size() <= kUnthinned) return {mesh, 0.0};
   Vector3 low = mesh.vertices[0], high = low;
   for (const Vector3& p : mesh.vertices) {
     low = low.cwiseMin(p);
@@ -99,7 +99,7 @@ ThinnedMesh thinned(const TriangleMesh& mesh) {
   const double size = (high - low).maxCoeff();
   for (double cells = kFinest; cells > 1.0; cells *= kCoarser) {
     ThinnedMesh out = clustered(mesh, low, size / cells);
-    if (out.mesh.triangles.size() <= kMostTriangles) return out;
+    if (out.mesh.triangles.size() <= kUnthinned) return out;
   }
   return clustered(mesh, low, 2.0 * size);
 }

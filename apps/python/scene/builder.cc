@@ -3,6 +3,7 @@
 
 #include "bindings.h"
 #include "counterpoint/model/model_builder.h"
+#include "objects/arrays.h"
 #include "objects/exceptions.h"
 #include "objects/handles.h"
 #include "objects/typed.h"
@@ -20,11 +21,12 @@ void set_pair_surface(ModelBuilder& b, const std::string& geometry_or_link_a,
                       std::optional<double> rolling_friction, std::optional<double> static_friction,
                       std::optional<double> stribeck_speed, std::optional<double> stiffness,
                       std::optional<double> damping, std::optional<double> dissipation,
-                      std::optional<Vector3> friction_axis, double friction_across) {
-  b.set_pair_surface(
-      geometry_or_link_a, geometry_or_link_b,
-      {friction, restitution, torsional_friction, rolling_friction, static_friction, stribeck_speed,
-       stiffness, damping, dissipation, friction_axis, friction_across});
+                      const std::optional<Array>& friction_axis, double friction_across) {
+  std::optional<Vector3> axis;
+  if (friction_axis) axis = vector3(*friction_axis, "friction_axis");
+  b.set_pair_surface(geometry_or_link_a, geometry_or_link_b,
+                     {friction, restitution, torsional_friction, rolling_friction, static_friction,
+                      stribeck_speed, stiffness, damping, dissipation, axis, friction_across});
 }
 
 }  // namespace

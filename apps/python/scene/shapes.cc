@@ -10,6 +10,7 @@
 #include "objects/arrays.h"
 #include "objects/exceptions.h"
 #include "objects/geometry_words.h"
+#include "objects/properties.h"
 
 namespace counterpoint::python {
 namespace {
@@ -104,9 +105,9 @@ static_friction : float
     Coefficient at rest [-]; friction where that is larger.
 stribeck_speed : float
     Sliding speed at which 1 / e of the excess of static friction is left [m/s].
-stiffness : float
-    Of a contact point [N/m]; infinite: as hard as the compliance of the scene. Two surfaces are
-    springs in series.
+stiffness : float, optional
+    Of a contact point [N/m]; None: as hard as the compliance of the scene. Two surfaces are springs
+    in series.
 damping, dissipation : float
     Of a contact point with finite stiffness: linear [N s/m]; Hunt and Crossley's [s/m].
 friction_axis : array_like, shape (3,), optional
@@ -117,18 +118,21 @@ torsional_friction, rolling_friction : float
     Torque about the normal, or rolling, over normal force [m].
 )")
       .def(py::init([](double friction, double restitution, double torsional, double rolling,
-                       double at_rest, double stribeck_speed, double stiffness, double damping,
-                       double dissipation, const std::optional<Vector3>& axis, double across) {
-             Material out{friction,       restitution, torsional, rolling,    at_rest,
-                          stribeck_speed, stiffness,   damping,   dissipation};
-             if (axis) out.friction_axis = *axis;
+                       double at_rest, double stribeck_speed, std::optional<double> stiffness,
+                       double damping, double dissipation, const std::optional<Array>& axis,
+                       double across) {
+             Material out{friction, restitution, torsional, rolling, at_rest, stribeck_speed};
+             out.stiffness = stiffness.value_or(out.stiffness);
+             out.damping = damping;
+             out.dissipation = dissipation;
+             if (axis) out.friction_axis = vector3(*axis, "friction_axis");
              out.friction_across = across;
              return out;
            }),
            py::arg("friction") = 0.8, py::arg("restitution") = 0.0,
            py::arg("torsional_friction") = 0.0, py::arg("rolling_friction") = 0.0,
            py::arg("static_friction") = 0.0, py::arg("stribeck_speed") = 0.01,
-           py::arg("stiffness") = Material().stiffness, py::arg("damping") = 0.0,
+           py::arg("stiffness") = py::none(), py::arg("damping") = 0.0,
            py::arg("dissipation") = 0.0, py::arg("friction_axis") = py::none(),
            py::arg("friction_across") = 0.0)
       .def_readwrite("stiffness", &Material::stiffness, "[N/m]; infinite: hard.")
@@ -141,7 +145,10 @@ torsional_friction, rolling_friction : float
       .def_readwrite("static_friction", &Material::static_friction,
                      "At rest [-]; friction where that is larger.")
       .def_readwrite("stribeck_speed", &Material::stribeck_speed, "[m/s]")
-      .def_readwrite("friction_axis", &Material::friction_axis, "In the frame of the shape.")
+      .def_property(
+          "friction_axis", [](const Material& x) { return for_python(x.friction_axis); },
+          [](Material& x, const Array& axis) { x.friction_axis = vector3(axis, "friction_axis"); },
+          "In the frame of the shape.")
       .def_readwrite("friction_across", &Material::friction_across, "Across friction_axis [-].")
       .def("__repr__", [](const Material& x) {
         return py::str(
