@@ -352,8 +352,10 @@ class Pass {
                        *mu, *across)});
     }
     SurfaceValues& surface = link->second.surface;
-    surface.stiffness = text_number(e->FirstChildElement("kp"));
-    surface.damping = text_number(e->FirstChildElement("kd")).value_or(0.0);
+    const auto kp = text_number(e->FirstChildElement("kp")),
+               kd = text_number(e->FirstChildElement("kd"));
+    if (kp) surface.stiffness = kp;
+    if (kd) surface.damping = *kd;
     const XMLElement* weightless = e->FirstChildElement("turnGravityOff");
     if (weightless == nullptr || weightless->GetText() == nullptr) return;
     if (std::strcmp(weightless->GetText(), "true") == 0) {

@@ -243,6 +243,19 @@ TEST_F(SdfTest, OfTwoSurfacesTheSmallerFrictionAndBounceCount) {
   EXPECT_EQ(geometry(t, "l/c").material.friction, 1.0);
 }
 
+TEST_F(SdfTest, KpAndKdAreASpringUnlessTheSurfaceBounces) {
+  const auto surface = [&](const std::string& inner) {
+    return geometry(scene(std::string("<model name='a'><link name='l'>") + kLink +
+                          ball("<surface>" + inner + "</surface>") + "</link></model>"),
+                    "l/c")
+        .material;
+  };
+  const std::string spring = "<contact><ode><kp>20000</kp><kd>30</kd></ode></contact>";
+  EXPECT_EQ(surface(spring).stiffness, 20000.0);
+  EXPECT_EQ(surface(spring).damping, 30.0);
+  EXPECT_FALSE(surface("<contact><ode><kp>1e12</kp></ode></contact>").is_soft());
+}
+
 TEST_F(SdfTest, LinksOfAModelTouchWhereItSaysSo) {
   const auto model = [](const char* flag) {
     std::string out = "<model name='m'>" + std::string(flag);

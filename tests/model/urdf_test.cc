@@ -159,6 +159,22 @@ TEST_F(UrdfTest, Surfaces) {
   EXPECT_TRUE(noted(spec, "link 'bullet': <contact>: not used: <stiffness>"));
 }
 
+TEST_F(UrdfTest, StiffnessOfGazeboIsThatOfASpringUpToAHardOne) {
+  const std::string ball = "<sphere radius='0.5'/>";
+  const RobotSpec spec =
+      load(robot(link("soft", collision(ball)) + link("hard", collision(ball)) +
+                 "<gazebo reference='soft'><kp>20000</kp><kd>30</kd></gazebo>"
+                 "<gazebo reference='soft'><mu1>0.7</mu1></gazebo>"
+                 "<gazebo reference='hard'><kp>1e12</kp><kd>1</kd></gazebo>"
+                 "<joint name='1' type='fixed'><parent link='soft'/><child link='hard'/></joint>"));
+  const auto material = [&](size_t i) { return spec.links[i].collisions[0].material; };
+  EXPECT_EQ(material(0).stiffness, 20000.0);
+  EXPECT_EQ(material(0).damping, 30.0);
+  EXPECT_EQ(material(0).friction, 0.7);
+  EXPECT_FALSE(material(1).is_soft());
+  EXPECT_EQ(material(1).damping, 0.0);
+}
+
 TEST_F(UrdfTest, NotesWhatItDoesNotUse) {
   const RobotSpec spec = load(robot(
       link("a", "<visual><geometry><mesh filename='none.stl'/></geometry></visual>") + link("b") +
