@@ -1,22 +1,18 @@
 #include "total_energy.h"
 
-#include <utility>
+#include <algorithm>
 
 #include "counterpoint/engine/dynamics.h"
 
 namespace counterpoint::apps {
 
-SurfaceSprings::SurfaceSprings(const Model& model)
-    : model_(model), margin_(static_cast<std::size_t>(model.num_bodies()), 0.0) {
-  const int count = static_cast<int>(model.geometries().size());
-  collision::Collider collider(model);
-  for (int a = 0; a < count; ++a) {
-    for (int b = a + 1; b < count; ++b) {
-      if (!model.pair_material(a, b).is_soft() || !collider.may_touch(a, b)) continue;
-      collider_ = std::move(collider);
-      return;
-    }
-  }
+SurfaceSprings::SurfaceSprings(const Model& model) : model_(model) {
+  const auto is_soft = [](const auto& part) { return part.material.is_soft(); };
+  if (!std::any_of(model.geometries().begin(), model.geometries().end(), is_soft) &&
+      !std::any_of(model.pair_materials().begin(), model.pair_materials().end(), is_soft))
+    return;
+  collider_.emplace(model);
+  margin_.resize(static_cast<std::size_t>(model.num_bodies()), 0.0);
 }
 
 double SurfaceSprings::energy(const VectorX& q) {

@@ -12,7 +12,7 @@ namespace counterpoint::apps {
 /// Springs of soft surfaces (Material::stiffness). Scratch memory inside: one per thread.
 class SurfaceSprings {
  public:
-  /// Costs nothing later if no two surfaces that may touch are soft.
+  /// Makes no collider if no surface is soft: energy() is then 0.
   explicit SurfaceSprings(const Model& model);
   /// Energy of the overlaps at q (nq), k d^2 / 2 for each point [J].
   double energy(const VectorX& q);
