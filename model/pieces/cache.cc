@@ -11,15 +11,15 @@
 #include <fstream>
 #include <iterator>
 #include <optional>
-#include <stdexcept>
 #include <system_error>
-#include <type_traits>
+
+#include "counterpoint/model/files/archive.h"
 
 namespace counterpoint {
 namespace {
 
 // Grows whenever pieces of the same mesh change, or the format.
-constexpr std::uint64_t kVersion = 1;
+constexpr std::uint64_t kVersion = 2;
 // Read with another byte order it is another number.
 constexpr std::uint64_t kMagic = 0x43504e5450494543;
 // Meshes of fewer triangles are cut about as fast as a file is read.
@@ -59,74 +59,6 @@ Hash key_of(const TriangleMesh& mesh, const MeshCollision& options) {
   return out;
 }
 
-/// Calls `visit` on all that a file has of a piece.
-template <typename Mesh, typename Visit>
-void each_field(Mesh& mesh, Visit&& visit) {
-  visit(mesh.vertices);
-  visit(mesh.faces);
-  visit(mesh.face_normals);
-  visit(mesh.face_offsets);
-  visit(mesh.vertex_neighbors.begin);
-  visit(mesh.vertex_neighbors.all);
-  visit(mesh.vertex_faces);
-  for (auto& column : mesh.vertex_columns) visit(column);
-  for (auto& column : mesh.normal_columns) visit(column);
-  visit(mesh.interior_point);
-  visit(mesh.radius);
-  visit(mesh.volume);
-}
-
-template <typename T>
-struct IsVector : std::false_type {};
-template <typename T>
-struct IsVector<std::vector<T>> : std::true_type {};
-
-class PieceWriter {
- public:
-  template <typename T>
-  void operator()(const T& value) {
-    if constexpr (IsVector<T>::value || std::is_same_v<T, std::string>) {
-      (*this)(static_cast<std::uint64_t>(value.size()));
-      for (const auto& item : value) (*this)(item);
-    } else if constexpr (std::is_same_v<T, VertexNeighbors::Neighbor>) {
-      (*this)(value.place);
-      (*this)(value.vertex);
-    } else {
-      bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-    }
-  }
-  std::string bytes;
-};
-
-/// Reads what PieceWriter wrote; throws std::out_of_range at the end.
-class PieceReader {
- public:
-  explicit PieceReader(const std::string& bytes) : bytes_(bytes) {}
-
-  template <typename T>
-  void operator()(T& value) {
-    if constexpr (IsVector<T>::value || std::is_same_v<T, std::string>) {
-      std::uint64_t count = 0;
-      (*this)(count);
-      if (count > bytes_.size() - at_) throw std::out_of_range("count");
-      value.resize(count);
-      for (auto& item : value) (*this)(item);
-    } else if constexpr (std::is_same_v<T, VertexNeighbors::Neighbor>) {
-      (*this)(value.place);
-      (*this)(value.vertex);
-    } else {
-      if (sizeof value > bytes_.size() - at_) throw std::out_of_range("end");
-      std::memcpy(static_cast<void*>(&value), bytes_.data() + at_, sizeof value);
-      at_ += sizeof value;
-    }
-  }
-  bool at_end() const { return at_ == bytes_.size(); }
-
- private:
-  const std::string& bytes_;
-  std::size_t at_ = 0;
-};
-
 /// Hash of the contents, which tells a damaged file.
 std::uint64_t sum_of(const Hash& key, const std::string& bytes) {
   Hash sum = key;
@@ -147,21 +79,17 @@ std::optional<Pieces> read(const std::filesystem::path& file, const Hash& key,
   if (head[1] != sum_of(key, bytes)) return std::nullopt;
   Pieces out;
   try {
-    PieceReader reader(bytes);
-    reader(out.tolerance);
-    reader(out.outside);
-    reader(out.inside);
-    reader(out.reason);
+    archive::Reader reader(bytes, "pieces");
     std::uint64_t count = 0;
-    reader(count);
+    reader(out.tolerance, out.outside, out.inside, out.reason, count);
     for (std::uint64_t i = 0; i < count; ++i) {
       auto piece = std::make_shared<ConvexMesh>();
-      each_field(*piece, reader);
+      reader(*piece);
       piece->source = source;
       out.pieces.push_back(std::move(piece));
     }
-    if (count == 0 || !reader.at_end()) return std::nullopt;
-  } catch (const std::out_of_range&) {
+    if (count == 0 || !reader.bytes.empty()) return std::nullopt;
+  } catch (const InputError&) {
     return std::nullopt;
   }
   return out;
@@ -170,13 +98,14 @@ std::optional<Pieces> read(const std::filesystem::path& file, const Hash& key,
 /// Writes a file of another name and renames it, so that no reader sees a part.
 void write(const std::filesystem::path& file, const Hash& key, const Pieces& pieces) {
   static std::atomic<int> count = 0;  // names of threads differ
-  PieceWriter writer;
-  writer(pieces.tolerance);
-  writer(pieces.outside);
-  writer(pieces.inside);
-  writer(pieces.reason);
-  writer(static_cast<std::uint64_t>(pieces.pieces.size()));
-  for (const auto& piece : pieces.pieces) each_field(*piece, writer);
+  archive::Writer writer;
+  Pieces copy = pieces;
+  std::uint64_t size = copy.pieces.size();
+  writer(copy.tolerance, copy.outside, copy.inside, copy.reason, size);
+  for (const auto& piece : copy.pieces) {
+    ConvexMesh one = *piece;
+    writer(one);
+  }
   std::error_code error;
   std::filesystem::create_directories(file.parent_path(), error);
   if (error) return;
