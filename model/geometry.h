@@ -172,13 +172,13 @@ double convex_hull_volume(const std::vector<Vector3>& points);
 
 /// How the mesh of a body collides.
 enum class MeshKind : unsigned char {
-  kAuto,   ///< pieces if it is visibly concave and a tolerance is given, else the hull
+  kAuto,   ///< pieces if it is visibly concave, else the hull
   kHull,   ///< the convex hull
   kPieces  ///< convex pieces (model/pieces/pieces.h)
 };
 struct MeshCollision {
   MeshKind kind = MeshKind::kAuto;
-  double tolerance = 0.0;  ///< pieces stand off at most this [m]; 0: 1 % of the hull's diameter
+  double tolerance = 0.0;  ///< pieces stand off at most this [m]; 0: 2 % of the hull's diameter
   int most = 256;          ///< largest number of pieces
 };
 
@@ -189,12 +189,11 @@ std::shared_ptr<const ConvexMesh> convex_mesh_of(const TriangleMesh& mesh,
                                                  const MeshCollision& collision,
                                                  const std::string& source = "");
 
-/// Returns the same for a mesh file; without `collision` its hull.
+/// Returns the same for a mesh file.
 /// @throws InputError as load_mesh and make_convex_hull.
 std::shared_ptr<const ConvexMesh> load_convex_mesh(const std::filesystem::path& file,
                                                    const Vector3& scale = Vector3::Ones(),
-                                                   const MeshCollision& collision = {
-                                                       MeshKind::kHull, 0.0, 1});
+                                                   const MeshCollision& collision = {});
 
 /// Returns a hull of at most `max_vertices` of the hull's vertices, each chosen as the one farthest
 /// outside the hull of those before it. The result lies inside the full hull; `deviation` gives the
@@ -232,13 +231,19 @@ class HullCache {
   /// Returns the cached hull, or loads it. @throws InputError as load_convex_mesh.
   std::shared_ptr<const ConvexMesh> load(const std::filesystem::path& file,
                                          const Vector3& scale = Vector3::Ones());
+  /// Loads meshes, each a file with its scale, on all processors. One that does not load is left
+  /// to `load`, which says why.
+  void load_ahead(const std::vector<std::pair<std::filesystem::path, Vector3>>& meshes);
 
  private:
+  using Key = std::tuple<std::filesystem::path, double, double, double>;
+  static Key key_of(const std::filesystem::path& file, const Vector3& scale);
+  std::shared_ptr<const ConvexMesh> loaded(const std::filesystem::path& file,
+                                           const Vector3& scale) const;
+
   int max_vertices_;
   MeshCollisions collisions_;
-  std::map<std::tuple<std::filesystem::path, double, double, double>,
-           std::shared_ptr<const ConvexMesh>>
-      hulls_;
+  std::map<Key, std::shared_ptr<const ConvexMesh>> hulls_;
 };
 
 /// Returns true if every edge is shared by two triangles that run along it in opposite directions.

@@ -59,10 +59,11 @@ double measure(const PartStandoff& part, double most, Piece& piece) {
 }  // namespace
 
 double hull_standoff(const ConvexMesh& hull, const TriangleMesh& mesh) {
-  return hull_standoff(hull, {NearestTriangle(mesh), nullptr, kTolerance * 2.0 * hull.radius});
+  const NearestTriangle nearest(mesh);
+  return hull_standoff(hull, {nearest, nullptr, kTolerance * 2.0 * hull.radius}).distance;
 }
 
-double hull_standoff(const ConvexMesh& hull, const PartStandoff& part) {
+FarthestPoint hull_standoff(const ConvexMesh& hull, const PartStandoff& part) {
   const double tolerance = part.tolerance;
   std::priority_queue<Piece> queue;
   for (const std::vector<int>& face : hull.faces) {
@@ -76,18 +77,19 @@ double hull_standoff(const ConvexMesh& hull, const PartStandoff& part) {
       queue.push(piece);
     }
   }
-  double most = part.known;
+  FarthestPoint most{part.known};
   for (int measured = 0; !queue.empty() && measured < kMostMeasured;) {
     Piece piece = queue.top();
     queue.pop();
-    if (piece.bound <= most + tolerance) break;
+    if (piece.bound <= most.distance + tolerance) break;
     if (!piece.measured) {
       if (piece.nearest >= 0) piece.bound = std::min(piece.bound, bound_by(part.mesh, piece));
-      if (piece.bound <= most + tolerance) continue;
+      if (piece.bound <= most.distance + tolerance) continue;
       ++measured;
-      most = std::max(most, measure(part, most, piece));
-      if (most > part.enough) break;
-      if (piece.bound > most + tolerance) queue.push(piece);
+      const double distance = measure(part, most.distance, piece);
+      if (distance > most.distance) most = {distance, piece.center()};
+      if (most.distance > part.enough) break;
+      if (piece.bound > most.distance + tolerance) queue.push(piece);
       continue;
     }
     const int k = piece.longest_edge();

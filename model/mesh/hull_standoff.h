@@ -26,7 +26,11 @@ struct PartStandoff {
   double enough = std::numeric_limits<double>::infinity();  ///< stops at a larger distance [m]
   double known = 0.0;  ///< smaller distances do not matter [m]; returned if there is no larger one
 };
+struct FarthestPoint {
+  double distance = 0.0;            ///< [m]
+  Vector3 point = Vector3::Zero();  ///< undefined if the distance is `known`
+};
 /// `hull`: of a set of points of the solid.
-double hull_standoff(const ConvexMesh& hull, const PartStandoff& part);
+FarthestPoint hull_standoff(const ConvexMesh& hull, const PartStandoff& part);
 
 }  // namespace counterpoint

@@ -10,8 +10,7 @@ namespace counterpoint {
 /// Finds nearest triangles of a mesh, which must outlive it.
 class NearestTriangle {
  public:
-  explicit NearestTriangle(const TriangleMesh& mesh)
-      : mesh_(mesh), tree_(mesh.vertices, mesh.triangles) {}
+  explicit NearestTriangle(const TriangleMesh& mesh);
 
   struct Answer {
     double distance = std::numeric_limits<double>::infinity();  ///< [m]
@@ -21,12 +20,18 @@ class NearestTriangle {
   Answer find(const Vector3& p, int guess = -1) const;
   /// Returns the distance of a point from one triangle [m].
   double distance(const Vector3& p, int triangle) const;
+  const TriangleTree& tree() const { return tree_; }
 
  private:
-  void search(int index, const Vector3& p, Answer& best) const;
+  struct Best {
+    double squared;  // [m^2]
+    int triangle;
+  };
+  void search(int index, const Vector3& p, Best& best) const;
 
   const TriangleMesh& mesh_;
   const TriangleTree tree_;
+  std::vector<std::array<Vector3, 3>> corners_;  // of the triangles in the order of the tree
 };
 
 }  // namespace counterpoint

@@ -59,19 +59,6 @@ std::shared_ptr<const ConvexMesh> reduce_hull(const std::shared_ptr<const Convex
   return std::make_shared<const ConvexMesh>(std::move(out));
 }
 
-std::shared_ptr<const ConvexMesh> HullCache::load(const std::filesystem::path& file,
-                                                  const Vector3& scale) {
-  std::error_code error;
-  std::filesystem::path path = std::filesystem::weakly_canonical(file, error);
-  if (error) path = file;
-  std::shared_ptr<const ConvexMesh>& hull = hulls_[{path, scale.x(), scale.y(), scale.z()}];
-  if (!hull) {
-    hull = load_convex_mesh(file, scale, collisions_.of(file));
-    if (max_vertices_ > 0) hull = reduce_hull(hull, max_vertices_);
-  }
-  return hull;
-}
-
 bool is_visibly_concave(const ConvexMesh& hull) {
   constexpr double kVolume = 1.05;
   constexpr double kStandoff = 0.05;  // relative to the hull's diameter

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/model/pieces/hull_volume.h"
+#include "counterpoint/model/pieces/quick_hull.h"
 #include "counterpoint/model/pieces/solid.h"
 
 namespace counterpoint::pieces {
@@ -49,31 +49,16 @@ void add_joins(const Solid& solid, const std::vector<Piece>& pieces, int b, std:
     const double together =
         solid.work.spent > most_work
             ? std::pow(reach, 3)
-            : hull_volume(points_of(*pieces[a].hull, *pieces[b].hull), solid.axes, solid.work);
+            : quick_hull(points_of(*pieces[a].hull, *pieces[b].hull), solid.axes, solid.work).volume;
     const double growth = together - pieces[a].hull->volume - pieces[b].hull->volume;
     joins.push_back({std::round(1e9 * growth / std::pow(solid.size, 3)), a, b});
   }
 }
 
-struct Box {
-  Vector3 low, high;
-
-  explicit Box(const std::vector<Vector3>& points) : low(points[0]), high(points[0]) {
-    for (const Vector3& p : points) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-  }
-  bool overlaps(const Box& other) const {
-    return (low.array() <= other.high.array()).all() && (other.low.array() <= high.array()).all();
-  }
-};
-
 class Joiner {
  public:
   Joiner(const Solid& solid, std::size_t most_work, std::vector<Piece>& pieces)
       : solid_(solid), most_work_(most_work), pieces_(pieces), count_(pieces.size()) {
-    for (const Piece& piece : pieces) boxes_.emplace_back(piece.hull->vertices);
     for (std::size_t b = 0; b < pieces.size(); ++b)
       add_joins(solid, pieces, static_cast<int>(b), most_work, joins_);
   }
@@ -99,29 +84,15 @@ class Joiner {
   }
 
  private:
-  bool bounds(const CutPlane& plane, const ConvexMesh& hull) const {
-    return std::all_of(hull.vertices.begin(), hull.vertices.end(),
-                       [&](const Vector3& p) { return plane.height(p) < 1e3 * solid_.slack; });
-  }
-
   /// Returns the common piece, not measured if it is kept whatever its error; without hull if it is
   /// flat.
   Piece joined(const Piece& a, const Piece& b, bool force) const {
     Piece out;
     out.hull = hull_of(points_of(*a.hull, *b.hull), a.hull->source);
     if (!out.hull) return out;
-    // A plane between the two does not bound the common piece.
-    for (const Part* part : {&a.part, &b.part})
-      for (const CutPlane& plane : part->planes)
-        if (bounds(plane, *out.hull)) out.part.planes.push_back(plane);
     solid_.work.spend(2'000 * out.hull->vertices.size());
     out.error = solid_.size;
-    if (force) return out;
-    const Box box(out.hull->vertices);
-    std::vector<const Part*> near;
-    for (std::size_t i = 0; i < boxes_.size(); ++i)
-      if (boxes_[i].overlaps(box)) near.push_back(&pieces_[i].part);
-    measure_piece(solid_, near, out);
+    if (!force) measure_piece(solid_, out);
     return out;
   }
 
@@ -139,9 +110,8 @@ class Joiner {
 
   const Solid& solid_;
   std::size_t most_work_;
-  std::vector<Piece>& pieces_;  // at first those with the surface, then joined ones without
-  std::size_t count_;           // number of pieces with a hull
-  std::vector<Box> boxes_;      // boxes around the pieces with the surface
+  std::vector<Piece>& pieces_;
+  std::size_t count_;  // number of pieces with a hull
   std::vector<Join> joins_, refused_;
 };
 

@@ -8,9 +8,6 @@
 namespace counterpoint::pieces {
 namespace {
 
-// In slacks: how far from a point on the surface inside and outside are told apart.
-constexpr double kShift = 1e3;
-
 /// Heights of a triangle's corners over a plane; heights within the slack are zero.
 struct Heights {
   std::array<double, 3> of;
@@ -114,12 +111,12 @@ std::vector<Vector3> Part::points() const {
   return out;
 }
 
-Sides Part::points_beside(const CutPlane& plane, double slack, std::size_t stride,
+Sides Part::points_beside(const CutPlane& plane, const Nearness& near, std::size_t stride,
                           const WindingNumber& winding, const ConvexMesh& hull) const {
   Sides out;
   for (std::size_t i = 0; i < triangles.size(); i += stride) {
     const Corners3& t = triangles[i];
-    const Heights heights(t, plane, slack);
+    const Heights heights(t, plane, near.flat);
     if (heights.below && heights.above) {
       const Sides parts = clip(t, heights);
       for (int k = 0; k < 2; ++k) out[k].insert(out[k].end(), parts[k].begin(), parts[k].end());
@@ -133,21 +130,21 @@ Sides Part::points_beside(const CutPlane& plane, double slack, std::size_t strid
   Vector3 middle = Vector3::Zero();
   for (const Vector3& p : lid) middle += p / static_cast<double>(lid.size());
   for (const Vector3& p : lid) {
-    if (excess(hull, p) > kShift * slack) continue;
+    if (excess(hull, p) > near.shift) continue;
     const Vector3 inwards = (middle - p).normalized();
     for (int k = 0; k < 2; ++k) {
       const Vector3 way = inwards + (k == 0 ? -1.0 : 1.0) * plane.normal;
-      if (winding.inside(p + kShift * slack * way)) out[k].push_back(p);
+      if (winding.inside(p + near.shift * way)) out[k].push_back(p);
     }
   }
   return out;
 }
 
-std::array<Part, 2> Part::split(const CutPlane& plane, double slack, const WindingNumber& winding,
+std::array<Part, 2> Part::split(const CutPlane& plane, const Nearness& near, const WindingNumber& winding,
                                 const ConvexMesh& hull) const {
   std::array<Part, 2> out;
   for (const Corners3& t : triangles) {
-    const Heights heights(t, plane, slack);
+    const Heights heights(t, plane, near.flat);
     if (heights.below && heights.above) {
       const Sides parts = clip(t, heights);
       for (int side = 0; side < 2; ++side)
@@ -164,9 +161,9 @@ std::array<Part, 2> Part::split(const CutPlane& plane, double slack, const Windi
     out[side].planes.push_back(outward);
     out[side].cell = cell;
     out[side].cell.cut(outward);
-    out[side].corners = out[side].cell.corners_inside(winding, kShift * slack);
+    out[side].corners = out[side].cell.corners_inside(winding, near.shift);
     std::erase_if(out[side].corners,
-                  [&](const Vector3& p) { return excess(hull, p) > kShift * slack; });
+                  [&](const Vector3& p) { return excess(hull, p) > near.shift; });
   }
   return out;
 }

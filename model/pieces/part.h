@@ -35,6 +35,11 @@ struct Cell {
   std::vector<Vector3> corners_inside(const WindingNumber& winding, double shift) const;
 };
 
+struct Nearness {
+  double flat;   ///< distance below which points lie in a plane that cuts [m]
+  double shift;  ///< distance from the surface at which inside and outside are told apart [m]
+};
+
 /// Points of the two sides of a plane: [0] below, [1] above it.
 using Sides = std::array<std::vector<Vector3>, 2>;
 
@@ -46,12 +51,12 @@ struct Part {
   std::vector<int> reflex;       ///< indices of reflex edges within the cell
 
   /// Returns the points whose hulls are those of the two sides of the plane; every `stride`-th
-  /// triangle counts. Points closer to the plane than `slack` [m] are on it. `hull`: of the part,
+  /// triangle counts. `hull`: of the part,
   /// outside of which nothing counts.
-  Sides points_beside(const CutPlane& plane, double slack, std::size_t stride,
+  Sides points_beside(const CutPlane& plane, const Nearness& near, std::size_t stride,
                       const WindingNumber& winding, const ConvexMesh& hull) const;
   /// Returns the two sides of the plane, without reflex edges.
-  std::array<Part, 2> split(const CutPlane& plane, double slack, const WindingNumber& winding,
+  std::array<Part, 2> split(const CutPlane& plane, const Nearness& near, const WindingNumber& winding,
                             const ConvexMesh& hull) const;
   std::vector<Vector3> points() const;
 };

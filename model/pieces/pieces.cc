@@ -11,14 +11,17 @@
 
 namespace counterpoint {
 namespace pieces {
+
 namespace {
 
-constexpr double kDefaultTolerance = 0.01;  // relative to the hull's diameter
+constexpr double kDefaultTolerance = 0.02;  // relative to the hull's diameter
 constexpr double kLeastTolerance = 1e-5;
 constexpr int kMostPieces = 4096;
 // Relative difference of volumes that count as equal, so that the order does not depend on
 // rounding.
 constexpr double kTie = 1e-6;
+// Error of the mesh that is cut, relative to the tolerance.
+constexpr double kSimplified = 0.25;
 // Parts cut for each piece allowed, before they are joined.
 constexpr int kPartsPerPiece = 3;
 // Operations after which no part is cut, and after which pieces are joined only to keep their
@@ -53,17 +56,18 @@ std::vector<Piece> cut(const Solid& solid, Piece&& whole, int most) {
     if (piece.error > solid.tolerance && solid.work.spent < kCutWork &&
         static_cast<int>(done.size() + open.size()) < kPartsPerPiece * most)
       plane = best_cut(solid, piece);
+    if (getenv("DBG")) fprintf(stderr,"tri %zu vol %.3g err %.2f%% hullv %zu reflex %zu %s n %.2f %.2f %.2f off %.4f\n",piece.part.triangles.size(),piece.hull->volume,100*piece.error/solid.size,piece.hull->vertices.size(),piece.part.reflex.size(),plane?"cut":"keep",plane?plane->normal.x():0,plane?plane->normal.y():0,plane?plane->normal.z():0,plane?plane->offset:0);
     if (!plane) {
       done.push_back(std::move(piece));
       continue;
     }
-    for (Part& part : piece.part.split(*plane, solid.slack, solid.winding, *piece.hull)) {
+    for (Part& part : piece.part.split(*plane, solid.near, solid.winding_simple, *piece.hull)) {
       Piece side{std::move(part), nullptr};
       side.hull = hull_of(side.part.points(), source);
       if (!side.hull) continue;  // without thickness
       side.part.reflex = piece.part.reflex;
       solid.work.spend(500 * side.part.triangles.size());
-      measure_piece(solid, {&side.part}, side);
+      measure_piece(solid, side);
       open.push_back(std::move(side));
     }
   }
@@ -93,17 +97,17 @@ Pieces convex_pieces(const TriangleMesh& triangles, const MeshCollision& options
   }
   // Thinning takes up to half of the tolerance; the pieces have the rest.
   const double tolerance = std::max(limits.tolerance - few.moved, 0.5 * limits.tolerance);
-  const pieces::Solid solid(few.mesh, *hull, tolerance);
-  pieces::Piece whole{solid.whole(), hull};
-  pieces::measure_piece(solid, {&whole.part}, whole);
-  const double error = whole.error;
+  const TriangleMesh simple = pieces::simplified(few.mesh, pieces::kSimplified * tolerance);
+  const pieces::Solid solid(few.mesh, simple, *hull, tolerance);
+  pieces::Piece whole{solid.whole(), pieces::hull_of(simple.vertices, source)};
+  pieces::measure_piece(solid, whole);
   std::vector<pieces::Piece> parts = pieces::cut(solid, std::move(whole), limits.most);
   if (parts.size() > 1) pieces::join_pieces(solid, limits.most, pieces::kAllWork, parts);
   for (const pieces::Piece& piece : parts) out.pieces.push_back(piece.hull);
   if (out.pieces.empty()) out.pieces = {outer};
   pieces::measure_pieces(solid, mesh, out);
   out.outside += few.moved;
-  if (out.pieces.size() == 1 && error > tolerance)
+  if (out.pieces.size() == 1 && out.outside > limits.tolerance)
     out.reason = "no plane cuts it into parts with a volume";
   return out;
 }
@@ -131,7 +135,7 @@ std::shared_ptr<const ConvexMesh> convex_mesh_of(const TriangleMesh& mesh,
   // In some files all triangles face inwards.
   if (is_closed(mesh)) hull.source_volume = std::abs(enclosed_volume(mesh));
   if (collision.kind == MeshKind::kPieces ||
-      (collision.kind == MeshKind::kAuto && collision.tolerance > 0.0 && is_visibly_concave(hull)))
+      (collision.kind == MeshKind::kAuto && is_visibly_concave(hull)))
     add_pieces(mesh, collision, hull);
   return std::make_shared<const ConvexMesh>(std::move(hull));
 }

@@ -12,10 +12,9 @@ namespace {
 constexpr double kOnePoint = 1e-9;
 // Relative to the tolerance: accuracy of the measured distance.
 constexpr double kAccuracy = 0.25;
-// Relative to the tolerance: pieces that stand off less are not told apart.
-constexpr double kHalf = 0.5;
-// Cosine: a face of a hull lies in a plane that cut its part.
-constexpr double kSamePlane = 1.0 - 1e-9;
+// Relative to the tolerance: points as near to a plane lie in it, so that the cut along a face which
+// is not quite flat leaves no slivers.
+constexpr double kFlat = 0.05;
 // Sine of the least angle of a concave edge.
 constexpr double kFlatEdge = 1e-3;
 // Relative difference of areas and lengths that count as equal.
@@ -50,44 +49,6 @@ Matrix3 axes_of(const ConvexMesh& hull) {
   axes.col(2) = axes.col(0).cross(along).normalized();
   axes.col(1) = axes.col(2).cross(axes.col(0));
   return axes;
-}
-
-/// Depth of a point below the faces of the hull on which the part has surface; 0 on any face.
-double depth_in(const ConvexMesh& hull, const std::vector<char>& is_cut, const Vector3& p,
-                double slack) {
-  double depth = hull.radius;
-  for (std::size_t f = 0; f < hull.faces.size(); ++f) {
-    const double below = hull.face_offsets[f] - hull.face_normals[f].dot(p);
-    if (below <= slack) return 0.0;
-    if (!is_cut[f]) depth = std::min(depth, below);
-  }
-  return depth;
-}
-
-/// Depth of the deepest of five points of a triangle that are not buried; the first one over the
-/// tolerance.
-double depth_of(const Solid& solid, const ConvexMesh& hull, const std::vector<char>& is_cut,
-                const Corners3& t) {
-  const Vector3 center = (t[0] + t[1] + t[2]) / 3.0;
-  solid.work.spend(10);
-  double reach = 0.0;
-  for (const Vector3& p : t) reach = std::max(reach, (p - center).squaredNorm());
-  if ((center - hull.interior_point).norm() > hull.radius + std::sqrt(reach)) return 0.0;
-  const Vector3 normal = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
-  const Vector3 places[] = {t[0], 0.5 * (t[0] + t[1]), 0.5 * (t[1] + t[2]), 0.5 * (t[2] + t[0]),
-                            center};
-  double most = 0.0;
-  solid.work.spend(4 * hull.faces.size());
-  for (const Vector3& p : places) {
-    const double depth = depth_in(hull, is_cut, p, 1e3 * solid.slack);
-    if (depth <= solid.tolerance) {
-      most = std::max(most, depth);
-    } else {
-      solid.work.spend(2 * Work::kSearch);
-      if (!solid.is_buried(p, normal)) return depth;
-    }
-  }
-  return most;
 }
 
 }  // namespace
@@ -125,28 +86,28 @@ std::vector<ReflexEdge> reflex_edges(const TriangleMesh& mesh) {
   return out;
 }
 
-Solid::Solid(const TriangleMesh& triangles, const ConvexMesh& around, double tolerance_value)
-    : mesh(triangles),
-      nearest(triangles),
-      winding(triangles),
-      reflex(reflex_edges(triangles)),
+Solid::Solid(const TriangleMesh& triangles, const TriangleMesh& simpler, const ConvexMesh& around,
+             double tolerance_value)
+    : nearest(triangles),
+      winding(triangles, nearest),
+      simple(simpler),
+      nearest_simple(simple),
+      winding_simple(simple, nearest_simple),
+      reflex(reflex_edges(simple)),
       axes(axes_of(around)),
       size(2.0 * around.radius),
       slack(kOnePoint * size),
+      near{std::max(kFlat * tolerance_value, slack), 1e3 * slack},
       tolerance(tolerance_value) {}
-
-bool Solid::is_buried(const Vector3& p, const Vector3& normal) const {
-  return winding.inside(p + 1e4 * slack * normal);
-}
 
 Part Solid::whole() const {
   Part out;
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
-  for (const auto& t : mesh.triangles) {
-    const Corners3 corners{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
+  for (const auto& t : simple.triangles) {
+    const Corners3 corners{simple.vertices[t[0]], simple.vertices[t[1]], simple.vertices[t[2]]};
     out.triangles.push_back(corners);
     for (const int v : t) {
-      const Vector3 p = axes.transpose() * mesh.vertices[v];
+      const Vector3 p = axes.transpose() * simple.vertices[v];
       low = low.cwiseMin(p);
       high = high.cwiseMax(p);
     }
@@ -181,29 +142,13 @@ std::shared_ptr<const ConvexMesh> hull_of(const std::vector<Vector3>& points,
   }
 }
 
-void measure_piece(const Solid& solid, const std::vector<const Part*>& parts, Piece& piece) {
-  const ConvexMesh& hull = *piece.hull;
-  std::vector<char> is_cut(hull.faces.size());
-  for (std::size_t f = 0; f < hull.faces.size(); ++f) {
-    for (const CutPlane& plane : piece.part.planes) {
-      if (hull.face_normals[f].dot(plane.normal) > kSamePlane &&
-          std::abs(plane.height(hull.vertices[hull.faces[f][0]])) < 1e3 * solid.slack)
-        is_cut[f] = 1;
-    }
-  }
-  solid.work.spend(hull.faces.size() * (piece.part.planes.size() + 50));
-  piece.error = 0.0;
-  for (const Part* part : parts) {
-    for (const Corners3& t : part->triangles) {
-      piece.error = std::max(piece.error, depth_of(solid, hull, is_cut, t));
-      if (piece.error > solid.tolerance) return;
-    }
-  }
-  piece.error =
-      std::max(piece.error, outside_of(solid, hull, kHalf * solid.tolerance, solid.tolerance));
+void measure_piece(const Solid& solid, Piece& piece) {
+  const FarthestPoint far = outside_of(solid, *piece.hull, solid.tolerance, solid.tolerance);
+  piece.error = far.distance;
+  piece.farthest = far.point;
 }
 
-double outside_of(const Solid& solid, const ConvexMesh& hull, double known, double enough) {
+FarthestPoint outside_of(const Solid& solid, const ConvexMesh& hull, double known, double enough) {
   const double accuracy = kAccuracy * solid.tolerance;
   const PartStandoff query{solid.nearest,
                            [&](const Vector3& p, double distance) {
@@ -211,8 +156,9 @@ double outside_of(const Solid& solid, const ConvexMesh& hull, double known, doub
                              return solid.winding.inside(p) ? distance : -1.0;
                            },
                            accuracy, enough, std::max(known - accuracy, 0.0)};
-  const double standoff = hull_standoff(hull, query);
-  return standoff > accuracy ? standoff + accuracy : standoff;
+  FarthestPoint out = hull_standoff(hull, query);
+  if (out.distance > accuracy) out.distance = std::max(known, out.distance + accuracy);
+  return out;
 }
 
 }  // namespace counterpoint::pieces

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "counterpoint/model/mesh/nearest_triangle.h"
+#include "counterpoint/model/mesh/hull_standoff.h"
 #include "counterpoint/model/pieces/part.h"
 #include "counterpoint/model/pieces/pieces.h"
 #include "counterpoint/model/pieces/work.h"
@@ -20,21 +20,24 @@ struct ReflexEdge {
 std::vector<ReflexEdge> reflex_edges(const TriangleMesh& mesh);
 
 struct Solid {
-  Solid(const TriangleMesh& triangles, const ConvexMesh& around, double tolerance_value);
+  /// `triangles`: by which pieces are measured; `simpler`: nearly the same, which is cut; both, as
+  /// all meshes, must outlive it. `around`: its hull.
+  Solid(const TriangleMesh& triangles, const TriangleMesh& simpler, const ConvexMesh& around,
+        double tolerance_value);
 
-  const TriangleMesh& mesh;
   NearestTriangle nearest;
   WindingNumber winding;
+  const TriangleMesh& simple;
+  NearestTriangle nearest_simple;
+  WindingNumber winding_simple;
   std::vector<ReflexEdge> reflex;
   Matrix3 axes;      ///< columns: normal of the hull's largest face, its longest edge, their normal
   double size;       ///< diameter of the hull [m]
   double slack;      ///< distance below which points are one [m]
+  Nearness near;
   double tolerance;  ///< [m]
   mutable Work work;
 
-  /// True for a point of the mesh with the solid on both sides, where closed bodies overlap;
-  /// `normal`: of its triangle.
-  bool is_buried(const Vector3& p, const Vector3& normal) const;
   /// Returns the whole solid as a part.
   Part whole() const;
 };
@@ -43,16 +46,20 @@ struct Solid {
 struct Piece {
   Part part;
   std::shared_ptr<const ConvexMesh> hull;
-  double error = 0.0;  ///< distance between hull and part [m], or a smaller one over the tolerance
+  /// Distance of the hull's surface from the solid [m], or a smaller one over the tolerance.
+  double error = 0.0;
+  Vector3 farthest = Vector3::Zero();  ///< a point of the hull as far off as that
 };
 
-/// Measures the hull of a piece against the solid, from both sides: the distance of the hull's
-/// surface from the solid, and that of the surfaces of `parts` from the hull's, where no plane cut
-/// the piece. Stops above the tolerance.
-void measure_piece(const Solid& solid, const std::vector<const Part*>& parts, Piece& piece);
-/// Returns the largest distance of a hull's surface from the solid [m], at most a quarter of the
-/// tolerance too large; a smaller one if it is over `enough` [m]. At least `known` [m].
-double outside_of(const Solid& solid, const ConvexMesh& hull, double known, double enough);
+/// Measures the distance of a piece's hull from the solid. Stops above the tolerance.
+void measure_piece(const Solid& solid, Piece& piece);
+/// Returns the point of a hull's surface farthest from the solid; the distance is at most a quarter
+/// of the tolerance too large; a smaller one if it is over `enough` [m]. At least `known` [m].
+FarthestPoint outside_of(const Solid& solid, const ConvexMesh& hull, double known, double enough);
+
+/// Returns points of a piece's hull, and below its faces, that are farther from the solid than the
+/// tolerance: the one measured first, then at most about 300 more.
+std::vector<Vector3> far_points(const Solid& solid, const Piece& piece);
 
 /// Returns the plane that best cuts a piece; nothing if none has points on both sides. Leaves the
 /// piece the concave edges inside its hull.

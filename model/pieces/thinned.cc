@@ -1,4 +1,7 @@
+#include "counterpoint/model/pieces/solid.h"
 #include "counterpoint/model/pieces/thinned.h"
+
+#include <meshoptimizer.h>
 
 #include <algorithm>
 #include <array>
@@ -9,6 +12,8 @@ namespace counterpoint::pieces {
 namespace {
 
 constexpr std::size_t kUnthinned = 10'000;
+// Number of triangles from which on a mesh is made simpler, and down to which.
+constexpr std::size_t kFew = 600, kFewest = 100;
 // Number of cells along the longest side of the box, and the ratio of two tries.
 constexpr double kFinest = 256.0, kCoarser = 0.75;
 
@@ -102,6 +107,30 @@ ThinnedMesh thinned(const TriangleMesh& mesh) {
     if (out.mesh.triangles.size() <= kUnthinned) return out;
   }
   return clustered(mesh, low, 2.0 * size);
+}
+
+TriangleMesh simplified(const TriangleMesh& mesh, double error) {
+  if (mesh.triangles.size() <= kFew) return mesh;
+  std::vector<float> corners;
+  for (const Vector3& p : mesh.vertices)
+    for (int k = 0; k < 3; ++k) corners.push_back(static_cast<float>(p[k]));
+  std::vector<unsigned> from, kept;
+  for (const auto& t : mesh.triangles) from.insert(from.end(), t.begin(), t.end());
+  kept.resize(from.size());
+  const std::size_t count = mesh.vertices.size(), stride = 3 * sizeof(float);
+  const float scale = meshopt_simplifyScale(corners.data(), count, stride);
+  kept.resize(meshopt_simplify(kept.data(), from.data(), from.size(), corners.data(), count, stride,
+                               3 * kFewest, static_cast<float>(error) / scale));
+  TriangleMesh out;
+  std::vector<int> index(count, -1);
+  for (const unsigned v : kept) {
+    if (index[v] >= 0) continue;
+    index[v] = static_cast<int>(out.vertices.size());
+    out.vertices.push_back(mesh.vertices[v]);
+  }
+  for (std::size_t i = 0; i < kept.size(); i += 3)
+    out.triangles.push_back({index[kept[i]], index[kept[i + 1]], index[kept[i + 2]]});
+  return out.triangles.empty() || !hull_of(out.vertices, "") ? mesh : out;
 }
 
 }  // namespace counterpoint::pieces

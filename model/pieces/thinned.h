@@ -15,4 +15,9 @@ struct ThinnedMesh {
 /// clustering: Rossignac and Borrel 1993). The cells are as small as that allows.
 ThinnedMesh thinned(const TriangleMesh& mesh);
 
+/// Returns a mesh of fewer triangles, of those vertices that are left when edges collapse up to an
+/// error [m] by quadrics (Garland and Heckbert 1997); the same mesh if it has at most 600 triangles
+/// or nothing would be left. Vertices are rounded to floats to decide.
+TriangleMesh simplified(const TriangleMesh& mesh, double error);
+
 }  // namespace counterpoint::pieces

@@ -6,6 +6,8 @@ namespace counterpoint {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
+// Number of cubes along the longest side, and half the diagonal of one.
+constexpr double kCubes = 128.0, kHalfDiagonal = 0.8661;
 // Distance, in radii of a cluster, from which on its area vector stands for its triangles.
 constexpr double kFar = 2.0;
 
@@ -23,9 +25,29 @@ double solid_angle(const Vector3& a, const Vector3& b, const Vector3& c) {
 
 }  // namespace
 
-WindingNumber::WindingNumber(const TriangleMesh& mesh)
-    : mesh_(mesh), tree_(mesh.vertices, mesh.triangles), clusters_(tree_.nodes.size()) {
+WindingNumber::WindingNumber(const TriangleMesh& mesh, const NearestTriangle& nearest)
+    : mesh_(mesh), nearest_(nearest), tree_(nearest.tree()), clusters_(tree_.nodes.size()) {
   gather(0);
+  const TriangleTree::Node& root = tree_.nodes[0];
+  cube_ = (root.high - root.low).maxCoeff() / kCubes;
+  count_ = ((root.high - root.low).array() / cube_).floor().cast<int>() + 1;
+  known_.assign(static_cast<std::size_t>(count_.prod()), kUnknown);
+}
+
+bool WindingNumber::inside(const Vector3& p) const {
+  const Vector3& low = tree_.nodes[0].low;
+  const Eigen::Array3d at_cube = ((p - low).array() / cube_).floor();
+  if ((at_cube < 0.0).any() || (at_cube >= count_.cast<double>()).any()) return false;
+  const Eigen::Array3i i = at_cube.cast<int>();
+  std::uint8_t& known = known_[(static_cast<std::size_t>(i.x()) * count_.y() + i.y()) * count_.z() + i.z()];
+  if (known == kUnknown) {
+    const Vector3 middle = low + cube_ * (at_cube + 0.5).matrix();
+    if (nearest_.find(middle).distance < kHalfDiagonal * cube_)
+      known = kTouched;
+    else
+      known = std::abs(at(0, middle)) > 0.5 ? kInside : kOutside;
+  }
+  return known == kTouched ? std::abs(at(0, p)) > 0.5 : known == kInside;
 }
 
 WindingNumber::Cluster WindingNumber::gather(int index) {

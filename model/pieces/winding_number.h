@@ -2,23 +2,25 @@
 // open or crosses itself (Barill et al., "Fast winding numbers for soups and clouds", 2018).
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
-#include "counterpoint/model/geometry.h"
+#include "counterpoint/model/mesh/nearest_triangle.h"
 
 namespace counterpoint {
 
-/// Winding numbers of a mesh, which must outlive it.
+/// Winding numbers of a mesh, which must outlive it, as `nearest`, its search. For one thread.
 class WindingNumber {
  public:
-  explicit WindingNumber(const TriangleMesh& mesh);
+  WindingNumber(const TriangleMesh& mesh, const NearestTriangle& nearest);
 
   /// Returns the sum of the triangles' solid angles seen from p, over 4 pi: 1 inside and 0 outside
   /// of a closed mesh. Far triangles count by their sum of area vectors; the error is below 0.2
   /// near a mesh, far from 1/2.
   double at(const Vector3& p) const { return at(0, p); }
-  /// True inside, whichever way the triangles face.
-  bool inside(const Vector3& p) const { return std::abs(at(p)) > 0.5; }
+  /// True inside, whichever way the triangles face. Within a cube of a lattice that the mesh does
+  /// not touch, the cube's middle decides, and is remembered.
+  bool inside(const Vector3& p) const;
 
  private:
   /// The triangles of a node of the tree, as one area vector at a point.
@@ -31,8 +33,13 @@ class WindingNumber {
   double at(int index, const Vector3& p) const;
 
   const TriangleMesh& mesh_;
-  const TriangleTree tree_;
+  const NearestTriangle& nearest_;
+  const TriangleTree& tree_;
   std::vector<Cluster> clusters_;  // for each node
+  double cube_;                    // edge of a cube [m]
+  Eigen::Array3i count_;           // numbers of cubes
+  enum Known : std::uint8_t { kUnknown, kOutside, kInside, kTouched };
+  mutable std::vector<std::uint8_t> known_;  // for each cube
 };
 
 }  // namespace counterpoint

@@ -91,6 +91,7 @@ class Converter {
     robot.name = model.getName();
     robot.where = file_.string();
     notes_ = xml_.notes;
+    load_meshes(model);
     for (const std::string& name : xml_.link_names) {
       const UrdfXml::Link& link = xml_.links.at(name);
       faults_.collect([&] {
@@ -129,6 +130,23 @@ class Converter {
           at(line), kind, name));
     }
     return *found;
+  }
+
+  void load_meshes(const urdf::ModelInterface& model) {
+    std::vector<std::pair<std::filesystem::path, Vector3>> meshes;
+    for (const auto& [name, link] : model.links_) {
+      for (const auto& collision : link->collision_array) {
+        if (!collision->geometry || collision->geometry->type != urdf::Geometry::MESH) continue;
+        const auto& mesh = static_cast<const urdf::Mesh&>(*collision->geometry);
+        try {
+          meshes.emplace_back(
+              find_mesh(mesh.filename, file_.parent_path(), options_.packages, "").file,
+              to_vector(mesh.scale));
+        } catch (const InputError&) {  // make_shape says where
+        }
+      }
+    }
+    cache_->load_ahead(meshes);
   }
 
   LinkSpec make_link(const urdf::Link& in, const UrdfXml::Link& extra) {

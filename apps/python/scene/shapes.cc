@@ -28,6 +28,13 @@ Shape plain(ShapeType type, const Vector3& size) {
   return shape;
 }
 
+MeshKind mesh_kind(const std::string& name) {
+  if (name == "auto") return MeshKind::kAuto;
+  if (name == "hull") return MeshKind::kHull;
+  if (name == "pieces") return MeshKind::kPieces;
+  throw py::value_error("kind: expected 'auto', 'hull' or 'pieces', found '" + name + "'");
+}
+
 Shape hull(const Array& points) {
   const auto rows = matrix(points, -1, 3, "points");
   std::vector<Vector3> list;
@@ -245,15 +252,20 @@ void bind_shapes(py::module_& m) {
           "The hull of points [m], shape (n, 3). Raises InputError where they span no volume.")
       .def_static(
           "convex_mesh",
-          [](const std::filesystem::path& file, const Array& scale) {
+          [](const std::filesystem::path& file, const Array& scale, const std::string& kind,
+             double tolerance, int most) {
             const Vector3 factors = vector3(scale, "scale");
+            const MeshCollision collision{mesh_kind(kind), tolerance, most};
             return reading(file, [&] {
               return Shape{ShapeType::kConvexMesh, Vector3::Zero(),
-                           load_convex_mesh(file, factors)};
+                           load_convex_mesh(file, factors, collision)};
             });
           },
-          py::arg("file"), py::arg("scale") = py::make_tuple(1, 1, 1),
-          "The hull of a mesh file: STL, OBJ or DAE.")
+          py::arg("file"), py::arg("scale") = py::make_tuple(1, 1, 1), py::arg("kind") = "auto",
+          py::arg("tolerance") = 0.0, py::arg("most") = 256,
+          "A mesh file: STL, OBJ or DAE. kind: 'hull', its convex hull; 'pieces', at most `most` "
+          "convex pieces that stand off it by at most tolerance [m], 0: 2 % of its diameter; "
+          "'auto', pieces where the hull is far off.")
       .def_static("terrain", &terrain, py::arg("vertices"), py::arg("triangles"), kTerrainDoc)
       .def_static("triangle_mesh", &triangle_mesh, py::arg("file"),
                   py::arg("scale") = py::make_tuple(1, 1, 1),

@@ -1,4 +1,4 @@
-#include "counterpoint/model/pieces/hull_volume.h"
+#include "counterpoint/model/pieces/quick_hull.h"
 
 #include <algorithm>
 #include <array>
@@ -65,23 +65,26 @@ class GrowingHull {
     });
   }
 
-  /// Returns the volume [m^3]; less than zero if rounding spoilt the hull.
-  double volume() {
-    if (!start()) return 0.0;
+  /// Returns the hull; its volume is less than zero if rounding spoilt it.
+  QuickHull hull() {
+    QuickHull out;
+    if (!start()) return out;
     for (std::size_t i = 0; i < count_; ++i) {
       add(static_cast<int>(i));
       // A closed surface of triangles without handles has no more.
-      if (faces_.size() > 2 * count_) return -1.0;
+      if (faces_.size() > 2 * count_) return {-1.0, {}};
     }
-    double sum = 0.0;
     for (const Face& f : faces_)
       for (const Vector3& p : points_)
-        if (f.normal.dot(p) - f.offset > kSpoilt / kOutside * outside_) return -1.0;
-    for (const Face& f : faces_)
-      sum += (points_[f.b] - points_[f.a])
-                 .cross(points_[f.c] - points_[f.a])
-                 .dot(points_[f.a] - points_[0]);
-    return sum / 6.0;
+        if (f.normal.dot(p) - f.offset > kSpoilt / kOutside * outside_) return {-1.0, {}};
+    for (const Face& f : faces_) {
+      out.volume += (points_[f.b] - points_[f.a])
+                        .cross(points_[f.c] - points_[f.a])
+                        .dot(points_[f.a] - points_[0]) /
+                    6.0;
+      out.faces.push_back({f.normal, f.offset});
+    }
+    return out;
   }
 
  private:
@@ -167,17 +170,31 @@ class GrowingHull {
 
 }  // namespace
 
-double hull_volume(const std::vector<Vector3>& points, const Matrix3& axes, Work& work) {
-  if (points.size() < 4) return 0.0;
+bool QuickHull::contains(const Vector3& p, double slack) const {
+  return !faces.empty() && std::all_of(faces.begin(), faces.end(), [&](const CutPlane& face) {
+    return face.height(p) <= slack;
+  });
+}
+
+QuickHull quick_hull(const std::vector<Vector3>& points, const Matrix3& axes, Work& work) {
+  if (points.size() < 4) return {};
   if (points.size() > kMostPoints) {
     work.spend(kDirections * points.size());
-    return hull_volume(extreme_points(points, axes), axes, work);
+    return quick_hull(extreme_points(points, axes), axes, work);
   }
   work.spend(6 * points.size() * points.size());
-  const double volume = GrowingHull(points).volume();
-  if (volume >= 0.0) return volume;
+  QuickHull out = GrowingHull(points).hull();
+  if (out.volume >= 0.0) return out;
   work.spend(2'000 * points.size());
-  return convex_hull_volume(points);
+  try {
+    const auto hull = make_convex_hull(points);
+    out.volume = hull->volume;
+    for (std::size_t f = 0; f < hull->faces.size(); ++f)
+      out.faces.push_back({hull->face_normals[f], hull->face_offsets[f]});
+  } catch (const InputError&) {  // flat
+    out.volume = 0.0;
+  }
+  return out;
 }
 
 }  // namespace counterpoint::pieces
