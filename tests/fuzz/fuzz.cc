@@ -108,6 +108,7 @@ auto selected_target() {
                                  {"scene", read_scene},
                                  {"mesh_dae", read_mesh_dae},
                                  {"mesh_obj", read_mesh_obj},
+                                 {"mesh_pieces", read_mesh_pieces},
                                  {"mesh_stl", read_mesh_stl},
                                  {"height_image", read_height_image},
                                  {"height_table", read_height_table},

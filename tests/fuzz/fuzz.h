@@ -39,6 +39,7 @@ void read_srdf(std::string_view input);
 void read_scene(std::string_view input);
 void read_mesh_dae(std::string_view input);
 void read_mesh_obj(std::string_view input);
+void read_mesh_pieces(std::string_view input);
 void read_mesh_stl(std::string_view input);
 void read_height_image(std::string_view input);
 void read_height_table(std::string_view input);
