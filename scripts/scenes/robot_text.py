@@ -79,8 +79,9 @@ class Robot:
         self.mass = 0.0
 
     def link(self, name, shape=None, mass=0.0, center=(0, 0, 0), rpy=(0, 0, 0), collide=True,
-             collisions=None, contact=""):
-        """Adds a link. shape gives the inertia, and the collision geometry unless `collisions` lists others."""
+             collisions=None, contact="", mesh=None):
+        """Adds a link. shape gives the inertia, and the collision geometry unless `collisions` lists others or `mesh`
+        names a file."""
         self.mass += mass
         out = self.lines
         if shape is None:
@@ -97,6 +98,10 @@ class Robot:
         out.append(f'      <inertia ixx="{number(ixx)}" ixy="0" ixz="0" iyy="{number(iyy)}" iyz="0"'
                    f' izz="{number(izz)}"/>')
         out.append("    </inertial>")
+        if mesh:
+            out.append(f'    <collision><geometry><mesh filename="{mesh}"/></geometry></collision>')
+            out.append("  </link>")
+            return
         if collisions is None:
             collisions = [(shape, center, rpy)] if collide else []
         for tag in ("visual", "collision"):
