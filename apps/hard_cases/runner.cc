@@ -21,19 +21,27 @@ class CounterpointRunner : public Runner {
   StepMetrics step() override {
     before_ = sim_.state();
     const StepReport report = sim_.step();
+    softening_ = report.softening;
     StepMetrics out{report.newton_iterations, report.max_penetration, {}};
     if (!report.succeeded()) out.failure = why_failed(sim_.model(), report);
     return out;
   }
 
   Forces forces() override {
+    Input& input = sim_.input();
+    input.softening = softening_;
+    find_taut_links(sim_.state(), input.taut_links);
     const Inverse& inverse = sim_.inverse(before_.q, before_.v, sim_.state().q, sim_.state().v);
-    return {inverse.contacts, inverse.closures};
+    input.softening = {};
+    input.taut_links.clear();
+    const double off = (inverse.applied_force - input.applied_force).cwiseAbs().maxCoeff();
+    return {inverse.contacts, inverse.closures, off, inverse.force_scale};
   }
 
  private:
   Simulator sim_;
   State before_;
+  Softening softening_;  ///< softening of the last step
 };
 
 class MujocoRunner : public Runner {

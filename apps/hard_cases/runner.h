@@ -2,6 +2,7 @@
 // written once.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -28,6 +29,10 @@ struct StepMetrics {
 struct Forces {
   const std::vector<ContactForce>& contacts;
   const std::vector<ClosureForce>& closures;
+  /// Largest applied force of the inverse less that of the step, and the largest force [N, N m].
+  /// Engines without an inverse of their step have no numbers here.
+  double inverse_error = std::numeric_limits<double>::quiet_NaN();
+  double largest = std::numeric_limits<double>::quiet_NaN();
 };
 
 class Runner {

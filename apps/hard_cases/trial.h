@@ -178,6 +178,7 @@ std::vector<HardCase> spin_cases();
 std::vector<HardCase> linkage_cases();
 std::vector<HardCase> scale_cases();
 std::vector<HardCase> pile_cases();
+std::vector<HardCase> hollow_cases();
 
 /// Quantities derived from the state of a runner, by name.
 class View {
