@@ -130,9 +130,27 @@ void Collider::Impl::add_core_contacts(int a, int b, double margin, double trave
   }
 }
 
+/// Sets `areas` for the contacts in `manifold`: 0 if no surface has a stiffness per area.
+void Collider::Impl::find_areas(int a, int b, const BodyPlaces& at) {
+  areas.fill(0.0);
+  const Geometry &ga = geometries[a], &gb = geometries[b];
+  if (!has_soft_pairs && !ga.material.per_area.is_soft() && !gb.material.per_area.is_soft()) return;
+  const auto moves = [&](int body) {
+    if (body == 0 || at.motions.velocity.empty()) return Motion{};
+    const Motion& V = at.motions.velocity[body];
+    return Motion{V.angular, V.at(-at.X_WB[body].translation)} * at.motions.time_step;
+  };
+  const PatchPair pair{ga.shape, X_WG[a], gb.shape, X_WG[b], moves(gb.body) - moves(ga.body)};
+  const std::size_t size = static_cast<std::size_t>(manifold.size);
+  patch_areas(pair, {manifold.points.data(), size}, {areas.data(), size});
+}
+
 Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {
   Impl& impl = *impl_;
   const std::vector<Geometry>& geometries = impl.geometries;
+  impl.has_soft_pairs =
+      std::any_of(model.pair_materials().begin(), model.pair_materials().end(),
+                  [](const PairMaterial& p) { return p.material.per_area.is_soft(); });
   impl.radii.assign(static_cast<std::size_t>(model.num_bodies()), 0.0);
   for (int i = 0; i < static_cast<int>(geometries.size()); ++i) {
     const ShapeType type = geometries[i].shape.type;
@@ -207,16 +225,27 @@ void Collider::add_candidates(const BodyPlaces& at, const std::pair<int, int>& p
     add_corner_contacts({ga.shape, impl.corners[a], impl.X_WG[a]},
                         {gb.shape, impl.corners[b], impl.X_WG[b]}, reach, way, impl.manifold);
   }
+  const std::size_t begin = out.size();
+  impl.find_areas(a, b, at);
+  double hidden = 0.0;
   for (int i = 0; i < impl.manifold.size; ++i) {
     const ContactPoint& p = impl.manifold.points[i];
-    if (impl.is_hidden(a, b, p)) continue;
+    if (impl.is_hidden(a, b, p)) {
+      hidden += impl.areas[i];
+      continue;
+    }
     Candidate& candidate = out.emplace_back();
+    candidate.area = impl.areas[i];
     candidate.geometry_a = a;
     candidate.geometry_b = b;
     candidate.position = p.position;
     candidate.normal = p.normal;
     candidate.gap = p.gap;
   }
+  // The others bear the part of the patch at points that another piece of the body hides.
+  if (hidden > 0.0)
+    for (std::size_t i = begin; i < out.size(); ++i)
+      out[i].area += hidden / static_cast<double>(out.size() - begin);
   if (!travel.empty() && impl.manifold.size > 0) impl.add_core_contacts(a, b, reach, way, out);
 }
 

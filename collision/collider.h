@@ -22,6 +22,9 @@ struct Candidate {
   Vector3 position = Vector3::Zero();  ///< halfway between the two surface points [m]
   Vector3 normal = Vector3::UnitZ();   ///< unit, from A to B
   double gap = 0.0;                    ///< signed distance along the normal [m]; negative: overlap
+  /// Part of the contact patch that the point stands for [m^2] (pairs/patch_area.h), for geometries
+  /// with a stiffness per area; else 0.
+  double area = 0.0;
 };
 
 /// Radius of the smallest ball about the shape's origin that contains it [m]; 0 for planes and

@@ -1,6 +1,7 @@
 // The members of Collider. Functions are in collider.cc (contacts) and near_pairs.cc (close pairs).
 #pragma once
 
+#include <array>
 #include <span>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "counterpoint/collision/pairs/corner_contacts.h"
 #include "counterpoint/collision/pairs/pair_contacts.h"
 #include "counterpoint/collision/pairs/pair_motion.h"
+#include "counterpoint/collision/pairs/patch_area.h"
 #include "counterpoint/collision/pairs/seams.h"
 #include "counterpoint/collision/pairs/terrain_contacts.h"
 #include "counterpoint/collision/shapes/enclosure.h"
@@ -39,6 +41,7 @@ struct Collider::Impl {
   void find_moving_contacts(int a, int b, PairQuery query, const PairMotion& motion);
   bool is_hidden(int a, int b, const ContactPoint& point) const;
   void drop_hidden(int a, int b);
+  void find_areas(int a, int b, const BodyPlaces& at);
   bool meets_seam(int a, int b, double way) const;
   void add_core_contacts(int a, int b, double margin, double travel, std::vector<Candidate>& out);
 
@@ -55,6 +58,7 @@ struct Collider::Impl {
   Seams seams;
   PairFilter filter;
   Broadphase broadphase;
+  bool has_soft_pairs = false;  // some pair of geometries has a stiffness per area of its own
   std::vector<Enclosure> enclosures;
   std::vector<Corners> corners;
   std::vector<double> radii;                  // bounding radius of each body, without planes [m]
@@ -76,6 +80,7 @@ struct Collider::Impl {
   std::vector<std::pair<int, int>> solid_pairs, ground_pairs;  // not yet merged into `pairs`
   TerrainContacts terrain_contacts;
   Manifold manifold;
+  std::array<double, Manifold::kCapacity> areas;  // one for each point of `manifold` [m^2]
 };
 
 }  // namespace counterpoint::collision

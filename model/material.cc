@@ -6,17 +6,15 @@
 namespace counterpoint {
 namespace {
 
-/// Puts the springs and dampers of two surfaces in series. A surface takes the share k_other / (k_a
-/// + k_b) of the deformation, and of its speed.
+Spring point_spring(const Material& m) { return {m.stiffness, m.damping, m.dissipation}; }
+
 void combine_springs(const Material& a, const Material& b, Material& m) {
-  if (!a.is_soft() && !b.is_soft()) return;
-  const double share_a =
-      a.is_soft() ? (b.is_soft() ? b.stiffness / (a.stiffness + b.stiffness) : 1.0) : 0.0;
-  const double share_b = 1.0 - share_a;
-  m.stiffness = a.is_soft() ? share_a * a.stiffness : b.stiffness;
-  m.damping = share_a * share_a * a.damping + share_b * share_b * b.damping;
-  m.dissipation = share_a * share_a * a.dissipation + share_b * share_b * b.dissipation;
-  m.restitution = 0.0;
+  const Spring point = in_series(point_spring(a), point_spring(b));
+  m.stiffness = point.stiffness;
+  m.damping = point.damping;
+  m.dissipation = point.dissipation;
+  m.per_area = in_series(a.per_area, b.per_area);
+  if (m.is_soft()) m.restitution = 0.0;
 }
 
 /// Combines two surfaces by their coefficients along the axis.
@@ -38,6 +36,22 @@ Material combine_along(const Material& a, const Material& b) {
 double unequal(const Material& m) { return std::max(m.across_share(), 1.0 / m.across_share()); }
 
 }  // namespace
+
+Spring in_series(const Spring& a, const Spring& b) {
+  if (!b.is_soft()) return a;
+  if (!a.is_soft()) return b;
+  const double share_a = b.stiffness / (a.stiffness + b.stiffness), share_b = 1.0 - share_a;
+  const double square_a = share_a * share_a, square_b = share_b * share_b;
+  return {share_a * a.stiffness, square_a * a.damping + square_b * b.damping,
+          square_a * a.dissipation + square_b * b.dissipation};
+}
+
+Spring Material::spring_of(double area) const {
+  if (!per_area.is_soft()) return point_spring(*this);
+  const double covered = std::max(area, kLeastPatchArea);
+  return in_series(point_spring(*this), {covered * per_area.stiffness, covered * per_area.damping,
+                                         per_area.dissipation});
+}
 
 Material combine_materials(const Material& a, const Material& b) {
   if (!a.is_directional() && !b.is_directional()) return combine_along(a, b);

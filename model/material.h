@@ -8,6 +8,22 @@
 
 namespace counterpoint {
 
+/// Spring and damper at a contact: of a point, or per area of a patch (units in brackets).
+struct Spring {
+  double stiffness = std::numeric_limits<double>::infinity();  ///< [N/m] ([N/m^3])
+  double damping = 0.0;                                        ///< linear [N s/m] ([N s/m^3])
+  double dissipation = 0.0;  ///< Hunt and Crossley's, F = k d (1 + dissipation d') [s/m]
+
+  /// Whether it yields: its stiffness is finite.
+  bool is_soft() const { return stiffness < std::numeric_limits<double>::infinity(); }
+};
+/// Returns two springs in series, each with its damper: a surface takes the share k_other / (k_a +
+/// k_b) of the deformation and of its speed, and dampers count with the square of that share.
+Spring in_series(const Spring& a, const Spring& b);
+
+/// Area [m^2] that a contact point stands for at least, where its patch has less.
+inline constexpr double kLeastPatchArea = 1e-8;
+
 /// Surface material. The values of a pair of surfaces follow from combine_materials.
 struct Material {
   double friction = 0.8;            ///< coefficient of sliding (Coulomb) friction [-]
@@ -19,7 +35,8 @@ struct Material {
   double stribeck_speed = 0.01;
   double stiffness = std::numeric_limits<double>::infinity();  ///< that of a contact point [N/m]
   double damping = 0.0;      ///< linear, at a contact point with finite stiffness [N s/m]
-  double dissipation = 0.0;  ///< Hunt and Crossley's, F = k d (1 + dissipation d') [s/m]
+  double dissipation = 0.0;  ///< see Spring [s/m]
+  Spring per_area = {};      ///< spring and damper of the unit of area, for flat contacts
   /// Direction in the geometry frame along which `friction` acts, of any length; zero: all
   /// directions are alike.
   Vector3 friction_axis = Vector3::Zero();
@@ -31,8 +48,13 @@ struct Material {
   double friction_at_rest() const {
     return friction > 0.0 && static_friction > friction ? static_friction : friction;
   }
-  /// Whether the surface yields like a spring: its stiffness is finite.
-  bool is_soft() const { return stiffness < std::numeric_limits<double>::infinity(); }
+  /// Whether the surface yields like a spring: a stiffness is finite.
+  bool is_soft() const {
+    return stiffness < std::numeric_limits<double>::infinity() || per_area.is_soft();
+  }
+  /// Returns the spring of a contact point that stands for an area [m^2] of its patch
+  /// (collision::Candidate::area): that of the point in series with that of the area.
+  Spring spring_of(double area) const;
   bool is_directional() const {
     return friction > 0.0 && friction_across != friction && !friction_axis.isZero(0.0);
   }
@@ -70,8 +92,8 @@ SlidingFriction sliding_friction(const Material& material, double speed);
 /// maximum, Bullet the product, ODE one value per pair) and the larger restitution, torsional and
 /// rolling friction (the last two as in MuJoCo). Static frictions combine like sliding ones, and
 /// the larger Stribeck speed of the surfaces with static friction counts. If both surfaces have a
-/// friction axis, the one with the more unequal coefficients keeps it. Two springs are in series;
-/// dampers count with the square of their surface's share of the deformation. A pair with finite
+/// friction axis, the one with the more unequal coefficients keeps it. Springs are in series
+/// (in_series), those of points and those of areas each among themselves. A pair with finite
 /// stiffness has no restitution: its springs and dampers make it bounce. Torsional and rolling
 /// friction act only with sliding friction; if that is zero on one side, the pair has no friction
 /// at all.

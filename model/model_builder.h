@@ -91,7 +91,8 @@ struct PairSurface {
   std::optional<double> friction, restitution, torsional_friction, rolling_friction;
   std::optional<double> static_friction;  ///< default: `friction`, where that is given
   std::optional<double> stribeck_speed;
-  std::optional<double> stiffness, damping, dissipation;  ///< both surfaces in series
+  std::optional<double> stiffness, damping, dissipation;       ///< both surfaces in series
+  std::optional<double> stiffness_per_area, damping_per_area;  ///< the same [N/m^3, N s/m^3]
   /// Set with `friction`: Material::friction_axis in the frame of the first of the two geometries.
   std::optional<Vector3> friction_axis;
   double friction_across = 0.0;

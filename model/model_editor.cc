@@ -43,7 +43,12 @@ void ModelEditor::set_material(int geometry, const Material& material) {
   check(material.rolling_friction, 0.0, kMost, "rolling_friction", g.name);
   check(material.static_friction, 0.0, kMost, "static_friction", g.name);
   check(material.stribeck_speed, kLeast, kMost, "stribeck_speed", g.name);
-  if (material.is_soft()) check(material.stiffness, kLeast, kMost, "stiffness", g.name);
+  if (std::isfinite(material.stiffness))
+    check(material.stiffness, kLeast, kMost, "stiffness", g.name);
+  if (material.per_area.is_soft())
+    check(material.per_area.stiffness, kLeast, kMost, "stiffness per area", g.name);
+  check(material.per_area.damping, 0.0, kMost, "damping per area", g.name);
+  check(material.per_area.dissipation, 0.0, kMost, "dissipation", g.name);
   check(material.damping, 0.0, kMost, "damping", g.name);
   check(material.dissipation, 0.0, kMost, "dissipation", g.name);
   check(material.friction_axis.norm(), 0.0, kMost, "length of friction_axis", g.name);

@@ -127,8 +127,9 @@ class Examiner {
     const bool alone = inverse_.contacts.size() == 1;
     const Bounce bounce = find_bounce(options_.integrator, alone, h, pair.restitution, c.gap,
                                       v_before, fall.dot(c.normal));
-    const contact::Law law = make_contact_law(
-        law_options(options_), h, {pair, alpha, c.gap, Vector3(v_before, 0.0, 0.0), bounce});
+    const contact::Law law =
+        make_contact_law(law_options(options_), h,
+                         {pair, alpha, c.gap, c.area, Vector3(v_before, 0.0, 0.0), bounce});
     // An overlap may be recovered by displacement without velocity.
     const double parting = relative(displacement_, a.body, b.body, c.position).dot(c.normal) +
                            gap_bias(options_.contact, h, c.gap);

@@ -87,7 +87,19 @@ Json surface_json(const Material& m) {
           {"rolling_friction_m", m.rolling_friction},
           {"stiffness_N_m", number_or_null(m.stiffness)},
           {"damping_N_s_m", m.damping},
-          {"dissipation_s_m", m.dissipation}};
+          {"dissipation_s_m", m.dissipation},
+          {"stiffness_per_area_N_m3", number_or_null(m.per_area.stiffness)},
+          {"damping_per_area_N_s_m3", m.per_area.damping},
+          {"dissipation_per_area_s_m", m.per_area.dissipation}};
+}
+
+/// Stiffness [N/m], per area, or both.
+std::string stiffness_text(const Material& m) {
+  const bool point = std::isfinite(m.stiffness), area = m.per_area.is_soft();
+  if (!point && !area) return "hard";
+  const std::string text = point ? fmt::format("{:.4g}", m.stiffness) : "";
+  if (!area) return text;
+  return fmt::format("{}{}{:.4g} /m^2", text, point ? ", " : "", m.per_area.stiffness);
 }
 
 /// Spring and servo of a joint; null if it has none.
@@ -276,16 +288,25 @@ void inspect_surfaces(const Model& model, const collision::Collider& collider, R
     Material material;
     int pairs, a, b;  // number of pairs, and the first pair
   };
-  std::map<std::array<double, 10>, Surface> surfaces;
+  std::map<std::array<double, 13>, Surface> surfaces;
   const int count = static_cast<int>(model.geometries().size());
   for (int a = 0; a < count; ++a) {
     for (int b = a + 1; b < count; ++b) {
       if (!collider.may_touch(a, b)) continue;
       const Material m = model.pair_material(a, b);
-      const std::array key{m.friction,         m.restitution,        m.torsional_friction,
-                           m.rolling_friction, m.friction_at_rest(), m.stribeck_speed,
-                           m.across_share(),   m.stiffness,          m.damping,
-                           m.dissipation};
+      const std::array key{m.friction,
+                           m.restitution,
+                           m.torsional_friction,
+                           m.rolling_friction,
+                           m.friction_at_rest(),
+                           m.stribeck_speed,
+                           m.across_share(),
+                           m.stiffness,
+                           m.damping,
+                           m.dissipation,
+                           m.per_area.stiffness,
+                           m.per_area.damping,
+                           m.per_area.dissipation};
       ++surfaces.try_emplace(key, Surface{m, 0, a, b}).first->second.pairs;
     }
   }
@@ -300,8 +321,7 @@ void inspect_surfaces(const Model& model, const collision::Collider& collider, R
     report.print("{:<52} {:>6} {:>8.4g} {:>8.4g} {:>8.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>15}\n",
                  fmt::format("{} - {}{}", name_a, name_b, pairs > 1 ? ", ..." : ""), pairs,
                  m.friction, m.across_share() * m.friction, m.friction_at_rest(), m.restitution,
-                 m.torsional_friction, m.rolling_friction,
-                 m.is_soft() ? fmt::format("{:.4g}", m.stiffness) : "hard");
+                 m.torsional_friction, m.rolling_friction, stiffness_text(m));
     list.push_back({{"pairs", pairs}, {"between", {name_a, name_b}}});
     list.back().update(surface_json(m));
   }

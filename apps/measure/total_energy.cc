@@ -21,7 +21,8 @@ double SurfaceSprings::energy(const VectorX& q) {
   collider_->compute_candidates(body_poses(model_, q), margin_, candidates_);
   for (const collision::Candidate& c : candidates_) {
     const Material pair = model_.pair_material(c.geometry_a, c.geometry_b);
-    if (pair.is_soft() && c.gap < 0.0) energy += 0.5 * pair.stiffness * c.gap * c.gap;
+    if (!pair.is_soft() || !(c.gap < 0.0)) continue;
+    energy += 0.5 * pair.spring_of(c.area).stiffness * c.gap * c.gap;
   }
   return energy;
 }

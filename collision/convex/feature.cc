@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
+#include <span>
 
 #include "counterpoint/collision/shapes/segment.h"
 #include "counterpoint/model/spatial.h"
@@ -302,6 +304,86 @@ void feature_contacts(const Feature& a, const Feature& b, const Witness& witness
   for (int i = 0; i < contacts.size; ++i) {
     out.add(frame * contacts.positions[i], witness.normal, contacts.gaps[i]);
   }
+}
+
+namespace {
+
+/// Integrates the depth over a segment: the cross-section of a depth d has the area 4/3 d sqrt(2 R
+/// d), of a sharp one d^2. Each cap of a ball adds half of pi R d^2.
+double segment_volume(double length, double gap_0, double gap_1, double radius, bool has_caps) {
+  const double d0 = std::max(-gap_0, 0.0), d1 = std::max(-gap_1, 0.0);
+  if (!(gap_0 < 0.0) || !(gap_1 < 0.0)) length *= (d0 + d1) / std::abs(gap_1 - gap_0);
+  const auto section = [radius](double d) {
+    return radius > 0.0 ? 4.0 / 3.0 * d * std::sqrt(2.0 * radius * d) : d * d;
+  };
+  const double mean = (section(d0) + 4.0 * section(0.5 * (d0 + d1)) + section(d1)) / 6.0;
+  const double caps = has_caps ? 0.5 * std::numbers::pi * radius * (d0 * d0 + d1 * d1) : 0.0;
+  return (d0 + d1 > 0.0 ? length * mean : 0.0) + caps;
+}
+
+/// Volume of a ball of this radius, or of a sharp cone, sunk into a plane by d.
+double point_volume(double d, double radius) {
+  return std::numbers::pi * d * d * (radius > 0.0 ? radius : d / 3.0);
+}
+
+/// Integrates area and depth over the polygon `patch` with linear gaps.
+OverlapRegion polygon_region(const Patch& patch, std::span<const double> gaps) {
+  OverlapRegion out;
+  out.whole = true;
+  std::array<Vector3, 2 * kMaxPatch> wet;  // place in the plane, and depth
+  int size = 0;
+  for (int i = 0; i < patch.size; ++i) {
+    const int next = i + 1 == patch.size ? 0 : i + 1;
+    const auto at = [&](int k) {
+      return Vector3(patch.points[k].x(), patch.points[k].y(), -gaps[static_cast<size_t>(k)]);
+    };
+    const Vector3 p = at(i), q = at(next);
+    if (p.z() >= 0.0) wet[size++] = p;
+    out.whole = out.whole && p.z() >= 0.0;
+    if ((p.z() < 0.0) != (q.z() < 0.0)) wet[size++] = p + p.z() / (p.z() - q.z()) * (q - p);
+  }
+  const auto twice = [](const Vector3& o, const Vector3& p, const Vector3& q) {
+    return (p.x() - o.x()) * (q.y() - o.y()) - (p.y() - o.y()) * (q.x() - o.x());
+  };
+  for (int i = 1; i + 1 < patch.size; ++i) {
+    const Vector3 &o = patch.points[0], &p = patch.points[i], &q = patch.points[i + 1];
+    const double triangle = 0.5 * twice(o, p, q);
+    out.area += triangle;
+    out.centroid += triangle / 3.0 * (o + p + q).head<2>();
+  }
+  if (out.area != 0.0) out.centroid /= out.area;
+  for (int i = 1; i + 1 < size; ++i)
+    out.volume +=
+        twice(wet[0], wet[i], wet[i + 1]) * (wet[0].z() + wet[i].z() + wet[i + 1].z()) / 6.0;
+  out.area = std::abs(out.area);
+  out.volume = std::abs(out.volume);
+  return out;
+}
+
+}  // namespace
+
+OverlapRegion overlap_region(const Feature& a, const Feature& b, const Vector3& normal,
+                             const GapShift& shift, double radius, bool has_caps, double deepest) {
+  const bool a_faces = faces(a, normal, 0.0), b_faces = faces(b, -normal, 0.0);
+  const bool segment = (a_faces && b.size == 2) || (b_faces && a.size == 2);
+  if (!segment && !(a_faces && b_faces))
+    return {0.0, point_volume(std::max(-deepest, 0.0), radius), false};
+  const Matrix3 frame = frame_from_normal(normal);
+  const bool of_b = a_faces && !b_faces;  // the feature clipped by the other's outline
+  Patch patch;
+  clip_to_polygon(frame, of_b ? b : a, of_b ? a : b, 0.0, patch);
+  std::array<double, kMaxPatch> gaps;
+  for (int i = 0; i < patch.size; ++i) {
+    const Vector3& p = patch.points[i];
+    const double height_a = a_faces ? height_field(frame, a).at(p) : p.z();
+    const double height_b = b_faces ? height_field(frame, b).at(p) : p.z();
+    gaps[i] = height_b - height_a - a.radius - b.radius +
+              shift.at(frame * Vector3(p.x(), p.y(), 0.5 * (height_a + height_b)));
+  }
+  if (!segment) return polygon_region(patch, {gaps.data(), static_cast<size_t>(patch.size)});
+  if (patch.size < 2) return {};
+  const double length = (patch.points[1] - patch.points[0]).norm();
+  return {0.0, segment_volume(length, gaps[0], gaps[1], radius, has_caps), false};
 }
 
 }  // namespace counterpoint::collision

@@ -45,6 +45,32 @@ void box_feature(const Shape& box, const Pose& X, const Vector3& direction, Feat
 void support_feature(const Shape& shape, const Pose& X, const Vector3& direction, int vertex,
                      Feature& out);
 
+/// Addition to gaps that changes evenly over space: offset + slope . p [m].
+struct GapShift {
+  double offset = 0.0;
+  Vector3 slope = Vector3::Zero();
+  double at(const Vector3& p) const { return offset + slope.dot(p); }
+};
+
+/// Region over which two features overlap, seen along the normal.
+struct OverlapRegion {
+  /// Area of the polygon in which they face each other; 0 if one is no polygon [m^2].
+  double area = 0.0;
+  double volume = 0.0;  ///< integral of the depth over the region [m^3]
+  bool whole = false;   ///< they overlap in all of that polygon
+  /// Centroid of that polygon along the first two columns of frame_from_normal(normal) [m].
+  Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
+};
+
+/// Returns where two features overlap along the unit vector `normal` from A to B.
+/// @param shift    added to all gaps
+/// @param radius   relative radius of curvature of a segment or point [m]; 0: sharp, with flanks of
+///                 45 degrees
+/// @param has_caps the segment or point is the core of a capsule or a ball
+/// @param deepest  least gap, used where both are segments or points [m]
+OverlapRegion overlap_region(const Feature& a, const Feature& b, const Vector3& normal,
+                             const GapShift& shift, double radius, bool has_caps, double deepest);
+
 /// Adds to `out` at most eight contact points with gap < margin between the features. No gap is
 /// less than the witness's, and the least exceeds it by at most `tolerance` [m]: if no corner comes
 /// that close, the witness is added, or nothing if its points are not found.

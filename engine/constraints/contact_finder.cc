@@ -222,7 +222,8 @@ Vector3 ContactFinder::make_contact(const StepContext& at, const Kinematics& dat
   const Bounce bounce = find_bounce(model, options, at.effects, data, {material, contact, gap, v});
   if (bounce.happens && gap > 0.0) contact.impact_time = bounce.time;
   set_contact_law(law_options(options, is_wedged(contact)), h,
-                  {material, alpha, gap, v, bounce, is_round(model, a, b)}, contact.law);
+                  {material, alpha, gap, candidate.area, v, bounce, is_round(model, a, b)},
+                  contact.law);
   return v;
 }
 

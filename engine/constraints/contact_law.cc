@@ -83,11 +83,11 @@ double law_bias_slope(const LawOptions& options, double h, double gap) {
   return capped ? 0.0 : gap_bias_slope(options, h, gap);
 }
 
-SoftNormal soft_normal(const Material& pair, double h, double gap) {
-  const double k = pair.stiffness, depth = std::max(-gap, 0.0);
-  const double own = pair.damping + k * pair.dissipation * depth;
+SoftNormal soft_normal(const Spring& spring, double h, double gap) {
+  const double k = spring.stiffness, depth = std::max(-gap, 0.0);
+  const double own = spring.damping + k * spring.dissipation * depth;
   const double total = std::hypot(own, h * k);
-  const double by_gap = gap < 0.0 ? -own / total * k * pair.dissipation : 0.0;
+  const double by_gap = gap < 0.0 ? -own / total * k * spring.dissipation : 0.0;
   SoftNormal out;
   out.regularizer = 1.0 / (h * total);
   out.regularizer_by_gap = -out.regularizer * by_gap / total;
@@ -138,7 +138,7 @@ bool has_friction(const ContactOptions& options, double gap, bool meets) {
 
 void set_contact_law(const LawOptions& options, double h, const ContactStart& start,
                      contact::Law& law) {
-  const auto& [pair, alpha, gap, v, bounce, round] = start;
+  const auto& [pair, alpha, gap, area, v, bounce, round] = start;
   const double mu = sliding_friction(pair, v.tail<2>().norm()).value;
   law.regularizer = options.compliance * alpha;
   law.smoothing = smoothing(faded_smoothing(options.smoothing, gap, options.margin), alpha);
@@ -147,7 +147,7 @@ void set_contact_law(const LawOptions& options, double h, const ContactStart& st
   if (bounces) law.bias[0] = -bounce.speed;
   if (!bounces && gap > 0.0) law.bias[0] = std::max(law.bias[0], bounce.parting);
   if (pair.is_soft()) {
-    const SoftNormal soft = soft_normal(pair, h, gap);
+    const SoftNormal soft = soft_normal(pair.spring_of(area), h, gap);
     law.normal = soft.regularizer;
     law.bias[0] = soft.bias;
   }
@@ -188,7 +188,7 @@ double gap_bias_slope(const ContactOptions& options, double h, double gap) {
 }
 
 LawSlopes contact_law_slopes(const LawOptions& options, double h, const ContactStart& start) {
-  const auto& [pair, alpha, gap, v, bounce, round] = start;
+  const auto& [pair, alpha, gap, area, v, bounce, round] = start;
   LawSlopes slopes;
   slopes.gap = law_bias_slope(options, h, gap);
   slopes.smoothing =
@@ -199,7 +199,7 @@ LawSlopes contact_law_slopes(const LawOptions& options, double h, const ContactS
     slopes.fall = -bounce.by_fall;
   }
   if (pair.is_soft()) {
-    const SoftNormal soft = soft_normal(pair, h, gap);
+    const SoftNormal soft = soft_normal(pair.spring_of(area), h, gap);
     slopes.gap = soft.bias_by_gap;
     slopes.softness = soft.regularizer_by_gap;
   }

@@ -90,8 +90,8 @@ struct SoftNormal {
   double bias_by_gap = 0.0;         ///< [1/s]
 };
 
-/// Returns the normal row of a pair with finite stiffness k [N/m] in a step of h [s]. In overlap, d
-/// < 0, it is a spring at the start of the step with a damper at its end:
+/// Returns the normal row of a contact with finite stiffness k [N/m] in a step of h [s]. In
+/// overlap, d < 0, it is a spring at the start of the step with a damper at its end:
 ///
 ///   F = max(0, -k d - c' v_N),   c' = sqrt(c^2 + (h k)^2),   c = damping - k dissipation d
 ///
@@ -102,7 +102,7 @@ struct SoftNormal {
 /// c' >= h k / 2 suffices for no step to gain energy, at any k, h, mass and number of contacts; h k
 /// lets stiff contacts come to rest without a hop (docs/explanation/concepts.md, Soft surfaces). A
 /// damper of its own much stronger than this numerical one keeps its strength.
-SoftNormal soft_normal(const Material& pair, double h, double gap);
+SoftNormal soft_normal(const Spring& spring, double h, double gap);
 
 /// Whether no rotation changes the gap of two geometries: free balls about their centre of mass,
 /// against each other or against the world.
@@ -117,6 +117,7 @@ struct ContactStart {
   const Material& pair;  ///< combined materials of the two surfaces
   double alpha;          ///< sum of the two bodies' inverse weights [1/kg]
   double gap;            ///< signed distance [m]
+  double area;           ///< collision::Candidate::area [m^2]
   Vector3 v;  ///< present velocity of B relative to A, in the contact frame (n, t1, t2) [m/s]
   const Bounce& bounce;  ///< result of restitution (bounce.h)
   /// Rotation does not change the gap (is_round): friction is exact beyond the margin too.

@@ -32,7 +32,10 @@ bool parks_contacts(const SimulationOptions& options) {
 }
 
 Material active_material(Material pair, EffectSet effects) {
-  if (!effects.has(Effect::kStiffness)) pair.stiffness = std::numeric_limits<double>::infinity();
+  if (!effects.has(Effect::kStiffness)) {
+    pair.stiffness = std::numeric_limits<double>::infinity();
+    pair.per_area = Spring();
+  }
   if (!effects.has(Effect::kFriction)) pair.friction = 0.0;
   if (!effects.has(Effect::kFrictionDirections)) pair = pair.without_direction();
   if (!effects.has(Effect::kStaticFriction)) pair.static_friction = 0.0;

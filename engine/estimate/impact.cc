@@ -93,7 +93,7 @@ void ImpactSolver::Impl::touch() {
                                 0.0, v[0], 0.0);
     for (int k = 0; k < 2; ++k) bounce.slide[k] = v[k + 1];
     pair.law = make_contact_law(LawOptions{options.contact}, kInstant,
-                                {surface, alpha, 0.0, v.head<3>(), bounce});
+                                {surface, alpha, 0.0, 0.0, v.head<3>(), bounce});
     contacts.push_back(c);
     pairs.push_back(pair);
   }

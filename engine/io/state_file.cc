@@ -52,6 +52,8 @@ void add_material(const Material& m, Hash& hash) {
     for (const double x : {m.static_friction, m.stribeck_speed}) hash.add(x);
   if (m.is_soft())
     for (const double x : {m.stiffness, m.damping, m.dissipation}) hash.add(x);
+  if (const Spring& s = m.per_area; s.is_soft())
+    for (const double x : {s.stiffness, s.damping, s.dissipation}) hash.add(x);
   if (!m.is_directional()) return;
   hash.add(m.friction_across);
   hash.add(m.friction_axis);

@@ -77,6 +77,27 @@ void ModelBuilder::include_pair(const std::string& geometry_or_link_a,
   }
 }
 
+namespace {
+
+/// Sets the springs that are given for a pair. One of points replaces that of areas, and the other
+/// way round.
+void set_springs(const PairSurface& given, Material& m) {
+  if ((given.stiffness || given.stiffness_per_area) && !given.restitution) m.restitution = 0.0;
+  if (given.stiffness_per_area) {
+    m.stiffness = Spring().stiffness;
+    m.damping = m.dissipation = 0.0;
+  }
+  if (given.stiffness) m.per_area = Spring();
+  m.stiffness = given.stiffness.value_or(m.stiffness);
+  m.damping = given.damping.value_or(m.damping);
+  m.per_area.stiffness = given.stiffness_per_area.value_or(m.per_area.stiffness);
+  m.per_area.damping = given.damping_per_area.value_or(m.per_area.damping);
+  double& dissipation = m.per_area.is_soft() ? m.per_area.dissipation : m.dissipation;
+  dissipation = given.dissipation.value_or(dissipation);
+}
+
+}  // namespace
+
 void ModelBuilder::set_pair_surface(const std::string& geometry_or_link_a,
                                     const std::string& geometry_or_link_b,
                                     const PairSurface& surface) {
@@ -95,10 +116,7 @@ void ModelBuilder::set_pair_surface(const std::string& geometry_or_link_a,
       m.friction = surface.friction.value_or(m.friction);
       m.static_friction = surface.static_friction.value_or(m.static_friction);
       m.stribeck_speed = surface.stribeck_speed.value_or(m.stribeck_speed);
-      if (surface.stiffness && !surface.restitution) m.restitution = 0.0;
-      m.stiffness = surface.stiffness.value_or(m.stiffness);
-      m.damping = surface.damping.value_or(m.damping);
-      m.dissipation = surface.dissipation.value_or(m.dissipation);
+      set_springs(surface, m);
       m.restitution = surface.restitution.value_or(m.restitution);
       m.torsional_friction = surface.torsional_friction.value_or(m.torsional_friction);
       m.rolling_friction = surface.rolling_friction.value_or(m.rolling_friction);

@@ -241,10 +241,21 @@ void check_material(const Material& material, const std::string& where) {
   check_nonnegative(material.static_friction, "static friction", where);
   check_nonnegative(material.damping, "damping", where);
   check_nonnegative(material.dissipation, "dissipation", where);
+  const Spring& area = material.per_area;
+  check_nonnegative(area.damping, "damping per area", where);
+  check_nonnegative(area.dissipation, "dissipation", where);
+  if (!(area.stiffness > 0.0))
+    throw InputError(fmt::format("{}: stiffness per area is {} N/m^3; it must be positive", where,
+                                 area.stiffness));
+  if (!area.is_soft() && (area.damping > 0.0 || area.dissipation > 0.0))
+    throw InputError(where +
+                     ": damping per area is that of a surface with a `stiffness_per_area` "
+                     "[N/m^3]; give one, or leave it out");
   if (!(material.stiffness > 0.0))
     throw InputError(
         fmt::format("{}: stiffness is {} N/m; it must be positive", where, material.stiffness));
-  if (!material.is_soft() && (material.damping > 0.0 || material.dissipation > 0.0))
+  const bool yields = material.stiffness < std::numeric_limits<double>::infinity();
+  if (!yields && (material.damping > 0.0 || material.dissipation > 0.0))
     throw InputError(where +
                      ": damping and dissipation are those of a surface with a `stiffness` [N/m]; "
                      "give one, or leave them out");

@@ -95,11 +95,16 @@ void visit(A& a, Note& x) {
   a(where, message);
 }
 template <class A>
+void visit(A& a, Spring& x) {
+  auto& [stiffness, damping, dissipation] = x;
+  a(stiffness, damping, dissipation);
+}
+template <class A>
 void visit(A& a, Material& x) {
   auto& [friction, restitution, torsional, rolling, at_rest, stribeck_speed, stiffness, damping,
-         dissipation, axis, across, of_second] = x;
+         dissipation, per_area, axis, across, of_second] = x;
   a(friction, restitution, torsional, rolling, at_rest, stribeck_speed, stiffness, damping,
-    dissipation, axis, across, of_second);
+    dissipation, per_area, axis, across, of_second);
 }
 template <class A>
 void visit(A& a, Terrain::Triangle& x) {

@@ -135,6 +135,40 @@ void expect_static_friction(const YamlValue& in, double friction) {
                     at_rest, friction));
 }
 
+void expect_one_stiffness(const YamlValue& in) {
+  if (in.has("stiffness") && in.has("stiffness_per_area"))
+    in.at("stiffness_per_area")
+        .fail(
+            "a surface has a stiffness [N/m] of each contact point, or one per area [N/m^3]; "
+            "leave one of them out");
+}
+
+namespace {
+
+/// Reads the spring of the surface; one given here replaces that of the defaults.
+void read_springs(const YamlValue& in, Material& material) {
+  expect_one_stiffness(in);
+  const bool point = in.has("stiffness"), area = in.has("stiffness_per_area");
+  if ((point || area) && !in.has("restitution")) material.restitution = 0.0;
+  Spring spring{material.stiffness, material.damping, material.dissipation};
+  if (point && material.per_area.is_soft()) material.per_area = Spring();
+  if (area && spring.is_soft()) spring = Spring();
+  if (point) spring.stiffness = in.at("stiffness").positive();
+  if (area) material.per_area.stiffness = in.at("stiffness_per_area").positive();
+  const auto read = [&](const char* key, double& value) {
+    if (in.has(key)) value = in.at(key).number(0.0, kInfinity);
+  };
+  read("damping", spring.damping);
+  read("damping_per_area", material.per_area.damping);
+  read("dissipation",
+       material.per_area.is_soft() ? material.per_area.dissipation : spring.dissipation);
+  material.stiffness = spring.stiffness;
+  material.damping = spring.damping;
+  material.dissipation = spring.dissipation;
+}
+
+}  // namespace
+
 Material read_material(const YamlValue& in, Material material) {
   const auto read = [&](const char* key, double high, double& value) {
     if (in.has(key)) value = in.at(key).number(0.0, high);
@@ -152,12 +186,7 @@ Material read_material(const YamlValue& in, Material material) {
   read("restitution", 1.0, material.restitution);
   read("torsional_friction", kInfinity, material.torsional_friction);
   read("rolling_friction", kInfinity, material.rolling_friction);
-  if (in.has("stiffness")) {
-    material.stiffness = in.at("stiffness").positive();
-    if (!in.has("restitution")) material.restitution = 0.0;
-  }
-  read("damping", kInfinity, material.damping);
-  read("dissipation", kInfinity, material.dissipation);
+  read_springs(in, material);
   return material;
 }
 

@@ -28,8 +28,12 @@ Pose read_pose(const YamlValue& in);
 
 /// Keys of a surface, those of read_material.
 inline constexpr const char* kSurfaceKeys[] = {
-    "friction",           "friction_axis",    "static_friction", "stribeck_speed", "restitution",
-    "torsional_friction", "rolling_friction", "stiffness",       "damping",        "dissipation"};
+    "friction",    "friction_axis",      "static_friction",    "stribeck_speed",
+    "restitution", "torsional_friction", "rolling_friction",   "stiffness",
+    "damping",     "dissipation",        "stiffness_per_area", "damping_per_area"};
+
+/// Throws if a surface or pair has both a stiffness of a point and one per area.
+void expect_one_stiffness(const YamlValue& in);
 
 /// Sliding friction of a map: `friction: mu`, or `friction: [along, across]` with `friction_axis`.
 struct FrictionGiven {

@@ -286,7 +286,11 @@ class SceneReader {
     read("restitution", 1.0, surface.restitution);
     read("torsional_friction", kInfinity, surface.torsional_friction);
     read("rolling_friction", kInfinity, surface.rolling_friction);
+    expect_one_stiffness(in);
     if (in.has("stiffness")) surface.stiffness = in.at("stiffness").positive();
+    if (in.has("stiffness_per_area"))
+      surface.stiffness_per_area = in.at("stiffness_per_area").positive();
+    read("damping_per_area", kInfinity, surface.damping_per_area);
     read("damping", kInfinity, surface.damping);
     read("dissipation", kInfinity, surface.dissipation);
     const bool collide = in.has("collide") && in.at("collide").boolean();

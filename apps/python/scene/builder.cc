@@ -21,12 +21,15 @@ void set_pair_surface(ModelBuilder& b, const std::string& geometry_or_link_a,
                       std::optional<double> rolling_friction, std::optional<double> static_friction,
                       std::optional<double> stribeck_speed, std::optional<double> stiffness,
                       std::optional<double> damping, std::optional<double> dissipation,
-                      const std::optional<Array>& friction_axis, double friction_across) {
+                      const std::optional<Array>& friction_axis, double friction_across,
+                      std::optional<double> stiffness_per_area,
+                      std::optional<double> damping_per_area) {
   std::optional<Vector3> axis;
   if (friction_axis) axis = vector3(*friction_axis, "friction_axis");
   b.set_pair_surface(geometry_or_link_a, geometry_or_link_b,
                      {friction, restitution, torsional_friction, rolling_friction, static_friction,
-                      stribeck_speed, stiffness, damping, dissipation, axis, friction_across});
+                      stribeck_speed, stiffness, damping, dissipation, stiffness_per_area,
+                      damping_per_area, axis, friction_across});
 }
 
 }  // namespace
@@ -49,6 +52,7 @@ Parameters
 geometry_or_link_a, geometry_or_link_b : str
 friction, restitution, torsional_friction, rolling_friction : float, optional
 static_friction, stribeck_speed, stiffness, damping, dissipation : float, optional
+stiffness_per_area, damping_per_area : float, optional
     As of Material; those left out are combined.
 friction_axis : array_like, shape (3,), optional
 friction_across : float
@@ -128,6 +132,7 @@ void bind_builder(py::module_& m) {
            py::arg("stribeck_speed") = py::none(), py::arg("stiffness") = py::none(),
            py::arg("damping") = py::none(), py::arg("dissipation") = py::none(),
            py::arg("friction_axis") = py::none(), py::arg("friction_across") = 0.0,
+           py::arg("stiffness_per_area") = py::none(), py::arg("damping_per_area") = py::none(),
            kSetPairSurfaceDoc)
       .def("fill_inertia", &B::fill_inertia, py::arg("mass"), kFillInertiaDoc)
       .def("add_closure", &B::add_closure, py::arg("closure"), "Ties two links together.")

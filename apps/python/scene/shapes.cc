@@ -117,6 +117,9 @@ stiffness : float, optional
     in series.
 damping, dissipation : float
     Of a contact point with finite stiffness: linear [N s/m]; Hunt and Crossley's [s/m].
+stiffness_per_area, damping_per_area : float, optional
+    The same of flat contacts, shared among the points of a patch [N/m^3, N s/m^3]; in place of
+    stiffness and damping.
 friction_axis : array_like, shape (3,), optional
     Direction in the frame of the shape along which friction acts; zero: all are alike.
 friction_across : float
@@ -127,11 +130,14 @@ torsional_friction, rolling_friction : float
       .def(py::init([](double friction, double restitution, double torsional, double rolling,
                        double at_rest, double stribeck_speed, std::optional<double> stiffness,
                        double damping, double dissipation, const std::optional<Array>& axis,
-                       double across) {
+                       double across, std::optional<double> stiffness_per_area,
+                       double damping_per_area) {
              Material out{friction, restitution, torsional, rolling, at_rest, stribeck_speed};
              out.stiffness = stiffness.value_or(out.stiffness);
              out.damping = damping;
-             out.dissipation = dissipation;
+             out.per_area.stiffness = stiffness_per_area.value_or(out.per_area.stiffness);
+             out.per_area.damping = damping_per_area;
+             (stiffness_per_area ? out.per_area.dissipation : out.dissipation) = dissipation;
              if (axis) out.friction_axis = vector3(*axis, "friction_axis");
              out.friction_across = across;
              return out;
@@ -141,7 +147,15 @@ torsional_friction, rolling_friction : float
            py::arg("static_friction") = 0.0, py::arg("stribeck_speed") = 0.01,
            py::arg("stiffness") = py::none(), py::arg("damping") = 0.0,
            py::arg("dissipation") = 0.0, py::arg("friction_axis") = py::none(),
-           py::arg("friction_across") = 0.0)
+           py::arg("friction_across") = 0.0, py::arg("stiffness_per_area") = py::none(),
+           py::arg("damping_per_area") = 0.0)
+      .def_property(
+          "stiffness_per_area", [](const Material& x) { return x.per_area.stiffness; },
+          [](Material& x, double value) { x.per_area.stiffness = value; },
+          "[N/m^3]; infinite: hard.")
+      .def_property(
+          "damping_per_area", [](const Material& x) { return x.per_area.damping; },
+          [](Material& x, double value) { x.per_area.damping = value; }, "[N s/m^3]")
       .def_readwrite("stiffness", &Material::stiffness, "[N/m]; infinite: hard.")
       .def_readwrite("damping", &Material::damping, "[N s/m]")
       .def_readwrite("dissipation", &Material::dissipation, "Hunt and Crossley's [s/m].")

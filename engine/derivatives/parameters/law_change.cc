@@ -45,7 +45,7 @@ LawChange strength_change(const ContactOptions& contact, double alpha, double ga
 
 LawChange contact_law_change(const LawOptions& law, double h, const ContactStart& start,
                              const LawSource& source) {
-  const auto& [pair, alpha, gap, v, bounce, round] = start;
+  const auto& [pair, alpha, gap, area, v, bounce, round] = start;
   LawChange out = strength_change(law, alpha, gap, law.margin, source);
   if (!pair.is_soft())
     out.bias = law_bias_change(law, h, gap, kept_recovery_change(law, h, source), source);

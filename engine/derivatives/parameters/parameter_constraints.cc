@@ -172,6 +172,7 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
         active_material(model.pair_material(contact.geometry_a, contact.geometry_b), effects);
     // Friction of bounces, of spinning patches and with an axis is left to differences.
     if (contact::leans(pair.law) || pair.spins || !pair.friction_axis.isZero(0.0)) return false;
+    if (material.per_area.is_soft()) return false;  // the area may change
     // The same for a bouncing ball whose place in the body moves: off the centre of mass its
     // impulse leans.
     if (p.kind() == K::kHeight && pair.law.coulomb && material.restitution > 0.0) return false;
@@ -221,7 +222,7 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
   const Vector3 v = pair.frame.transpose() * start.linear;
   const Bounce bounce = inverted.finder.contacts().find_bounce(
       model, options, effects, inverted.at(), {source.surface, pair, gap, v});
-  const ContactStart from{source.surface, source.alpha, gap, v, bounce};
+  const ContactStart from{source.surface, source.alpha, gap, 0.0, v, bounce};
   const LawOptions made_with = law_options(options, inverted.finder.contacts().is_wedged(pair));
   LawSlopes slopes = contact_law_slopes(made_with, h, from);
   if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;

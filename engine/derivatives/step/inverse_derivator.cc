@@ -79,13 +79,13 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
   const collision::Candidate& candidate = inverted.constraints->contacts[contact];
   const InverseWeights& weights = inverted.finder.weights();
   const double alpha = weights.contact[pair.body_a] + weights.contact[pair.body_b];
-  ContactMotion motion;
-  if (!find_motion(model, h, contact, inverted, motion)) {
-    find_velocity_response(pair, bodies, out);
-    return false;
-  }
   const Material surface =
       active_material(model.pair_material(candidate.geometry_a, candidate.geometry_b), effects);
+  ContactMotion motion;
+  if (surface.per_area.is_soft() || !find_motion(model, h, contact, inverted, motion)) {
+    find_velocity_response(pair, bodies, out);  // areas of patches move with the bodies
+    return false;
+  }
   double gap = candidate.gap;
   bool turning = false, closed = false;
   if (gap > 0.0) {
@@ -104,7 +104,7 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
   }
   LawSlopes slopes =
       contact_law_slopes(law_options(options, inverted.finder.contacts().is_wedged(pair)), h,
-                         {surface, alpha, gap, v, bounce});
+                         {surface, alpha, gap, candidate.area, v, bounce});
   const Vector3 fall = inverted.finder.contacts().relative_fall(effects, pair);
   slopes.normal = slopes.fall * fall;
   if (displacing_ == Displacing::kRecovery)

@@ -86,7 +86,7 @@ void differentiate_by_parameter(const MotionProblem& problem, const MotionFit& f
 std::vector<ContactEstimate> pair_forces(const Model& model, const Inverse& inverse) {
   std::map<Pair, Sums> by_pair;
   for (const ContactForce& one : inverse.contacts) {
-    const auto& [a, b, position, normal, gap] = one.contact;
+    const auto& [a, b, position, normal, gap, area] = one.contact;
     Sums& sums = by_pair[{a, b}];
     const double pressure = std::max(0.0, one.force.dot(normal));
     sums.estimate.geometry_a = a;
