@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <tuple>
@@ -228,18 +229,26 @@ class HullCache {
   explicit HullCache(int max_vertices = 0, MeshCollisions collisions = {})
       : max_vertices_(max_vertices), collisions_(std::move(collisions)) {}
   const MeshCollisions& collisions() const { return collisions_; }
-  /// Returns the cached hull, or loads it. @throws InputError as load_convex_mesh.
+  /// Returns the cached hull, or loads it. own: how the mesh collides by the robot's file, unless
+  /// the scene names the mesh; a tolerance of 0 is that of the scene. @throws InputError as
+  /// load_convex_mesh.
   std::shared_ptr<const ConvexMesh> load(const std::filesystem::path& file,
-                                         const Vector3& scale = Vector3::Ones());
-  /// Loads meshes, each a file with its scale, on all processors. One that does not load is left
-  /// to `load`, which says why.
-  void load_ahead(const std::vector<std::pair<std::filesystem::path, Vector3>>& meshes);
+                                         const Vector3& scale = Vector3::Ones(),
+                                         const std::optional<MeshCollision>& own = {});
+  struct MeshFile {
+    std::filesystem::path file;
+    Vector3 scale = Vector3::Ones();
+    std::optional<MeshCollision> own;
+  };
+  /// Loads meshes on all processors. One that does not load is left to `load`, which says why.
+  void load_ahead(const std::vector<MeshFile>& meshes);
 
  private:
-  using Key = std::tuple<std::filesystem::path, double, double, double>;
-  static Key key_of(const std::filesystem::path& file, const Vector3& scale);
-  std::shared_ptr<const ConvexMesh> loaded(const std::filesystem::path& file,
-                                           const Vector3& scale) const;
+  /// File, scale, and the collision's kind, tolerance and number.
+  using Key = std::tuple<std::filesystem::path, double, double, double, MeshKind, double, int>;
+  MeshCollision collision_of(const MeshFile& mesh) const;
+  Key key_of(const MeshFile& mesh) const;
+  std::shared_ptr<const ConvexMesh> loaded(const MeshFile& mesh) const;
 
   int max_vertices_;
   MeshCollisions collisions_;

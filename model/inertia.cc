@@ -149,6 +149,27 @@ SpatialInertia solid_inertia(const Shape& shape, double mass) {
   return {mass, Vector3::Zero(), mass * Matrix3(moments.asDiagonal())};
 }
 
+double solid_volume(const Shape& shape) {
+  const Vector3& s = shape.size;
+  const double ball = 4.0 / 3.0 * EIGEN_PI * s[0] * s[0] * s[0];
+  const double straight = 2.0 * EIGEN_PI * s[0] * s[0] * s[1];
+  switch (shape.type) {
+    case ShapeType::kSphere:
+      return ball;
+    case ShapeType::kBox:
+      return 8.0 * s.prod();
+    case ShapeType::kCylinder:
+      return straight;
+    case ShapeType::kCapsule:
+      return straight + ball;
+    case ShapeType::kPlane:
+    case ShapeType::kConvexMesh:
+    case ShapeType::kTerrain:
+      break;
+  }
+  throw std::logic_error("solid_volume: not for this shape");
+}
+
 MatrixX reference_mass_matrix(const Model& model, int tree, const VectorX& q, VectorX* scale) {
   const Tree& t = model.trees()[tree];
   const int bodies = t.body_end - t.body_begin;

@@ -381,6 +381,10 @@ SpatialInertia nearest_physical(const SpatialInertia& inertia);
 /// capsule of the given mass [kg]. @throws std::logic_error for other shapes.
 SpatialInertia solid_inertia(const Shape& shape, double mass);
 
+/// Returns the volume [m^3] of a sphere, box, cylinder or capsule. @throws std::logic_error for
+/// other shapes.
+double solid_volume(const Shape& shape);
+
 /// Returns the joint-space inertia matrix M [kg, kg m, kg m^2] of one tree at q (nq, of all trees),
 /// with armature. A dense reference: composite rigid bodies in one common frame. `scale`, if given,
 /// receives the magnitude of the terms that sum to each diagonal entry.

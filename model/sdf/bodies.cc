@@ -64,17 +64,25 @@ class BodyReader {
     node.spec.where = document_.where(element);
     if (!is_static) {
       document_.faults.collect([&] { check_motion(element); });
-      document_.faults.collect([&] { node.spec.inertia = inertia_of(element); });
+      document_.faults.collect([&] { density_ = density_of(element); });
       if (!Document::flag(element, "gravity", true)) node.spec.gravity_compensation = 1.0;
     }
+    if (is_static) density_.reset();
+    SpatialInertia solids;
     for (std::uint64_t i = 0; i < in.CollisionCount(); ++i)
-      document_.faults.collect([&] { read_collision(*in.CollisionByIndex(i), is_static, node); });
+      document_.faults.collect(
+          [&] { read_collision(*in.CollisionByIndex(i), is_static, node, solids); });
+    if (!is_static)
+      document_.faults.collect([&] { node.spec.inertia = inertia_of(element, solids); });
     indices_[scope + in.Name()] = is_static ? -1 : static_cast<int>(bodies.links.size());
     (is_static ? bodies.fixed : bodies.links).push_back(node);
   }
 
-  void read_collision(const sdf::Collision& in, bool is_static, LinkNode& node) {
-    const CollisionRead read = shapes_.read(in, is_static);
+  /// Adds the inertia of the collision's solid to `solids`, if that is wanted.
+  void read_collision(const sdf::Collision& in, bool is_static, LinkNode& node,
+                      SpatialInertia& solids) {
+    const CollisionRead read = shapes_.read(in, is_static, density_);
+    solids = solids + read.inertia;
     if (!read.touches)
       return document_.note(in.Element(), "touches nothing, as its <contact> says");
     node.spec.collisions.push_back(read.collision);
@@ -95,8 +103,30 @@ class BodyReader {
                         part));
   }
 
-  SpatialInertia inertia_of(const sdf::ElementPtr& element) {
+  /// The density [kg/m^3] from which a link's <inertial auto="true"> (SDF 1.11) takes its inertia;
+  /// nothing if that is given by numbers.
+  std::optional<double> density_of(const sdf::ElementPtr& link) {
+    constexpr double kWater = 1000.0;  // the format's default
+    const sdf::ElementPtr inertial = Document::child(link, "inertial");
+    const std::string word = document_.later(inertial, "auto");
+    if (word.empty() || word == "false" || word == "0") return {};
+    if (word != "true" && word != "1")
+      document_.fail(inertial, fmt::format("auto=\"{}\": true or false is expected", word));
+    return Document::later_number(inertial, "density").value_or(kWater);
+  }
+
+  SpatialInertia inertia_of(const sdf::ElementPtr& element, const SpatialInertia& solids) {
     const sdf::ElementPtr inertial = Document::child(element, "inertial");
+    if (density_) {
+      if (!(solids.mass > 0.0))
+        document_.fail(element,
+                       "<inertial auto=\"true\">: the link has no <collision> with a volume; give "
+                       "one, or <mass> and <inertia>");
+      if (!Document::child(inertial, "mass")) return solids;
+      // A mass scales the whole, whatever the densities.
+      const double share = Document::number(inertial, "mass", solids.mass) / solids.mass;
+      return {share * solids.mass, solids.center, share * solids.rotational};
+    }
     const sdf::ElementPtr moments = Document::child(inertial, "inertia");
     if (!inertial)
       document_.note(element, "no <inertial>: 1 kg with moments of 1 kg m^2, as the format says");
@@ -143,6 +173,7 @@ class BodyReader {
   }
 
   Document& document_;
+  std::optional<double> density_;  ///< the link that is being read has it (density_of)
   ShapeReader& shapes_;
   const std::string prefix_;
   std::map<std::string, int> indices_;  // key: "scope::name" in the outermost model; -1: static

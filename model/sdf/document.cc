@@ -7,8 +7,8 @@
 #include <mutex>
 #include <sdf/Console.hh>
 #include <sdf/ParserConfig.hh>
+#include <sstream>
 
-#include "counterpoint/model/sdf/includes.h"
 #include "counterpoint/model/text_files.h"
 #include "counterpoint/model/urdf/captured_messages.h"
 
@@ -66,7 +66,7 @@ Document::Document(const std::filesystem::path& file, const SdfOptions& options)
   sdf::ParserConfig config;
   config.SetWarningsPolicy(sdf::EnforcementPolicy::LOG);
   config.SetUnrecognizedElementsPolicy(sdf::EnforcementPolicy::LOG);
-  const std::string resolved = resolve_includes(file, text, options, config, notes);
+  const std::string resolved = resolve_includes(file, text, options, config, notes, later_);
   sdf::Errors errors;
   const CapturedMessages urdf_messages;  // libsdformat tries text that is no SDF as URDF
   try {
@@ -96,6 +96,13 @@ std::string Document::where(const sdf::ElementPtr& element) const {
   at += fmt::format(": <{}>", element->GetName());
   if (element->HasAttribute("name")) at += fmt::format(" '{}'", element->Get<std::string>("name"));
   return at;
+}
+
+std::string Document::later(const sdf::ElementPtr& element, const char* attribute) const {
+  if (!element || !element->LineNumber()) return "";
+  const auto found = later_.find(later_key(named(element->FilePath(), file_),
+                                           *element->LineNumber(), element->GetName(), attribute));
+  return found == later_.end() ? "" : found->second;
 }
 
 void Document::fail(const sdf::ElementPtr& element, const std::string& what) const {
@@ -143,6 +150,14 @@ sdf::ElementPtr Document::child(const sdf::ElementPtr& element, const char* name
 double Document::number(const sdf::ElementPtr& element, const char* name, double otherwise) {
   const sdf::ElementPtr e = child(element, name);
   return e ? e->Get<double>() : otherwise;
+}
+
+std::optional<double> Document::later_number(const sdf::ElementPtr& element, const char* name) {
+  const sdf::ElementPtr e = child(element, name);
+  if (!e) return {};
+  double value = 0.0;
+  if (const sdf::ParamPtr text = e->GetValue()) std::istringstream(text->GetAsString()) >> value;
+  return value;
 }
 
 bool Document::flag(const sdf::ElementPtr& element, const char* name, bool otherwise) {

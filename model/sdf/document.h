@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <initializer_list>
 #include <map>
+#include <optional>
 #include <sdf/Element.hh>
 #include <sdf/Root.hh>
 #include <sdf/SemanticPose.hh>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "counterpoint/model/robot_files.h"
+#include "counterpoint/model/sdf/includes.h"
 #include "counterpoint/model/text_files.h"
 
 namespace counterpoint::sdf_file {
@@ -50,6 +52,12 @@ class Document {
   static double number(const sdf::ElementPtr& element, const char* name, double otherwise);
   static bool flag(const sdf::ElementPtr& element, const char* name, bool otherwise);
 
+  /// The number in a child element of an SDF version after 1.9, 0 if it is none; nothing if there
+  /// is no such element.
+  static std::optional<double> later_number(const sdf::ElementPtr& element, const char* name);
+  /// An attribute of an SDF version after 1.9 (LaterAttributes); "" if it is not given.
+  std::string later(const sdf::ElementPtr& element, const char* attribute) const;
+
   /// Pose relative to a frame that libsdformat knows.
   Pose resolve(const sdf::SemanticPose& pose, const std::string& frame,
                const sdf::ElementPtr& element) const;
@@ -62,6 +70,7 @@ class Document {
   std::filesystem::path file_;
   const SdfOptions& options_;
   sdf::Root root_;
+  LaterAttributes later_;
   std::map<std::string, int> passed_;
 };
 

@@ -27,8 +27,9 @@ bool is_sdf_root(const XMLElement* root) {
 
 class Walk {
  public:
-  Walk(const SdfOptions& options, sdf::ParserConfig& config, std::vector<Note>& notes)
-      : options_(options), config_(config), notes_(notes) {}
+  Walk(const SdfOptions& options, sdf::ParserConfig& config, std::vector<Note>& notes,
+       LaterAttributes& later)
+      : options_(options), config_(config), notes_(notes), later_(later) {}
 
   /// Replacement texts for includes of the outermost file, by their number in file order.
   std::map<std::size_t, std::string> replaced;
@@ -69,13 +70,14 @@ class Walk {
     }
   }
 
-  /// Refuses elements of later SDF versions, which libsdformat 12 ignores.
-  static void check_known(const XMLElement& e, const XMLElement& parent, const fs::path& file) {
+  /// Keeps attributes and refuses elements of later SDF versions, which libsdformat 12 ignores.
+  void check_known(const XMLElement& e, const XMLElement& parent, const fs::path& file) {
     const std::string name = e.Name();
-    const char* by_itself = e.Attribute("auto");
+    for (const auto& [element, attribute] :
+         {std::pair("inertial", "auto"), std::pair("mesh", "optimization")})
+      if (const char* value = e.Attribute(attribute); name == element && value)
+        later_[later_key(file, e.GetLineNum(), name, attribute)] = value;
     std::string what;
-    if (name == "inertial" && by_itself && (*by_itself == 't' || *by_itself == '1'))
-      what = "auto: inertia from shapes is not supported; give mass and inertia";
     if (name == "mimic" && std::strncmp(parent.Name(), "axis", 4) == 0)
       what = "a joint that follows another is not supported in SDF; take the robot's URDF";
     if (name == "joint" && std::strcmp(parent.Name(), "world") == 0)
@@ -195,6 +197,7 @@ class Walk {
   const SdfOptions& options_;
   sdf::ParserConfig& config_;
   std::vector<Note>& notes_;
+  LaterAttributes& later_;
   std::vector<fs::path> open_;
   std::map<std::string, Target> targets_;
   std::size_t number_ = 0, outermost_ = 0;
@@ -203,9 +206,16 @@ class Walk {
 
 }  // namespace
 
+std::string later_key(const fs::path& file, int line, const std::string& element,
+                      const std::string& attribute) {
+  std::error_code error;
+  const fs::path path = fs::weakly_canonical(file, error);
+  return fmt::format("{}:{}: <{}> {}", (error ? file : path).string(), line, element, attribute);
+}
+
 std::string resolve_includes(const fs::path& file, const std::string& text,
                              const SdfOptions& options, sdf::ParserConfig& config,
-                             std::vector<Note>& notes) {
+                             std::vector<Note>& notes, LaterAttributes& later) {
   tinyxml2::XMLDocument document;
   parse_xml(file, text, document);
   const XMLElement* root = document.RootElement();
@@ -219,7 +229,7 @@ std::string resolve_includes(const fs::path& file, const std::string& text,
     throw InputError(
         fmt::format("{}: {} models or worlds; one is expected: put the models into one <world>",
                     file.string(), tops));
-  Walk walk(options, config, notes);
+  Walk walk(options, config, notes, later);
   walk.read(file, *root);
   walk.check();
   return with_includes_replaced(text, walk.replaced);

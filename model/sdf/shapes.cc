@@ -10,6 +10,7 @@
 #include <sdf/Sphere.hh>
 
 #include "counterpoint/model/geometry.h"
+#include "counterpoint/model/mesh/mesh_mass.h"
 #include "counterpoint/model/mesh/round_hull.h"
 #include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/spatial.h"
@@ -21,6 +22,9 @@ constexpr double kPi = 3.14159265358979323846;
 /// Gazebo's default for <threshold>: no impact is that fast, so that nothing bounces.
 constexpr double kNeverBounces = 1e5;  // [m/s]
 
+/// Default of <max_convex_hulls>, and the largest number taken.
+constexpr double kMostHulls = 16.0, kMostPieces = 4096.0;
+
 Shape simple(ShapeType type, const Vector3& size) { return {type, size, nullptr}; }
 
 }  // namespace
@@ -29,10 +33,11 @@ ShapeReader::ShapeReader(Document& document)
     : document_(document),
       hulls_(document.options().hulls ? document.options().hulls : std::make_shared<HullCache>()) {}
 
-CollisionRead ShapeReader::read(const sdf::Collision& in, bool is_static) {
+CollisionRead ShapeReader::read(const sdf::Collision& in, bool is_static,
+                                const std::optional<double>& density) {
   const sdf::ElementPtr element = in.Element();
-  document_.pass_over_all_but(element,
-                              {"pose", "geometry", "surface", "max_contacts", "laser_retro"});
+  document_.pass_over_all_but(element, {"pose", "geometry", "surface", "max_contacts",
+                                        "laser_retro", "density", "auto_inertia_params"});
   CollisionRead out;
   out.element = element;
   const sdf::ElementPtr contact = Document::child(Document::child(element, "surface"), "contact");
@@ -41,11 +46,20 @@ CollisionRead ShapeReader::read(const sdf::Collision& in, bool is_static) {
   else
     out.touches = !Document::flag(contact, "collide_without_contact", false);
   out.touches = out.touches && out.bitmask != 0;
-  if (!out.touches) return out;
+  if (!out.touches && !density) return out;
   const auto [shape, X_CS] = shape_of(*in.Geom(), element, is_static);
+  const Pose X_LC = document_.resolve(in.SemanticPose(), "", element);
+  if (density) {
+    const double own = Document::later_number(element, "density").value_or(*density);
+    if (!(own > 0.0)) document_.fail(element, fmt::format("<density> {} is not positive", own));
+    const SpatialInertia unit = unit_inertia(*in.Geom(), element, shape, X_CS);
+    out.inertia =
+        SpatialInertia{own * unit.mass, unit.center, own * unit.rotational}.transformed(X_LC);
+  }
+  if (!out.touches) return out;
   out.collision.name = in.Name();
   out.collision.shape = shape;
-  out.collision.X_LG = document_.resolve(in.SemanticPose(), "", element) * X_CS;
+  out.collision.X_LG = X_LC * X_CS;
   read_surface(element, out);
   Vector3& axis = out.collision.material.friction_axis;
   axis = X_CS.rotation.transpose() * axis;
@@ -102,6 +116,35 @@ std::pair<Shape, Pose> ShapeReader::shape_of(const sdf::Geometry& in,
                   shape ? shape->GetName() : "geometry"));
 }
 
+SpatialInertia ShapeReader::unit_inertia(const sdf::Geometry& in, const sdf::ElementPtr& element,
+                                         const Shape& shape, const Pose& X_CS) {
+  const auto solid = [](const MassProperties& m) {
+    return SpatialInertia{m.mass, m.center, m.rotational};
+  };
+  switch (in.Type()) {
+    case sdf::GeometryType::PLANE:
+    case sdf::GeometryType::HEIGHTMAP:
+      return {};
+    case sdf::GeometryType::ELLIPSOID:
+      return solid(ellipsoid_mass(to_vector(in.EllipsoidShape()->Radii())));
+    case sdf::GeometryType::MESH: {
+      const sdf::Mesh& of = *in.MeshShape();
+      const TriangleMesh mesh =
+          load_mesh(find_mesh(of.Uri(), document_.folder_of(element), document_.options().packages,
+                              document_.where(element), "mesh")
+                        .file,
+                    to_vector(of.Scale()));
+      if (!is_closed(mesh))
+        document_.fail(element, fmt::format("mesh '{}' is open, so that it encloses no volume with "
+                                            "a mass; give the link <mass> and <inertia>",
+                                            of.Uri()));
+      return solid(mass_properties(mesh, MeshInertia::kExact));
+    }
+    default:
+      return solid_inertia(shape, solid_volume(shape)).transformed(X_CS);
+  }
+}
+
 std::filesystem::path ShapeReader::find(const std::string& uri, const sdf::ElementPtr& element,
                                         const char* kind) {
   const std::string where = document_.where(element);
@@ -113,6 +156,25 @@ std::filesystem::path ShapeReader::find(const std::string& uri, const sdf::Eleme
   return path.file;
 }
 
+/// Reads how a mesh collides from its `optimization` (SDF 1.11); nothing if that is not given.
+std::optional<MeshCollision> ShapeReader::collision_of(const sdf::ElementPtr& collision) {
+  const sdf::ElementPtr mesh = Document::child(Document::child(collision, "geometry"), "mesh");
+  const std::string word = document_.later(mesh, "optimization");
+  if (word.empty()) return {};
+  if (word == "convex_hull") return MeshCollision{MeshKind::kHull, 0.0, 1};
+  if (word != "convex_decomposition")
+    document_.fail(mesh, fmt::format("optimization=\"{}\": convex_hull or convex_decomposition is "
+                                     "expected",
+                                     word));
+  const double most =
+      Document::later_number(Document::child(mesh, "convex_decomposition"), "max_convex_hulls")
+          .value_or(kMostHulls);
+  if (!(most >= 1.0 && most <= kMostPieces))
+    document_.fail(mesh, fmt::format("max_convex_hulls: a number from 1 to {} is expected",
+                                     static_cast<int>(kMostPieces)));
+  return MeshCollision{MeshKind::kPieces, 0.0, static_cast<int>(most)};
+}
+
 Shape ShapeReader::mesh(const sdf::Mesh& in, const sdf::ElementPtr& element, bool is_static) {
   if (!in.Submesh().empty())
     document_.fail(element,
@@ -120,10 +182,12 @@ Shape ShapeReader::mesh(const sdf::Mesh& in, const sdf::ElementPtr& element, boo
                                in.Submesh()));
   const std::filesystem::path file = find(in.Uri(), element, "mesh");
   const Vector3 scale = to_vector(in.Scale());
+  const std::optional<MeshCollision> how = collision_of(element);
   try {
     std::shared_ptr<const ConvexMesh> hull;
     try {
-      hull = hulls_->load(file, scale);
+      // One that never moves needs no pieces: it has its triangles.
+      hull = hulls_->load(file, scale, is_static ? MeshCollision{MeshKind::kHull, 0.0, 1} : how);
     } catch (const InputError&) {
       if (!is_static) throw;  // flat, for example: triangles may still do
     }

@@ -16,6 +16,9 @@ struct CollisionRead {
   double along = 1.0, across = 1.0;  ///< friction in two directions; material has the smaller
   sdf::ElementPtr element;
   bool touches = true;  ///< false: collide_without_contact, or an empty mask
+  /// Inertia of the solid that the shape bounds, in the link frame; zero for planes and height
+  /// maps.
+  SpatialInertia inertia;
 };
 
 class ShapeReader {
@@ -24,13 +27,19 @@ class ShapeReader {
   /// `is_static`: the model never moves; then a mesh with hollows collides as triangles, and planes
   /// and height maps are allowed. @throws InputError for shapes and surfaces that are not
   /// supported.
-  CollisionRead read(const sdf::Collision& collision, bool is_static);
+  /// density: of the solid, where the collision gives none [kg/m^3]; nothing: no inertia is wanted.
+  CollisionRead read(const sdf::Collision& collision, bool is_static,
+                     const std::optional<double>& density);
 
  private:
   /// The shape and its pose in the collision frame.
   std::pair<Shape, Pose> shape_of(const sdf::Geometry& geometry, const sdf::ElementPtr& element,
                                   bool is_static);
   Shape mesh(const sdf::Mesh& mesh, const sdf::ElementPtr& element, bool is_static);
+  std::optional<MeshCollision> collision_of(const sdf::ElementPtr& collision);
+  /// The solid of density 1 in the collision frame; X_CS: pose of the shape there.
+  SpatialInertia unit_inertia(const sdf::Geometry& geometry, const sdf::ElementPtr& element,
+                              const Shape& shape, const Pose& X_CS);
   Shape height_map(const sdf::Heightmap& map, const sdf::ElementPtr& element);
   void read_surface(const sdf::ElementPtr& collision, CollisionRead& out);
   void read_friction(const sdf::ElementPtr& friction, CollisionRead& out);

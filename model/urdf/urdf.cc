@@ -133,15 +133,18 @@ class Converter {
   }
 
   void load_meshes(const urdf::ModelInterface& model) {
-    std::vector<std::pair<std::filesystem::path, Vector3>> meshes;
+    std::vector<HullCache::MeshFile> meshes;
     for (const auto& [name, link] : model.links_) {
-      for (const auto& collision : link->collision_array) {
-        if (!collision->geometry || collision->geometry->type != urdf::Geometry::MESH) continue;
-        const auto& mesh = static_cast<const urdf::Mesh&>(*collision->geometry);
+      const auto extra = xml_.links.find(name);
+      if (extra == xml_.links.end()) continue;
+      for (std::size_t i = 0; i < link->collision_array.size(); ++i) {
+        const urdf::Collision& collision = *link->collision_array[i];
+        if (!collision.geometry || collision.geometry->type != urdf::Geometry::MESH) continue;
+        const auto& mesh = static_cast<const urdf::Mesh&>(*collision.geometry);
         try {
-          meshes.emplace_back(
-              find_mesh(mesh.filename, file_.parent_path(), options_.packages, "").file,
-              to_vector(mesh.scale));
+          meshes.push_back(
+              {find_mesh(mesh.filename, file_.parent_path(), options_.packages, "").file,
+               to_vector(mesh.scale), kind_of(extra->second.collisions.at(i).convex)});
         } catch (const InputError&) {  // make_shape says where
         }
       }
@@ -176,12 +179,13 @@ class Converter {
     LinkSpec::Collision out;
     out.name = in.name;
     out.X_LG = to_pose(in.origin);
-    out.shape = make_shape(in, surface.capsule, where);
+    out.shape = make_shape(in, surface, where);
     out.material = surface.surface.over(link.surface.over(options_.default_material));
     return out;
   }
 
-  Shape make_shape(const urdf::Collision& collision, bool capsule, const std::string& where) {
+  Shape make_shape(const urdf::Collision& collision, const UrdfXml::Collision& extra,
+                   const std::string& where) {
     Shape shape;
     if (!collision.geometry) throw InputError(where + ": <geometry> is missing");
     switch (collision.geometry->type) {
@@ -205,23 +209,29 @@ class Converter {
       }
       case urdf::Geometry::CYLINDER: {
         const auto& cylinder = static_cast<const urdf::Cylinder&>(*collision.geometry);
-        shape.type = capsule ? ShapeType::kCapsule : ShapeType::kCylinder;
+        shape.type = extra.capsule ? ShapeType::kCapsule : ShapeType::kCylinder;
         shape.size = {cylinder.radius, 0.5 * cylinder.length, 0};
         break;
       }
       case urdf::Geometry::MESH: {
         const auto& mesh = static_cast<const urdf::Mesh&>(*collision.geometry);
         shape.type = ShapeType::kConvexMesh;
-        shape.mesh = hull(mesh.filename, to_vector(mesh.scale), where);
+        shape.mesh = hull(mesh.filename, to_vector(mesh.scale), extra.convex, where);
         break;
       }
     }
     return shape;
   }
 
-  std::shared_ptr<const ConvexMesh> hull(const std::string& name, const Vector3& scale,
+  /// A mesh that the file declares convex collides as its hull.
+  static std::optional<MeshCollision> kind_of(bool convex) {
+    if (!convex) return {};
+    return MeshCollision{MeshKind::kHull, 0.0, 1};
+  }
+
+  std::shared_ptr<const ConvexMesh> hull(const std::string& name, const Vector3& scale, bool convex,
                                          const std::string& where) {
-    const std::tuple key(name, scale.x(), scale.y(), scale.z());
+    const std::tuple key(name, scale.x(), scale.y(), scale.z(), convex);
     const auto cached = hulls_.find(key);
     if (cached != hulls_.end()) return cached->second;
     const MeshPath path = find_mesh(name, file_.parent_path(), options_.packages, where);
@@ -231,7 +241,7 @@ class Converter {
     }
     std::shared_ptr<const ConvexMesh> mesh;
     try {
-      mesh = cache_->load(path.file, scale);
+      mesh = cache_->load(path.file, scale, kind_of(convex));
     } catch (const InputError& error) {
       throw InputError(where + ": " + error.what());
     }
@@ -322,7 +332,7 @@ class Converter {
   std::vector<Note> notes_;
   Faults faults_;
   std::string no_effort_, no_velocity_;  // joints whose limit is not positive
-  std::map<std::tuple<std::string, double, double, double>, std::shared_ptr<const ConvexMesh>>
+  std::map<std::tuple<std::string, double, double, double, bool>, std::shared_ptr<const ConvexMesh>>
       hulls_;
 };
 

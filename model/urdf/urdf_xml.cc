@@ -237,10 +237,11 @@ class Pass {
       const std::string kind = c->Name();
       if (kind == "geometry") {
         XMLElement* shape = c->FirstChildElement();
-        if (shape != nullptr && std::strcmp(shape->Name(), "capsule") == 0) {
+        if (shape && std::strcmp(shape->Name(), "capsule") == 0) {
           collision.capsule = true;
           shape->SetName("cylinder");
         }
+        collision.convex = shape && shape->FirstChildElement("drake:declare_convex");
       } else if (kind == "drake:proximity_properties") {
         read_drake_surface(c, owner, collision.surface);
       } else if (kind != "origin" && kind != "verbose" && kind != "material") {

@@ -27,6 +27,7 @@ struct UrdfXml {
   struct Collision {
     SurfaceValues surface;  ///< Drake's proximity properties
     bool capsule = false;   ///< a cylinder in `standard_xml`
+    bool convex = false;    ///< Drake's <drake:declare_convex>: the mesh collides as its hull
   };
   struct Link {
     int line = 0;

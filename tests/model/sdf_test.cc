@@ -373,7 +373,8 @@ TEST_F(SdfTest, RefusesWhatItCannotDo) {
       {"<model name='m'/>", "link"},
       {with("", joint("revolute2", "<axis><mimic joint='k'/></axis>")),
        "<mimic>: a joint that follows another"},
-      {"<model name='m'><link name='a'><inertial auto='true'/></link></model>", "<inertial>: auto"},
+      {"<model name='m'><link name='a'><inertial auto='true'/></link></model>",
+       "no <collision> with a volume"},
       {"<world name='w'><joint name='j' type='fixed'/></world>", "<joint>: joints of a world"},
       {"<light name='l' type='point'/>", "no <world> and no <model>"},
   };

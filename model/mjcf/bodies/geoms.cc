@@ -34,15 +34,6 @@ void place_along(const Values& v, const std::vector<double>& ends, Geom& geom) {
   geom.size[along] = 0.5 * length;
 }
 
-double volume_of(const Geom& geom) {
-  const Vector3& s = geom.size;
-  if (geom.type == "sphere") return 4.0 / 3.0 * EIGEN_PI * s[0] * s[0] * s[0];
-  if (geom.type == "ellipsoid") return 4.0 / 3.0 * EIGEN_PI * s[0] * s[1] * s[2];
-  if (geom.type == "box") return 8.0 * s[0] * s[1] * s[2];
-  const double straight = 2.0 * EIGEN_PI * s[0] * s[0] * s[1];
-  return geom.type == "cylinder" ? straight : straight + 4.0 / 3.0 * EIGEN_PI * s[0] * s[0] * s[0];
-}
-
 ShapeType primitive_type(const std::string& type) {
   if (type == "sphere") return ShapeType::kSphere;
   if (type == "capsule") return ShapeType::kCapsule;
@@ -197,13 +188,14 @@ SpatialInertia inertia_of(const Geom& geom, Assets& assets, Document& document) 
     return SpatialInertia{density * unit.mass, unit.center, density * unit.rotational}.transformed(
         geom.X_BG);
   }
-  const double mass = geom.mass.value_or(geom.density * volume_of(geom));
   if (geom.type == "ellipsoid") {
-    const Vector3 s2 = geom.size.cwiseAbs2();
-    const Vector3 moments = mass / 5.0 * (Vector3::Constant(s2.sum()) - s2);
-    return SpatialInertia{mass, Vector3::Zero(), moments.asDiagonal()}.transformed(geom.X_BG);
+    const MassProperties unit = ellipsoid_mass(geom.size);
+    const double density = geom.mass ? *geom.mass / unit.mass : geom.density;
+    return SpatialInertia{density * unit.mass, Vector3::Zero(), density * unit.rotational}
+        .transformed(geom.X_BG);
   }
-  return solid_inertia({primitive_type(geom.type), geom.size, nullptr}, mass)
+  const Shape shape{primitive_type(geom.type), geom.size, nullptr};
+  return solid_inertia(shape, geom.mass.value_or(geom.density * solid_volume(shape)))
       .transformed(geom.X_BG);
 }
 
