@@ -80,6 +80,36 @@ TEST(StaticFriction, ABlockStartsWhereStaticFrictionEndsAndStopsWhereSlidingFric
   EXPECT_LT(speed_after(block(std::atan(0.99 * kKinetic), 0.02, kSpeed), 1.0), 1e-6);
 }
 
+// A slope that tilts slowly: the block starts at mu_s, is fastest at mu_k as the slope tilts back,
+// comes to rest, and does not start again below mu_s.
+TEST(StaticFriction, ASlopeThatTiltsSlowlyReleasesABlockAtOneAngleAndStopsItAtAnother) {
+  constexpr double kSpeed = 0.001;         // [m/s] Stribeck speed
+  Simulator sim(block(0.0, 0.0, kSpeed));  // level; a force tilts the weight of 1 kg
+  double angle = std::atan(0.95 * kStatic);
+  const auto step = [&](double rate) {
+    angle += rate * 0.001;
+    VectorX force = VectorX::Zero(6);
+    force[0] = kStandardGravity * std::sin(angle);
+    force[2] = kStandardGravity * (1.0 - std::cos(angle));
+    sim.input().applied_force = force;
+    EXPECT_TRUE(sim.step().succeeded());
+    return sim.state().v[0];
+  };
+  while (step(0.02) < kSpeed && std::tan(angle) < kStatic + 0.1) {
+  }
+  // Friction of 0.6 gives way over some steps, in which the slope tilts by 2e-5 rad each.
+  EXPECT_NEAR(std::tan(angle), kStatic, 1e-3);
+  double fastest = 0.0, at = 0.0;
+  for (double v = step(-0.2); v > 1e-6; v = step(-0.2)) {
+    if (v <= fastest) continue;
+    fastest = v;
+    at = angle;
+  }
+  EXPECT_NEAR(std::tan(at), kKinetic, 1e-3);  // 2e-4 rad a step
+  EXPECT_LT(std::tan(angle), kKinetic);
+  while (std::tan(angle) < 0.98 * kStatic) ASSERT_LT(step(0.2), 1e-6);
+}
+
 // A spring pulls the block at constant speed. For v_s -> 0 the extension of the spring swings about
 // mu_k N / k with A = (mu_s - mu_k) N / k while the block slides, until the block is at rest again.
 TEST(StaticFriction, ABlockOnASpringSticksAndSlips) {
