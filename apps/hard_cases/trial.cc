@@ -119,6 +119,7 @@ double Figures::iterations_mean() const {
 View::View(const Runner& sim)
     : sim_(sim),
       dynamics_(sim.model()),
+      surfaces_(sim.model()),
       frame_of_(static_cast<std::size_t>(sim.model().num_bodies())) {
   const std::vector<Frame>& frames = sim.model().frames();
   for (std::size_t i = 0; i < frames.size(); ++i)
@@ -154,8 +155,8 @@ double View::kinetic() const { return dynamics_.kinetic_energy(); }
 
 double View::potential() const { return dynamics_.potential_energy(); }
 
-double View::energy_with_springs() const {
-  return energy() + spring_energy(sim_.model(), sim_.state().q);
+double View::energy_with_springs() {
+  return energy() + spring_energy(sim_.model(), sim_.state().q) + surfaces_.energy(sim_.state().q);
 }
 
 double View::energy_scale() const {

@@ -12,6 +12,7 @@
 
 #include "counterpoint/engine/clocks.h"
 #include "counterpoint/engine/dynamics.h"
+#include "measure/total_energy.h"
 #include "report/chart.h"
 #include "runner.h"
 #include "view/clip.h"
@@ -198,7 +199,8 @@ class View {
   double kinetic() const;
   double potential() const;
   double energy() const { return kinetic() + potential(); }
-  double energy_with_springs() const;
+  /// Also the springs of joints and soft surfaces [J].
+  double energy_with_springs();
   /// Scale of energy changes: the current kinetic energy plus the weight (at least 1 m/s^2) raised
   /// by 1 m [J].
   double energy_scale() const;
@@ -214,6 +216,7 @@ class View {
 
   const Runner& sim_;
   Dynamics dynamics_;
+  SurfaceSprings surfaces_;
   std::vector<int> frame_of_;  ///< index into Model::frames() by body
 };
 

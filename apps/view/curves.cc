@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "counterpoint/engine/dynamics.h"
+#include "measure/total_energy.h"
 
 namespace counterpoint::view {
 namespace {
@@ -21,10 +22,12 @@ void add_energies(const Model& model, const Clip& clip, std::vector<Curve>& out)
   Curve total{kEnergy, "total", "J", {}}, kinetic{kEnergy, "kinetic", "J", {}};
   Curve potential{kEnergy, "potential, springs", "J", {}};
   Dynamics dynamics(model);
+  apps::SurfaceSprings surfaces(model);
   for (const State& state : clip.states) {
     dynamics.set_state(state.q, state.v);
     kinetic.values.push_back(dynamics.kinetic_energy());
-    potential.values.push_back(dynamics.potential_energy() + spring_energy(model, state.q));
+    potential.values.push_back(dynamics.potential_energy() + spring_energy(model, state.q) +
+                               surfaces.energy(state.q));
     total.values.push_back(kinetic.values.back() + potential.values.back());
   }
   out.insert(out.end(), {total, kinetic, potential});

@@ -23,7 +23,10 @@ inline Material acting_surface(Material m, EffectSet on) {
   if (!on.has(Effect::kTorsionalFriction) || m.friction <= 0.0) m.torsional_friction = 0.0;
   if (!on.has(Effect::kRollingFriction) || m.friction <= 0.0) m.rolling_friction = 0.0;
   if (!on.has(Effect::kRestitution)) m.restitution = 0.0;
-  if (!on.has(Effect::kStiffness)) m.stiffness = std::numeric_limits<double>::infinity();
+  if (!on.has(Effect::kStiffness)) {
+    m.stiffness = std::numeric_limits<double>::infinity();
+    m.per_area = Spring();
+  }
   return m;
 }
 

@@ -188,6 +188,7 @@ class MjcfWriter {
     const Material m = acting.without_direction();
     if (acting.is_directional()) lose("geometry '" + g.name + "'", "the direction of its friction");
     if (m.friction_at_rest() > m.friction) lose("geometry '" + g.name + "'", "static friction");
+    if (m.is_soft()) lose("geometry '" + g.name + "'", "the stiffness of its surface");
     set("condim", mjcf_dimensions(m));
     set("friction", export_numbers({m.friction, m.torsional_friction, m.rolling_friction}));
     xml_.CloseElement();
@@ -269,7 +270,12 @@ class MjcfWriter {
   }
 
   void write_pair(int a, int b) {
-    const Material m = acting_surface(model_.pair_material(a, b), how_.effects).without_direction();
+    const Material acting = acting_surface(model_.pair_material(a, b), how_.effects);
+    const Material m = acting.without_direction();
+    if (model_.find_pair_material(a, b) != nullptr &&
+        (acting.is_directional() || m.friction_at_rest() > m.friction || m.is_soft()))
+      lose("pair '" + model_.geometries()[a].name + "', '" + model_.geometries()[b].name + "'",
+           "the direction of its friction, static friction or stiffness");
     // MuJoCo requires a positive coefficient even where it has no effect.
     const double slide = m.friction > 0.0 ? m.friction : 1.0;
     const double spin = m.torsional_friction, roll = m.rolling_friction;

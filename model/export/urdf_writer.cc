@@ -134,6 +134,7 @@ class UrdfWriter {
       lose("geometry '" + g.name + "'", "restitution, torsional or rolling friction");
     if (m.is_directional() || m.friction_at_rest() > m.friction)
       lose("geometry '" + g.name + "'", "the direction of its friction, or static friction");
+    if (m.is_soft()) lose("geometry '" + g.name + "'", "the stiffness of its surface");
   }
 
   /// Returns the name of a mesh's OBJ file (17 digits); every mesh is written once.
