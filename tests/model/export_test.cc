@@ -1,6 +1,7 @@
 // An exported model, when read back, has the same names, mass matrices, poses and start.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 #include "counterpoint/model/robot_files.h"
@@ -154,6 +155,30 @@ TEST_F(ExportTest, ChosenEffectsAndSurfacesOfPairsAreWritten) {
   EXPECT_EQ(back.model.gravity(), Vector3(0, 0, 0));
   for (const int a : {0, 1})
     EXPECT_EQ(back.model.pair_material(a, 2).friction, scene.model.pair_material(a, 2).friction);
+}
+
+// What neither format holds is named for each geometry.
+TEST_F(ExportTest, SoftSurfacesAndStaticFrictionAreNamedAsLost) {
+  const Scene scene = load_scene(folder_.write("s.yaml", R"(
+models:
+  - {name: soft, sphere: 0.1, mass: 1, stiffness: 1.0e+4}
+  - {name: mat, sphere: 0.1, mass: 1, position: [1, 0, 0], stiffness_per_area: 1.0e+6}
+  - {name: grip, sphere: 0.1, mass: 1, position: [2, 0, 0], friction: 0.4, static_friction: 0.6}
+  - {name: skate, sphere: 0.1, mass: 1, position: [3, 0, 0], friction: [0.1, 0.9],
+     friction_axis: [1, 0, 0]}
+)"));
+  const std::vector<Note> lost = export_mjcf(scene).lost;
+  const auto names = [&](const std::string& where, const std::string& what) {
+    return std::any_of(lost.begin(), lost.end(), [&](const Note& note) {
+      return note.where.find(where) != std::string::npos &&
+             note.message.find(what) != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(names("soft", "stiffness"));
+  EXPECT_TRUE(names("mat", "stiffness"));
+  EXPECT_TRUE(names("grip", "static friction"));
+  EXPECT_TRUE(names("skate", "direction of its friction"));
+  EXPECT_FALSE(names("grip", "stiffness"));
 }
 
 TEST_F(ExportTest, SeveralFloatingRobotsAreNoUrdf) {
