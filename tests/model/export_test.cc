@@ -157,7 +157,7 @@ TEST_F(ExportTest, ChosenEffectsAndSurfacesOfPairsAreWritten) {
     EXPECT_EQ(back.model.pair_material(a, 2).friction, scene.model.pair_material(a, 2).friction);
 }
 
-// What neither format holds is named for each geometry.
+// Each geometry is named whose surface neither format can hold.
 TEST_F(ExportTest, SoftSurfacesAndStaticFrictionAreNamedAsLost) {
   const Scene scene = load_scene(folder_.write("s.yaml", R"(
 models:
