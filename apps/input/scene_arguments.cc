@@ -41,11 +41,10 @@ void SceneArguments::add_to(Command& command) {
               range(4, 1'000'000), seldom);
   command.add(
       "--meshes auto|hull|pieces", meshes,
-      "Lone robot: how its meshes collide (default auto: as convex pieces if the hull is far off "
-      "and --mesh-tolerance is given)",
+      "Lone robot: how its meshes collide (default auto: as convex pieces if the hull is far off)",
       seldom);
   command.add("--mesh-tolerance LENGTH[m]", overrides.meshes.tolerance,
-              "Lone robot: how far the pieces of meshes may stand off them (default 1 % of their "
+              "Lone robot: how far the pieces of meshes may stand off them (default 2 % of their "
               "diameter)",
               seldom);
   command.add("--integrator semi_implicit_euler|implicit_midpoint|runge_kutta_4", integrator,

@@ -19,8 +19,8 @@ HullCache::Key HullCache::key_of(const MeshFile& mesh) const {
   const std::filesystem::path path = std::filesystem::weakly_canonical(mesh.file, error);
   const Vector3& scale = mesh.scale;
   const MeshCollision how = collision_of(mesh);
-  return {error ? mesh.file : path, scale.x(), scale.y(), scale.z(),
-          how.kind, how.tolerance, how.most};
+  return {
+      error ? mesh.file : path, scale.x(), scale.y(), scale.z(), how.kind, how.tolerance, how.most};
 }
 
 std::shared_ptr<const ConvexMesh> HullCache::loaded(const MeshFile& mesh) const {

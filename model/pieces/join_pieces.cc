@@ -49,7 +49,8 @@ void add_joins(const Solid& solid, const std::vector<Piece>& pieces, int b, std:
     const double together =
         solid.work.spent > most_work
             ? std::pow(reach, 3)
-            : quick_hull(points_of(*pieces[a].hull, *pieces[b].hull), solid.axes, solid.work).volume;
+            : quick_hull(points_of(*pieces[a].hull, *pieces[b].hull), solid.axes, solid.work)
+                  .volume;
     const double growth = together - pieces[a].hull->volume - pieces[b].hull->volume;
     joins.push_back({std::round(1e9 * growth / std::pow(solid.size, 3)), a, b});
   }

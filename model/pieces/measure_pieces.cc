@@ -25,7 +25,8 @@ double distance_from(const Pieces& all, const Vector3& p) {
 void measure_pieces(const Solid& solid, const TriangleMesh& mesh, Pieces& out) {
   out.outside = out.inside = 0.0;
   for (const auto& piece : out.pieces)
-    out.outside = std::max(out.outside, outside_of(solid, *piece, out.outside, solid.size).distance);
+    out.outside =
+        std::max(out.outside, outside_of(solid, *piece, out.outside, solid.size).distance);
   const std::size_t stride = 1 + mesh.triangles.size() / kMostMeasured;
   for (std::size_t i = 0; i < mesh.triangles.size(); i += stride) {
     const auto& t = mesh.triangles[i];

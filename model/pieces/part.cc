@@ -140,8 +140,8 @@ Sides Part::points_beside(const CutPlane& plane, const Nearness& near, std::size
   return out;
 }
 
-std::array<Part, 2> Part::split(const CutPlane& plane, const Nearness& near, const WindingNumber& winding,
-                                const ConvexMesh& hull) const {
+std::array<Part, 2> Part::split(const CutPlane& plane, const Nearness& near,
+                                const WindingNumber& winding, const ConvexMesh& hull) const {
   std::array<Part, 2> out;
   for (const Corners3& t : triangles) {
     const Heights heights(t, plane, near.flat);

@@ -56,8 +56,8 @@ struct Part {
   Sides points_beside(const CutPlane& plane, const Nearness& near, std::size_t stride,
                       const WindingNumber& winding, const ConvexMesh& hull) const;
   /// Returns the two sides of the plane, without reflex edges.
-  std::array<Part, 2> split(const CutPlane& plane, const Nearness& near, const WindingNumber& winding,
-                            const ConvexMesh& hull) const;
+  std::array<Part, 2> split(const CutPlane& plane, const Nearness& near,
+                            const WindingNumber& winding, const ConvexMesh& hull) const;
   std::vector<Vector3> points() const;
 };
 

@@ -56,7 +56,13 @@ std::vector<Piece> cut(const Solid& solid, Piece&& whole, int most) {
     if (piece.error > solid.tolerance && solid.work.spent < kCutWork &&
         static_cast<int>(done.size() + open.size()) < kPartsPerPiece * most)
       plane = best_cut(solid, piece);
-    if (getenv("DBG")) fprintf(stderr,"tri %zu vol %.3g err %.2f%% hullv %zu reflex %zu %s n %.2f %.2f %.2f off %.4f\n",piece.part.triangles.size(),piece.hull->volume,100*piece.error/solid.size,piece.hull->vertices.size(),piece.part.reflex.size(),plane?"cut":"keep",plane?plane->normal.x():0,plane?plane->normal.y():0,plane?plane->normal.z():0,plane?plane->offset:0);
+    if (getenv("DBG"))
+      fprintf(stderr,
+              "tri %zu vol %.3g err %.2f%% hullv %zu reflex %zu %s n %.2f %.2f %.2f off %.4f\n",
+              piece.part.triangles.size(), piece.hull->volume, 100 * piece.error / solid.size,
+              piece.hull->vertices.size(), piece.part.reflex.size(), plane ? "cut" : "keep",
+              plane ? plane->normal.x() : 0, plane ? plane->normal.y() : 0,
+              plane ? plane->normal.z() : 0, plane ? plane->offset : 0);
     if (!plane) {
       done.push_back(std::move(piece));
       continue;
@@ -130,6 +136,12 @@ void add_pieces(const TriangleMesh& mesh, const MeshCollision& collision, Convex
 std::shared_ptr<const ConvexMesh> convex_mesh_of(const TriangleMesh& mesh,
                                                  const MeshCollision& collision,
                                                  const std::string& source) {
+  const int count = static_cast<int>(mesh.vertices.size());
+  for (const auto& t : mesh.triangles)
+    for (const int v : t)
+      if (v < 0 || v >= count)
+        throw InputError(
+            fmt::format("{}: a triangle names vertex {} of {}, from 0 on", source, v, count));
   ConvexMesh hull = *make_convex_hull(mesh.vertices, source);
   hull.standoff = hull_standoff(hull, mesh);
   // In some files all triangles face inwards.

@@ -12,8 +12,8 @@ namespace {
 constexpr double kOnePoint = 1e-9;
 // Relative to the tolerance: accuracy of the measured distance.
 constexpr double kAccuracy = 0.25;
-// Relative to the tolerance: points as near to a plane lie in it, so that the cut along a face which
-// is not quite flat leaves no slivers.
+// Relative to the tolerance: points as near to a plane lie in it, so that the cut along a face
+// which is not quite flat leaves no slivers.
 constexpr double kFlat = 0.05;
 // Sine of the least angle of a concave edge.
 constexpr double kFlatEdge = 1e-3;

@@ -31,9 +31,9 @@ struct Solid {
   NearestTriangle nearest_simple;
   WindingNumber winding_simple;
   std::vector<ReflexEdge> reflex;
-  Matrix3 axes;      ///< columns: normal of the hull's largest face, its longest edge, their normal
-  double size;       ///< diameter of the hull [m]
-  double slack;      ///< distance below which points are one [m]
+  Matrix3 axes;  ///< columns: normal of the hull's largest face, its longest edge, their normal
+  double size;   ///< diameter of the hull [m]
+  double slack;  ///< distance below which points are one [m]
   Nearness near;
   double tolerance;  ///< [m]
   mutable Work work;

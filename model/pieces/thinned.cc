@@ -1,4 +1,3 @@
-#include "counterpoint/model/pieces/solid.h"
 #include "counterpoint/model/pieces/thinned.h"
 
 #include <meshoptimizer.h>
@@ -7,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+
+#include "counterpoint/model/pieces/solid.h"
 
 namespace counterpoint::pieces {
 namespace {

@@ -39,7 +39,8 @@ bool WindingNumber::inside(const Vector3& p) const {
   const Eigen::Array3d at_cube = ((p - low).array() / cube_).floor();
   if ((at_cube < 0.0).any() || (at_cube >= count_.cast<double>()).any()) return false;
   const Eigen::Array3i i = at_cube.cast<int>();
-  std::uint8_t& known = known_[(static_cast<std::size_t>(i.x()) * count_.y() + i.y()) * count_.z() + i.z()];
+  std::uint8_t& known =
+      known_[(static_cast<std::size_t>(i.x()) * count_.y() + i.y()) * count_.z() + i.z()];
   if (known == kUnknown) {
     const Vector3 middle = low + cube_ * (at_cube + 0.5).matrix();
     if (nearest_.find(middle).distance < kHalfDiagonal * cube_)
