@@ -19,7 +19,7 @@ constexpr double kLeastTolerance = 1e-5;
 constexpr int kMostPieces = 4096;
 // Relative difference of volumes that count as equal, so that the order does not depend on
 // rounding.
-constexpr double kTie = 1e-6;
+constexpr double kEqualVolumes = 1e-6;
 // Error of the mesh that is cut, relative to the tolerance.
 constexpr double kSimplified = 0.25;
 // Parts cut for each piece allowed, before they are joined.
@@ -48,7 +48,7 @@ std::vector<Piece> cut(const Solid& solid, Piece&& whole, int most) {
   open.push_back(std::move(whole));
   while (!open.empty()) {
     const auto next = std::max_element(open.begin(), open.end(), [](const auto& a, const auto& b) {
-      return a.hull->volume * (1.0 + kTie) < b.hull->volume;
+      return a.hull->volume * (1.0 + kEqualVolumes) < b.hull->volume;
     });
     Piece piece = std::move(*next);
     open.erase(next);

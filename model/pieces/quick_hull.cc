@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kDirections = 128;
 // Number of points from which on only extreme ones count.
-constexpr std::size_t kMostPoints = 200;
+constexpr std::size_t kManyPoints = 200;
 // Relative to the size: a point is outside of a face from this height on.
 constexpr double kOutside = 1e-11;
 // Relative to the size: a hull is spoilt if points stand out so far.
@@ -178,7 +178,7 @@ bool QuickHull::contains(const Vector3& p, double slack) const {
 
 QuickHull quick_hull(const std::vector<Vector3>& points, const Matrix3& axes, Work& work) {
   if (points.size() < 4) return {};
-  if (points.size() > kMostPoints) {
+  if (points.size() > kManyPoints) {
     work.spend(kDirections * points.size());
     return quick_hull(extreme_points(points, axes), axes, work);
   }
