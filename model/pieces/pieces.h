@@ -15,23 +15,23 @@ struct Pieces {
   /// Largest distance from the surface of the union to the solid, measured to a quarter of the
   /// tolerance [m].
   double outside = 0.0;
-  /// Largest distance from a corner, an edge's middle or a centroid of the mesh to the surface of
-  /// the union [m]; an upper bound for those inside.
+  /// Largest distance from a corner, an edge's middle or a centroid of the mesh to the union [m]; 0
+  /// where the union covers the solid.
   double inside = 0.0;
   /// Why the hull is the only piece although it stands off farther than the tolerance; else "".
   std::string reason;
 };
 
 /// Returns convex pieces whose union is the solid within the mesh, to the tolerance where the
-/// number of pieces allows: the solid is cut by planes through its concave edges and across its
-/// axes, each time by the plane that leaves the least volume of hulls, until every part is as near
-/// its hull as the tolerance asks; then pieces are joined while that stays so. The distance counts
-/// from both sides, so that narrow holes are not filled (Wei et al., "Approximate convex
-/// decomposition for 3D meshes with collision-aware concavity and tree search", 2022); hulls are
-/// weighed by volume as by Mamou and Ghorbel (2009).
+/// number of pieces allows: while the hull of a part has points farther from the solid than the
+/// tolerance, the part is cut by the plane, through a concave edge or the point nearest to such a
+/// point, that leaves the fewest of them in hulls, then the least volume (Mamou and Ghorbel 2009);
+/// then pieces are joined while within the tolerance. Holes narrower than twice the tolerance may
+/// be filled.
 ///
 /// The result is a pure function of its arguments; moving, turning or scaling mesh and tolerance
-/// changes it by rounding. Number of pieces, memory and operations are bounded for every mesh: when
+/// changes it by rounding, for meshes of more than 600 triangles by a part of the tolerance, since
+/// a simpler mesh is cut (simplified). Number of pieces, memory and operations are bounded for every mesh: when
 /// the operations are used up, parts stay as they are, and `outside` and `inside` are larger than
 /// the tolerance. In a mesh of more than 10,000 triangles, vertices close together become one
 /// first. A mesh that is not closed is solid where it winds more than half around a point
