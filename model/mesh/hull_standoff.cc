@@ -9,7 +9,6 @@ namespace counterpoint {
 namespace {
 
 constexpr double kTolerance = 0.02;  // relative to the hull's diameter
-constexpr int kMostMeasured = 3'000;
 
 /// A triangle of the hull's surface.
 struct Piece {
@@ -78,7 +77,7 @@ FarthestPoint hull_standoff(const ConvexMesh& hull, const PartStandoff& part) {
     }
   }
   FarthestPoint most{part.known};
-  for (int measured = 0; !queue.empty() && measured < kMostMeasured;) {
+  for (int measured = 0; !queue.empty() && measured < part.most;) {
     Piece piece = queue.top();
     queue.pop();
     if (piece.bound <= most.distance + tolerance) break;

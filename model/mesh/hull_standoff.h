@@ -25,6 +25,7 @@ struct PartStandoff {
   double tolerance;  ///< the true maximum is larger by at most this [m]
   double enough = std::numeric_limits<double>::infinity();  ///< stops at a larger distance [m]
   double known = 0.0;  ///< smaller distances do not matter [m]; returned if there is no larger one
+  int most = 3'000;    ///< points after which the search stops
 };
 struct FarthestPoint {
   double distance = 0.0;            ///< [m]

@@ -31,11 +31,11 @@ struct Pieces {
 ///
 /// The result is a pure function of its arguments; moving, turning or scaling mesh and tolerance
 /// changes it by rounding, for meshes of more than 600 triangles by a part of the tolerance, since
-/// a simpler mesh is cut (simplified). Number of pieces, memory and operations are bounded for every mesh: when
-/// the operations are used up, parts stay as they are, and `outside` and `inside` are larger than
-/// the tolerance. In a mesh of more than 10,000 triangles, vertices close together become one
-/// first. A mesh that is not closed is solid where it winds more than half around a point
-/// (WindingNumber).
+/// a simpler mesh is cut (simplified). Number of pieces, memory and operations are bounded for
+/// every mesh: when the operations are used up, parts stay as they are, and `outside` and `inside`
+/// are larger than the tolerance. In a mesh of more than 10,000 triangles, vertices close together
+/// become one first. A mesh that is not closed is solid where it winds more than half around a
+/// point (WindingNumber).
 /// @throws InputError (with `source`) where make_convex_hull of the mesh does, or for a tolerance
 /// or number out of range.
 Pieces convex_pieces(const TriangleMesh& mesh, const MeshCollision& options,

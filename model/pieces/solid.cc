@@ -17,6 +17,8 @@ constexpr double kAccuracy = 0.25;
 constexpr double kFlat = 0.05;
 // Sine of the least angle of a concave edge.
 constexpr double kFlatEdge = 1e-3;
+// Number of points of a hull after which narrow hollows are not sought any more.
+constexpr int kMostMeasured = 20'000;
 // Relative difference of areas and lengths that count as equal.
 constexpr double kEqual = 1e-6;
 
@@ -155,7 +157,10 @@ FarthestPoint outside_of(const Solid& solid, const ConvexMesh& hull, double know
                              solid.work.spend(Work::kSearch);
                              return solid.winding.inside(p) ? distance : -1.0;
                            },
-                           accuracy, enough, std::max(known - accuracy, 0.0)};
+                           accuracy,
+                           enough,
+                           std::max(known - accuracy, 0.0),
+                           kMostMeasured};
   FarthestPoint out = hull_standoff(hull, query);
   if (out.distance > accuracy) out.distance = std::max(known, out.distance + accuracy);
   return out;

@@ -80,7 +80,8 @@ TEST(HullCache, InstancesShareOneHullAndItsVolumeIsToldOnce) {
       "s.yaml",
       "models:\n- {urdf: r.urdf, name: x, base: floating, count: 3, spacing: [3, 0, 0]}\n"
       "- {urdf: q.urdf, name: y, base: floating, position: [0, 9, 0]}\n"
-      "environment:\n- {name: wall, mesh: bracket.obj, position: [0, -9, 0]}\n"));
+      "environment:\n- {name: wall, mesh: bracket.obj, position: [0, -9, 0]}\n"
+      "meshes: {kind: hull}\n"));
   const auto& g = scene.model.geometries();
   ASSERT_EQ(g.size(), 9u);
   for (const int i : {2, 4, 6, 8}) EXPECT_EQ(g[i].shape.mesh, g[0].shape.mesh);
@@ -97,7 +98,8 @@ TEST(HullCache, TheLimitOfASceneHoldsForEveryMesh) {
   test::TempFolder folder;
   folder.write("bracket.obj", kBracket);
   const Scene scene = load_scene(folder.write(
-      "s.yaml", "hull_vertices: 6\nenvironment:\n- {name: wall, mesh: bracket.obj}\n"));
+      "s.yaml",
+      "hull_vertices: 6\nmeshes: {kind: hull}\nenvironment:\n- {name: wall, mesh: bracket.obj}\n"));
   const ConvexMesh& hull = *scene.model.geometries()[0].shape.mesh;
   EXPECT_EQ(hull.vertices.size(), 6u);
   EXPECT_GT(hull.deviation, 0.1);
@@ -112,9 +114,10 @@ TEST(HullCache, ALoneRobotTakesTheLimitFromTheOptions) {
       R"(<robot name="r"><link name="a"><collision><geometry><mesh filename="bracket.obj"/></geometry>
 </collision></link></robot>)");
   SceneOverrides overrides;
+  overrides.meshes.kind = MeshKind::kHull;
+  EXPECT_EQ(load_scene(robot, overrides).model.geometries()[0].shape.mesh->vertices.size(), 10u);
   overrides.hull_vertices = 5;
   EXPECT_EQ(load_scene(robot, overrides).model.geometries()[0].shape.mesh->vertices.size(), 5u);
-  EXPECT_EQ(load_scene(robot).model.geometries()[0].shape.mesh->vertices.size(), 10u);
 }
 
 }  // namespace
