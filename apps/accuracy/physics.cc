@@ -10,7 +10,7 @@
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/inverse_weights.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "measure/total_energy.h"
+#include "report/total_energy.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {

@@ -16,12 +16,12 @@
 #include "input/scene_arguments.h"
 #include "measure/run.h"
 #include "measure/run_outputs.h"
-#include "measure/total_energy.h"
 #include "report/contact_table.h"
 #include "report/failure.h"
 #include "report/progress.h"
 #include "report/report.h"
 #include "report/step_control_report.h"
+#include "report/total_energy.h"
 #include "view/view_option.h"
 
 namespace counterpoint::apps {

@@ -12,8 +12,8 @@
 
 #include "counterpoint/engine/clocks.h"
 #include "counterpoint/engine/dynamics.h"
-#include "measure/total_energy.h"
 #include "report/chart.h"
+#include "report/total_energy.h"
 #include "runner.h"
 #include "view/clip.h"
 

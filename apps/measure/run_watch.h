@@ -7,8 +7,8 @@
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/simulator.h"
-#include "measure/total_energy.h"
 #include "report/report.h"
+#include "report/total_energy.h"
 
 namespace counterpoint::apps {
 

@@ -9,7 +9,7 @@
 #include <memory>
 
 #include "measure/run.h"
-#include "measure/total_energy.h"
+#include "report/total_energy.h"
 #include "tasks/archive.h"
 #include "variation.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "counterpoint/engine/dynamics.h"
-#include "measure/total_energy.h"
+#include "report/total_energy.h"
 
 namespace counterpoint::view {
 namespace {

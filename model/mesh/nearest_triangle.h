@@ -31,7 +31,7 @@ class NearestTriangle {
 
   const TriangleMesh& mesh_;
   const TriangleTree tree_;
-  std::vector<std::array<Vector3, 3>> corners_;  // of the triangles in the order of the tree
+  std::vector<std::array<Vector3, 3>> corners_;  // the triangles in the order of the tree
 };
 
 }  // namespace counterpoint

@@ -168,8 +168,8 @@ Score score_of(const Solid& solid, const Piece& piece, const std::vector<Vector3
   return out;
 }
 
-/// Returns the plane that leaves the fewest far points in hulls, of nearly equal ones that which
-/// leaves the least volume, and of those the most even.
+/// Returns the plane that leaves the fewest far points in hulls, of nearly equal planes the one
+/// that leaves the least volume, and of those the most even.
 std::optional<CutPlane> best_of(const Solid& solid, const Piece& piece,
                                 const std::vector<Vector3>& far,
                                 const std::vector<CutPlane>& planes) {

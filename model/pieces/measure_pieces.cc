@@ -8,6 +8,8 @@ namespace {
 
 // Largest number of triangles whose points are measured.
 constexpr std::size_t kMostMeasured = 2'000;
+// Largest number of points of a piece that are measured.
+constexpr int kMostPerPiece = 3'000;
 
 /// Distance of a point from the union of the pieces [m]; 0 inside.
 double distance_from(const Pieces& all, const Vector3& p) {
@@ -25,8 +27,8 @@ double distance_from(const Pieces& all, const Vector3& p) {
 void measure_pieces(const Solid& solid, const TriangleMesh& mesh, Pieces& out) {
   out.outside = out.inside = 0.0;
   for (const auto& piece : out.pieces)
-    out.outside =
-        std::max(out.outside, outside_of(solid, *piece, out.outside, solid.size).distance);
+    out.outside = std::max(
+        out.outside, outside_of(solid, *piece, out.outside, solid.size, kMostPerPiece).distance);
   const std::size_t stride = 1 + mesh.triangles.size() / kMostMeasured;
   for (std::size_t i = 0; i < mesh.triangles.size(); i += stride) {
     const auto& t = mesh.triangles[i];

@@ -118,9 +118,18 @@ Pieces convex_pieces(const TriangleMesh& triangles, const MeshCollision& options
   return out;
 }
 
+// The default takes pieces that stand off at most this share of the hull's distance.
+constexpr double kGain = 0.5;
+
 void add_pieces(const TriangleMesh& mesh, const MeshCollision& collision, ConvexMesh& hull) {
   const Pieces found = cached_pieces(mesh, collision, hull.source, cache_folder());
-  hull.union_standoff = std::max(found.outside, found.inside);
+  const double standoff = std::max(found.outside, found.inside);
+  // A bag of triangles that bounds no solid has no pieces that are near it.
+  if (collision.kind == MeshKind::kAuto && standoff > kGain * hull.standoff) {
+    hull.hull_reason = fmt::format("convex pieces would stand {:.2g} m off it", standoff);
+    return;
+  }
+  hull.union_standoff = standoff;
   if (found.pieces.size() < 2) {
     hull.hull_reason = found.reason;
     return;

@@ -42,7 +42,7 @@ Pieces convex_pieces(const TriangleMesh& mesh, const MeshCollision& options,
                      const std::string& source = "");
 
 /// Gives the hull of a mesh its pieces and union_standoff, or hull_reason where the hull does as
-/// well.
+/// well; with MeshKind::kAuto also where pieces stand off more than half as far as the hull.
 void add_pieces(const TriangleMesh& mesh, const MeshCollision& collision, ConvexMesh& hull);
 
 }  // namespace counterpoint

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/model/mesh/hull_distance.h"
 #include "counterpoint/model/mesh/hull_standoff.h"
 
 namespace counterpoint::pieces {
@@ -17,8 +18,10 @@ constexpr double kAccuracy = 0.25;
 constexpr double kFlat = 0.05;
 // Sine of the least angle of a concave edge.
 constexpr double kFlatEdge = 1e-3;
-// Number of points of a hull after which narrow hollows are not sought any more.
-constexpr int kMostMeasured = 20'000;
+// Number of points of a hull that are measured at most while cuts are sought.
+constexpr int kFewMeasured = 500;
+// Height over the surface at which hollows are sought, relative to the tolerance.
+constexpr double kAbove = 1.05;
 // Relative difference of areas and lengths that count as equal.
 constexpr double kEqual = 1e-6;
 
@@ -51,6 +54,27 @@ Matrix3 axes_of(const ConvexMesh& hull) {
   axes.col(2) = axes.col(0).cross(along).normalized();
   axes.col(1) = axes.col(2).cross(axes.col(0));
   return axes;
+}
+
+/// Returns a point in the hull of a piece that is farther from the solid than the tolerance, and
+/// above a corner, a centroid or the middle of an edge of the piece's surface: hollows too narrow
+/// to be found from the hull's faces.
+std::optional<Vector3> far_over_surface(const Solid& solid, const Piece& piece) {
+  const ConvexMesh& hull = *piece.hull;
+  for (const Corners3& t : piece.part.triangles) {
+    const Vector3 center = (t[0] + t[1] + t[2]) / 3.0;
+    const Vector3 normal = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
+    const Vector3 places[] = {center, 0.5 * (t[0] + t[1]), 0.5 * (t[1] + t[2]),
+                              0.5 * (t[2] + t[0])};
+    for (const Vector3& place : places) {
+      const Vector3 p = place + kAbove * solid.tolerance * normal;
+      solid.work.spend(2 * hull.faces.size());
+      if (excess(hull, p) > 0.0) continue;
+      solid.work.spend(Work::kSearch);
+      if (solid.nearest.find(p).distance > solid.tolerance && !solid.winding.inside(p)) return p;
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -145,12 +169,19 @@ std::shared_ptr<const ConvexMesh> hull_of(const std::vector<Vector3>& points,
 }
 
 void measure_piece(const Solid& solid, Piece& piece) {
-  const FarthestPoint far = outside_of(solid, *piece.hull, solid.tolerance, solid.tolerance);
+  if (const std::optional<Vector3> far = far_over_surface(solid, piece)) {
+    piece.error = kAbove * solid.tolerance;
+    piece.farthest = *far;
+    return;
+  }
+  const FarthestPoint far =
+      outside_of(solid, *piece.hull, solid.tolerance, solid.tolerance, kFewMeasured);
   piece.error = far.distance;
   piece.farthest = far.point;
 }
 
-FarthestPoint outside_of(const Solid& solid, const ConvexMesh& hull, double known, double enough) {
+FarthestPoint outside_of(const Solid& solid, const ConvexMesh& hull, double known, double enough,
+                         int most) {
   const double accuracy = kAccuracy * solid.tolerance;
   const PartStandoff query{solid.nearest,
                            [&](const Vector3& p, double distance) {
@@ -160,7 +191,7 @@ FarthestPoint outside_of(const Solid& solid, const ConvexMesh& hull, double know
                            accuracy,
                            enough,
                            std::max(known - accuracy, 0.0),
-                           kMostMeasured};
+                           most};
   FarthestPoint out = hull_standoff(hull, query);
   if (out.distance > accuracy) out.distance = std::max(known, out.distance + accuracy);
   return out;

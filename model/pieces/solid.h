@@ -55,7 +55,9 @@ struct Piece {
 void measure_piece(const Solid& solid, Piece& piece);
 /// Returns the point of a hull's surface farthest from the solid; the distance is at most a quarter
 /// of the tolerance too large; a smaller one if it is over `enough` [m]. At least `known` [m].
-FarthestPoint outside_of(const Solid& solid, const ConvexMesh& hull, double known, double enough);
+/// `most`: number of points that are measured.
+FarthestPoint outside_of(const Solid& solid, const ConvexMesh& hull, double known, double enough,
+                         int most);
 
 /// Returns points of a piece's hull, and below its faces, that are farther from the solid than the
 /// tolerance: the one measured first, then at most about 300 more.

@@ -28,8 +28,8 @@ class MeshScene : public ::testing::Test {
   test::TempFolder folder;
 };
 
-TEST_F(MeshScene, AMeshIsItsHullUnlessTheSceneAsksForPieces) {
-  EXPECT_EQ(load("").model.geometries().size(), 2U);
+TEST_F(MeshScene, AConcaveMeshIsInPiecesUnlessTheSceneAsksForHulls) {
+  EXPECT_EQ(load("").model.geometries().size(), 4U);
   EXPECT_EQ(load("meshes: {tolerance: 0.01}\n").model.geometries().size(), 4U);
   EXPECT_EQ(load("meshes: {kind: hull}\n").model.geometries().size(), 2U);
   EXPECT_EQ(load("meshes: {files: {l.obj: {kind: hull}}}\n").model.geometries().size(), 2U);

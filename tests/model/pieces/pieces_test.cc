@@ -143,7 +143,7 @@ TEST(Pieces, HollowsStayOpen) {
   expect_within_tolerance(cut(tube, 0.1));
 }
 
-// Of cuts that are as good by the symmetry of a mesh, rounding chooses.
+// Rounding chooses between cuts that are as good by the symmetry of a mesh.
 TEST(Pieces, MovingTurningAndScalingChangesOnlyRounding) {
   const Pose X{rotation_from_rpy(0.3, -1.1, 2.0), Vector3(3, -2, 5)};
   const TriangleMesh ring = torus(5.0, 1.0, 24, 12);
