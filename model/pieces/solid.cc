@@ -19,7 +19,7 @@ constexpr double kFlat = 0.05;
 // Sine of the least angle of a concave edge.
 constexpr double kFlatEdge = 1e-3;
 // Number of points of a hull that are measured at most while cuts are sought.
-constexpr int kFewMeasured = 500;
+constexpr int kFewMeasured = 1'500;
 // Height over the surface at which hollows are sought, relative to the tolerance.
 constexpr double kAbove = 1.05;
 // Relative difference of areas and lengths that count as equal.
@@ -56,25 +56,36 @@ Matrix3 axes_of(const ConvexMesh& hull) {
   return axes;
 }
 
-/// Returns a point in the hull of a piece that is farther from the solid than the tolerance, and
-/// above a corner, a centroid or the middle of an edge of the piece's surface: hollows too narrow
-/// to be found from the hull's faces.
-std::optional<Vector3> far_over_surface(const Solid& solid, const Piece& piece) {
-  const ConvexMesh& hull = *piece.hull;
-  for (const Corners3& t : piece.part.triangles) {
-    const Vector3 center = (t[0] + t[1] + t[2]) / 3.0;
-    const Vector3 normal = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
-    const Vector3 places[] = {center, 0.5 * (t[0] + t[1]), 0.5 * (t[1] + t[2]),
-                              0.5 * (t[2] + t[0])};
-    for (const Vector3& place : places) {
-      const Vector3 p = place + kAbove * solid.tolerance * normal;
-      solid.work.spend(2 * hull.faces.size());
-      if (excess(hull, p) > 0.0) continue;
-      solid.work.spend(Work::kSearch);
-      if (solid.nearest.find(p).distance > solid.tolerance && !solid.winding.inside(p)) return p;
-    }
+/// Returns a point in a hull that is farther from the solid than the tolerance, and above the
+/// centroid or the middle of an edge of a triangle; nothing if there is none.
+std::optional<Vector3> far_over(const Solid& solid, const ConvexMesh& hull, const Corners3& t) {
+  const Vector3 center = (t[0] + t[1] + t[2]) / 3.0;
+  solid.work.spend(10);
+  double reach = hull.radius;
+  for (const Vector3& p : t) reach = std::max(reach, hull.radius + (p - center).norm());
+  if ((center - hull.interior_point).norm() > reach + kAbove * solid.tolerance) return {};
+  const Vector3 up = kAbove * solid.tolerance * (t[1] - t[0]).cross(t[2] - t[0]).normalized();
+  for (const Vector3& place : {center, Vector3(0.5 * (t[0] + t[1])), Vector3(0.5 * (t[1] + t[2])),
+                               Vector3(0.5 * (t[2] + t[0]))}) {
+    const Vector3 p = place + up;
+    solid.work.spend(2 * hull.faces.size());
+    if (excess(hull, p) > 0.0) continue;
+    solid.work.spend(Work::kSearch);
+    if (solid.nearest.find(p).distance > solid.tolerance && !solid.winding.inside(p)) return p;
   }
-  return std::nullopt;
+  return {};
+}
+
+/// Returns such a point over the surface of a piece, or over any if the piece is joined from parts:
+/// in hollows too narrow to be found from the faces of the hull.
+std::optional<Vector3> far_over_surface(const Solid& solid, const Piece& piece) {
+  for (const Corners3& t : piece.part.triangles)
+    if (const auto far = far_over(solid, *piece.hull, t)) return far;
+  if (!piece.part.triangles.empty()) return {};
+  const std::vector<Vector3>& v = solid.simple.vertices;
+  for (const auto& t : solid.simple.triangles)
+    if (const auto far = far_over(solid, *piece.hull, {v[t[0]], v[t[1]], v[t[2]]})) return far;
+  return {};
 }
 
 }  // namespace

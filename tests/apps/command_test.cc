@@ -193,7 +193,8 @@ TEST_F(Command, InspectSaysWhyPairsAreLeftOutAndWhatIsConcave) {
                 "v 0 0 0\nv 1 0 0\nv 1 0.5 0\nv 0 0.5 0\nv 0 0 0.3\nv 1 0 0.3\nv 1 0.5 0.3\n"
                 "v 0 0.5 0.3\nf 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
   const CommandResult result = folder_.run(
-      "inspect {}/r.urdf --base floating --srdf {}/r.srdf --hull-vertices 6 --json {}/r.json");
+      "inspect {}/r.urdf --base floating --srdf {}/r.srdf --hull-vertices 6 --meshes hull --json "
+      "{}/r.json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   for (const char* words : {"SRDF: Never", "overlapping in the default pose", "concave",
                             "3 of links joined by a joint"}) {
