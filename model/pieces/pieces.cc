@@ -11,7 +11,6 @@
 
 namespace counterpoint {
 namespace pieces {
-
 namespace {
 
 constexpr double kDefaultTolerance = 0.02;  // relative to the hull's diameter
@@ -56,13 +55,6 @@ std::vector<Piece> cut(const Solid& solid, Piece&& whole, int most) {
     if (piece.error > solid.tolerance && solid.work.spent < kCutWork &&
         static_cast<int>(done.size() + open.size()) < kPartsPerPiece * most)
       plane = best_cut(solid, piece);
-    if (getenv("DBG"))
-      fprintf(stderr,
-              "tri %zu vol %.3g err %.2f%% hullv %zu reflex %zu %s n %.2f %.2f %.2f off %.4f\n",
-              piece.part.triangles.size(), piece.hull->volume, 100 * piece.error / solid.size,
-              piece.hull->vertices.size(), piece.part.reflex.size(), plane ? "cut" : "keep",
-              plane ? plane->normal.x() : 0, plane ? plane->normal.y() : 0,
-              plane ? plane->normal.z() : 0, plane ? plane->offset : 0);
     if (!plane) {
       done.push_back(std::move(piece));
       continue;
