@@ -1,19 +1,9 @@
-// Distance of a point from a segment and from a triangle [m].
+// Distance of a point from a triangle [m].
 #pragma once
-
-#include <algorithm>
-#include <cmath>
 
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
-
-inline double distance_to_segment(const Vector3& p, const Vector3& a, const Vector3& b) {
-  const Vector3 edge = b - a;
-  const double length2 = edge.squaredNorm();
-  const double t = length2 > 0.0 ? std::clamp((p - a).dot(edge) / length2, 0.0, 1.0) : 0.0;
-  return (p - a - t * edge).norm();
-}
 
 /// Returns the point of a triangle nearest to p [m]. A triangle without area counts as its edges.
 /// (Ericson, "Real-time collision detection", 2005, 5.1.5.)
@@ -29,7 +19,7 @@ inline Vector3 nearest_on_triangle(const Vector3& p, const Vector3& a, const Vec
   const double d5 = ab.dot(cp), d6 = ac.dot(cp);
   if (d6 >= 0.0 && d5 <= d6) return c;
   const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return a + d1 / (d1 - d3) * ab;
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 > d3) return a + d1 / (d1 - d3) * ab;
   const double vb = d5 * d2 - d1 * d6;
   if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return a + d2 / (d2 - d6) * ac;
   const double va = d3 * d6 - d5 * d4;

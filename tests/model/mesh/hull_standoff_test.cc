@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "counterpoint/model/mesh/triangle_distance.h"
 #include "support/sphere_points.h"
 #include "support/temp_folder.h"
 
@@ -117,6 +118,24 @@ TEST(HullStandoff, FilesAreMeasuredWhenRead) {
                    "f 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\nf 5 6 7 8\n"));
   EXPECT_FALSE(is_visibly_concave(*brick));
   EXPECT_EQ(hull_note(*brick), "");
+}
+
+// Two or three corners in one place, or three in a line, in any order. The coordinates are exact.
+TEST(TriangleDistance, ATriangleWithoutAreaCountsAsItsEdges) {
+  const Vector3 o = Vector3::Zero(), x = 2.0 * Vector3::UnitX(), half = Vector3::UnitX();
+  const Vector3 above = half + 3.0 * Vector3::UnitZ(), beyond = 3.0 * Vector3::UnitX();
+  for (const Vector3& third : {o, x, half}) {
+    std::array<Vector3, 3> corners{o, x, third};
+    for (int turn = 0; turn < 3; ++turn) {
+      std::rotate(corners.begin(), corners.begin() + 1, corners.end());
+      for (const bool swapped : {false, true}) {
+        const Vector3 &a = corners[0], &b = corners[swapped ? 2 : 1], &c = corners[swapped ? 1 : 2];
+        EXPECT_EQ(distance_to_triangle(above, a, b, c), 3.0);
+        EXPECT_EQ(distance_to_triangle(beyond, a, b, c), 1.0);
+      }
+    }
+  }
+  EXPECT_EQ(distance_to_triangle(beyond, x, x, x), 1.0);
 }
 
 }  // namespace
