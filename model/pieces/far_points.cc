@@ -21,12 +21,6 @@ std::array<Corners3, 2> halves(const Corners3& t) {
   return out;
 }
 
-double distance_from(const Solid& solid, const Vector3& p) {
-  solid.work.spend(Work::kSearch);
-  const double distance = solid.nearest.find(p).distance;
-  return distance > solid.tolerance && solid.winding.inside(p) ? 0.0 : distance;
-}
-
 }  // namespace
 
 std::vector<Vector3> far_points(const Solid& solid, const Piece& piece) {
@@ -43,7 +37,7 @@ std::vector<Vector3> far_points(const Solid& solid, const Piece& piece) {
     Vector3 p = (t[0] + t[1] + t[2]) / 3.0;
     double reach = 0.0;
     for (const Vector3& corner : t) reach = std::max(reach, (corner - p).norm());
-    double distance = distance_from(solid, p);
+    double distance = solid.distance(p);
     if (distance + reach <= solid.tolerance) continue;
     if (reach > spacing) {
       for (const Corners3& half : halves(t)) open.push_back(half);
@@ -54,7 +48,7 @@ std::vector<Vector3> far_points(const Solid& solid, const Piece& piece) {
       out.push_back(p);
       p += 2.0 * spacing * inwards;
       if (excess(hull, p) > 0.0) break;
-      distance = distance_from(solid, p);
+      distance = solid.distance(p);
     }
   }
   return out;

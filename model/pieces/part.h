@@ -51,8 +51,7 @@ struct Part {
   std::vector<int> reflex;       ///< indices of reflex edges within the cell
 
   /// Returns the points whose hulls are those of the two sides of the plane; every `stride`-th
-  /// triangle counts. `hull`: of the part,
-  /// outside of which nothing counts.
+  /// triangle counts. `hull`: of the part, outside of which nothing counts.
   Sides points_beside(const CutPlane& plane, const Nearness& near, std::size_t stride,
                       const WindingNumber& winding, const ConvexMesh& hull) const;
   /// Returns the two sides of the plane, without reflex edges.

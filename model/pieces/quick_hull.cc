@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "counterpoint/model/geometry.h"
+#include "counterpoint/model/pieces/solid.h"
 
 namespace counterpoint::pieces {
 namespace {
@@ -186,14 +186,11 @@ QuickHull quick_hull(const std::vector<Vector3>& points, const Matrix3& axes, Wo
   QuickHull out = GrowingHull(points).hull();
   if (out.volume >= 0.0) return out;
   work.spend(2'000 * points.size());
-  try {
-    const auto hull = make_convex_hull(points);
-    out.volume = hull->volume;
-    for (std::size_t f = 0; f < hull->faces.size(); ++f)
-      out.faces.push_back({hull->face_normals[f], hull->face_offsets[f]});
-  } catch (const InputError&) {  // flat
-    out.volume = 0.0;
-  }
+  const auto hull = hull_of(points, "");
+  if (!hull) return {};
+  out.volume = hull->volume;
+  for (std::size_t f = 0; f < hull->faces.size(); ++f)
+    out.faces.push_back({hull->face_normals[f], hull->face_offsets[f]});
   return out;
 }
 

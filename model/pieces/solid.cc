@@ -70,8 +70,7 @@ std::optional<Vector3> far_over(const Solid& solid, const ConvexMesh& hull, cons
     const Vector3 p = place + up;
     solid.work.spend(2 * hull.faces.size());
     if (excess(hull, p) > 0.0) continue;
-    solid.work.spend(Work::kSearch);
-    if (solid.nearest.find(p).distance > solid.tolerance && !solid.winding.inside(p)) return p;
+    if (solid.distance(p) > solid.tolerance) return p;
   }
   return {};
 }
@@ -136,6 +135,12 @@ Solid::Solid(const TriangleMesh& triangles, const TriangleMesh& simpler, const C
       slack(kOnePoint * size),
       near{std::max(kFlat * tolerance_value, slack), 1e3 * slack},
       tolerance(tolerance_value) {}
+
+double Solid::distance(const Vector3& p) const {
+  work.spend(Work::kSearch);
+  const double distance = nearest.find(p).distance;
+  return distance > tolerance && winding.inside(p) ? 0.0 : distance;
+}
 
 Part Solid::whole() const {
   Part out;

@@ -38,6 +38,9 @@ struct Solid {
   double tolerance;  ///< [m]
   mutable Work work;
 
+  /// Returns the distance of a point from the solid [m]; inside, 0 if the surface is farther than
+  /// the tolerance.
+  double distance(const Vector3& p) const;
   /// Returns the whole solid as a part.
   Part whole() const;
 };
