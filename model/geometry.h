@@ -168,15 +168,14 @@ TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale =
 std::shared_ptr<const ConvexMesh> make_convex_hull(const std::vector<Vector3>& points,
                                                    const std::string& source = "");
 
-/// Returns the volume of the convex hull of points [m^3]; 0 if they span none.
-double convex_hull_volume(const std::vector<Vector3>& points);
-
 /// How the mesh of a body collides.
 enum class MeshKind : unsigned char {
   kAuto,   ///< pieces if it is visibly concave, else the hull
   kHull,   ///< the convex hull
   kPieces  ///< convex pieces (model/pieces/pieces.h)
 };
+/// Returns the kind of the name "auto", "hull" or "pieces"; nothing for others.
+std::optional<MeshKind> mesh_kind_from_name(const std::string& name);
 struct MeshCollision {
   MeshKind kind = MeshKind::kAuto;
   double tolerance = 0.0;  ///< pieces stand off at most this [m]; 0: 2 % of the hull's diameter

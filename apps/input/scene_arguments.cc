@@ -83,10 +83,7 @@ std::map<std::string, std::filesystem::path> SceneArguments::package_folders() c
 
 Scene SceneArguments::load() const {
   SceneOverrides given = overrides;
-  if (!meshes.empty())
-    given.meshes.kind = meshes == "hull"     ? MeshKind::kHull
-                        : meshes == "pieces" ? MeshKind::kPieces
-                                             : MeshKind::kAuto;
+  if (!meshes.empty()) given.meshes.kind = *mesh_kind_from_name(meshes);
   if (!base.empty()) given.base = base == "floating" ? Base::kFloating : Base::kFixed;
   if (!fill_inertia.empty()) given.fill_inertia = mass_of(fill_inertia);
   given.srdf = srdf;

@@ -206,19 +206,4 @@ std::shared_ptr<const ConvexMesh> make_convex_hull(const std::vector<Vector3>& p
   return nullptr;
 }
 
-double convex_hull_volume(const std::vector<Vector3>& points) {
-  if (points.size() < 4) return 0.0;
-  std::vector<double> coordinates;
-  coordinates.reserve(3 * points.size());
-  for (const Vector3& p : points) coordinates.insert(coordinates.end(), p.data(), p.data() + 3);
-  const Facets facets = run_qhull(coordinates, "qhull Pp Qt");
-  if (!facets.error.empty()) return 0.0;  // flat
-  Vector3 middle = Vector3::Zero();
-  for (const Vector3& p : points) middle += p / static_cast<double>(points.size());
-  double volume = 0.0;
-  for (const std::vector<int>& face : facets.polygons)
-    volume += std::abs(polygon_normal(points, face).dot(points[face[0]] - middle)) / 6.0;
-  return volume;
-}
-
 }  // namespace counterpoint

@@ -6,6 +6,13 @@
 
 namespace counterpoint {
 
+std::optional<MeshKind> mesh_kind_from_name(const std::string& name) {
+  if (name == "auto") return MeshKind::kAuto;
+  if (name == "hull") return MeshKind::kHull;
+  if (name == "pieces") return MeshKind::kPieces;
+  return std::nullopt;
+}
+
 MeshCollision HullCache::collision_of(const MeshFile& mesh) const {
   if (!mesh.own || collisions_.named.contains(mesh.file.filename().string()))
     return collisions_.of(mesh.file);

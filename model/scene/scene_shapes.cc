@@ -59,10 +59,9 @@ Shape read_terrain(const YamlValue& in, const std::string& kind, const fs::path&
 MeshCollision read_mesh_collision(const YamlValue& in, MeshCollision out) {
   if (in.has("kind")) {
     const YamlValue kind = in.at("kind");
-    out.kind = kind.is_text("auto")     ? MeshKind::kAuto
-               : kind.is_text("hull")   ? MeshKind::kHull
-               : kind.is_text("pieces") ? MeshKind::kPieces
-                                        : (kind.fail("auto, hull or pieces is expected"), out.kind);
+    const auto named = mesh_kind_from_name(kind.text());
+    if (!named) kind.fail("auto, hull or pieces is expected");
+    out.kind = *named;
   }
   if (in.has("tolerance")) out.tolerance = in.at("tolerance").positive();
   if (in.has("most")) out.most = in.at("most").integer(1, 4096);

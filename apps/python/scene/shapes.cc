@@ -29,9 +29,7 @@ Shape plain(ShapeType type, const Vector3& size) {
 }
 
 MeshKind mesh_kind(const std::string& name) {
-  if (name == "auto") return MeshKind::kAuto;
-  if (name == "hull") return MeshKind::kHull;
-  if (name == "pieces") return MeshKind::kPieces;
+  if (const auto kind = mesh_kind_from_name(name)) return *kind;
   throw py::value_error("kind: expected 'auto', 'hull' or 'pieces', found '" + name + "'");
 }
 
