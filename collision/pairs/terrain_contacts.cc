@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "counterpoint/collision/pairs/pair_contacts.h"
+#include "counterpoint/collision/rays/ray.h"
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint::collision {
@@ -37,6 +38,19 @@ double inward(const Vector3& p, const Vector3& q, const Vector3& normal, const V
   return normal.cross(q - p).normalized().dot(point - p);
 }
 
+// Distance of a point from the edges of a triangle, along its plane.
+double distance_in_plane(const std::array<Vector3, 3>& corners, const Vector3& normal,
+                         const Vector3& point) {
+  const Vector3 p = point - normal.dot(point - corners[0]) * normal;
+  double least = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 3; ++k) {
+    const Vector3 edge = corners[(k + 1) % 3] - corners[k];
+    const double along = std::clamp(edge.dot(p - corners[k]) / edge.squaredNorm(), 0.0, 1.0);
+    least = std::min(least, (corners[k] + along * edge - p).norm());
+  }
+  return least;
+}
+
 }  // namespace
 
 struct TerrainContacts::Query {
@@ -54,6 +68,13 @@ struct TerrainContacts::Query {
 };
 
 void TerrainContacts::add(const Query& query, const ContactPoint& point) {
+  if (point.gap < -kShallow * query.thickness) {
+    // A point of the shape below the face may be outside the solid, beyond its other side. The ray
+    // leans, lest it pass through an edge or corner that touches, where no side is defined.
+    const Vector3 corner = point.position + 0.5 * point.gap * point.normal;
+    const Vector3 up = (point.normal + Vector3(0.0103, 0.0071, 0.0047)).normalized();
+    if (!is_behind(query.terrain, corner, up, query.size)) return;
+  }
   for (ContactPoint& known : points_) {
     const double same = kSameContact * query.size;
     if ((known.position - point.position).squaredNorm() > same * same ||
@@ -71,11 +92,13 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
   const Terrain::Triangle& triangle = query.terrain.triangles[t];
   const Vector3& n = triangle.normal;
   const Vector3& origin = query.vertex(t, 0);
+  const std::array corners{origin, query.vertex(t, 1), query.vertex(t, 2)};
   const double height = n.dot(query.center - origin);
   const bool behind = height < -kBehind * query.thickness;
   // True for points over the triangle, or beyond its edges by at most `slack`, plus `level_slack`
   // at flat edges.
   const auto within = [&](const Vector3& p, double slack, double level_slack) {
+    double reach = 0.0;  // of the slack beyond the edges that the point passes
     for (int k = 0; k < 3; ++k) {
       double beyond = slack;
       // Avoids a gap between two faces that are not quite in one plane.
@@ -85,9 +108,12 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
       if (triangle.edges[k] == Terrain::Edge::kConcave && std::isfinite(query.margin)) {
         beyond += query.margin;
       }
-      if (inward(query.vertex(t, k), query.vertex(t, k + 1), n, p) < -beyond) return false;
+      const double inside = inward(query.vertex(t, k), query.vertex(t, k + 1), n, p);
+      if (inside < -beyond) return false;
+      if (inside < 0.0) reach = std::max(reach, beyond);
     }
-    return true;
+    // Near a sharp corner of the triangle points far from it are near the lines of its edges.
+    return reach == 0.0 || distance_in_plane(corners, n, p) <= reach;
   };
   const double rounding = 1e-9 * query.size;
   const auto take = [&](const ContactPoint& point) {

@@ -22,7 +22,8 @@ class TerrainContacts {
   /// the terrain to the shape (no plane, no terrain). If there are more, it keeps the deepest and
   /// others that differ most in position and normal. A shape whose centre is behind a face by more
   /// than half its half thickness touches the face only with corners that reach over it from beyond
-  /// its edges.
+  /// its edges. A point deeper than 5 % of the half thickness counts only behind the surface
+  /// (is_behind): inside a solid, or under the ground.
   void find(const Terrain& terrain, const Pose& X_WT, const Shape& shape,
             const Enclosure& enclosure, const Pose& X_WS, double margin, Manifold& out);
 

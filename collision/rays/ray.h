@@ -18,4 +18,10 @@ std::optional<RayHit> cast_unit_ray(const Shape& shape, const Pose& X_WS, const 
 std::optional<RayHit> cast_terrain_ray(const Terrain& terrain, const Vector3& origin,
                                        const Vector3& direction, double max_distance);
 
+/// Returns true if the first face that a ray from the point meets within max_distance [m] shows its
+/// back: the point is inside the solid, or under the ground. In the terrain's frame; direction: a
+/// unit vector.
+bool is_behind(const Terrain& terrain, const Vector3& point, const Vector3& direction,
+               double max_distance);
+
 }  // namespace counterpoint::collision

@@ -27,17 +27,19 @@ bool meets(const TriangleTree::Node& box, const Vector3& origin, const Vector3& 
   return enter <= exit + 1e-9 * (1.0 + std::abs(exit));
 }
 
-// Returns the ray parameter where it crosses the front of a triangle; infinity if it does not. Uses
-// the signed volumes of the ray with each edge: neighbours compute the same number, so no ray
-// passes between them.
+enum class Side : unsigned char { kFront, kBack };
+
+// Returns the ray parameter where it crosses a triangle from this side; infinity if it does
+// not. Uses the signed volumes of the ray with each edge: neighbours compute the same number, so no
+// ray passes between them.
 double hit(const Terrain& terrain, const Terrain::Triangle& t, const Vector3& origin,
-           const Vector3& direction) {
+           const Vector3& direction, Side side) {
   const double slope = t.normal.dot(direction);
-  if (!(slope < 0.0)) return kInfinity;
+  if (!(side == Side::kFront ? slope < 0.0 : slope > 0.0)) return kInfinity;
   for (int k = 0; k < 3; ++k) {
     int from = t.vertices[k];
     int to = t.vertices[(k + 1) % 3];
-    const double sign = from < to ? 1.0 : -1.0;
+    const double sign = (from < to) == (side == Side::kFront) ? 1.0 : -1.0;
     if (from > to) std::swap(from, to);
     const Vector3 p = terrain.vertices[from] - origin;
     const Vector3 q = terrain.vertices[to] - origin;
@@ -46,10 +48,15 @@ double hit(const Terrain& terrain, const Terrain::Triangle& t, const Vector3& or
   return t.normal.dot(terrain.vertices[t.vertices[0]] - origin) / slope;
 }
 
-}  // namespace
+// A triangle, and the ray parameter where the ray crosses it; -1 for none.
+struct Crossing {
+  int triangle = -1;
+  double at = kInfinity;
+};
 
-std::optional<RayHit> cast_terrain_ray(const Terrain& terrain, const Vector3& origin,
-                                       const Vector3& direction, double max_distance) {
+// Returns the first crossing within max_distance.
+Crossing first_crossing(const Terrain& terrain, const Vector3& origin, const Vector3& direction,
+                        double max_distance, Side side) {
   double nearest = kInfinity;
   int found = -1;
   std::array<int, 64> stack;  // deeper than any tree (TriangleTree)
@@ -61,7 +68,7 @@ std::optional<RayHit> cast_terrain_ray(const Terrain& terrain, const Vector3& or
     if (!meets(node, origin, direction, std::min(nearest, max_distance))) continue;
     for (int i = node.first; i < node.first + node.count; ++i) {
       const int t = terrain.tree.order[i];
-      const double at = hit(terrain, terrain.triangles[t], origin, direction);
+      const double at = hit(terrain, terrain.triangles[t], origin, direction, side);
       if (at < 0.0 || at > max_distance) continue;
       if (at < nearest || (at == nearest && t < found)) {
         nearest = at;
@@ -72,8 +79,23 @@ std::optional<RayHit> cast_terrain_ray(const Terrain& terrain, const Vector3& or
     stack[size++] = node.right;
     stack[size++] = index + 1;
   }
-  if (found < 0) return std::nullopt;
-  return RayHit{nearest, origin + nearest * direction, terrain.triangles[found].normal};
+  return {found, nearest};
+}
+
+}  // namespace
+
+std::optional<RayHit> cast_terrain_ray(const Terrain& terrain, const Vector3& origin,
+                                       const Vector3& direction, double max_distance) {
+  const Crossing first = first_crossing(terrain, origin, direction, max_distance, Side::kFront);
+  if (first.triangle < 0) return std::nullopt;
+  return RayHit{first.at, origin + first.at * direction, terrain.triangles[first.triangle].normal};
+}
+
+bool is_behind(const Terrain& terrain, const Vector3& point, const Vector3& direction,
+               double max_distance) {
+  const double back = first_crossing(terrain, point, direction, max_distance, Side::kBack).at;
+  const double front = first_crossing(terrain, point, direction, max_distance, Side::kFront).at;
+  return back < front;
 }
 
 }  // namespace counterpoint::collision

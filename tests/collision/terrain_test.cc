@@ -249,6 +249,79 @@ TEST(Terrain, WhatReachesOverAThinWallIsNotHeldByIt) {
   }
 }
 
+// A cup with the axis z: outer radius 50 mm, height 100 mm, wall and bottom 5 mm, of `sides` sides.
+TriangleMesh cup(int sides) {
+  TriangleMesh mesh;
+  const double profile[4][2] = {{0.05, 0.0}, {0.05, 0.1}, {0.045, 0.1}, {0.045, 0.005}};
+  for (const auto& [radius, z] : profile)
+    for (int i = 0; i < sides; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / sides;
+      mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+    }
+  const int below = 4 * sides, above = below + 1;
+  mesh.vertices.emplace_back(0.0, 0.0, 0.0);
+  mesh.vertices.emplace_back(0.0, 0.0, 0.005);
+  for (int i = 0; i < sides; ++i) {
+    const int j = (i + 1) % sides;
+    mesh.triangles.push_back({below, j, i});
+    for (int ring = 0; ring < 3; ++ring) {
+      const int low = ring * sides, high = low + sides;
+      mesh.triangles.push_back({low + i, low + j, high + j});
+      mesh.triangles.push_back({low + i, high + j, high + i});
+    }
+    mesh.triangles.push_back({above, 3 * sides + i, 3 * sides + j});
+  }
+  return mesh;
+}
+
+// Whether a point is inside a closed mesh: the solid angles of its triangles sum to 4 pi (van
+// Oosterom and Strackee 1983).
+bool is_inside(const TriangleMesh& mesh, const Vector3& p) {
+  double sum = 0.0;
+  for (const auto& t : mesh.triangles) {
+    const Vector3 a = mesh.vertices[t[0]] - p, b = mesh.vertices[t[1]] - p,
+                  c = mesh.vertices[t[2]] - p;
+    const double la = a.norm(), lb = b.norm(), lc = c.norm();
+    sum += 2.0 * std::atan2(a.dot(b.cross(c)),
+                            la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+  }
+  return sum > 2.0 * std::numbers::pi;
+}
+
+// A body of any size around a thin-walled solid of slender triangles overlaps it only where a point
+// of the body is inside: no face holds what is beside or beyond it.
+TEST(Terrain, DeepPointsAreInsideTheSolid) {
+  constexpr double kDeep = 0.05;         // share of the half thickness (terrain_contacts.h)
+  const Vector3 kOff(3e-9, 2e-9, 1e-9);  // points may lie on the surface, to round-off [m]
+  std::mt19937 rng(8);
+  const TriangleMesh mesh = cup(32);
+  const Shape solid = terrain_shape(mesh);
+  const std::vector<Shape> shapes = {sphere_shape(0.03),           box_shape({0.03, 0.02, 0.05}),
+                                     capsule_shape(0.008, 0.05),   cylinder_shape(0.03, 0.03),
+                                     box_shape({0.1, 0.08, 0.01}), box_shape({0.02, 0.4, 0.3})};
+  int deep = 0;
+  for (const Shape& shape : shapes) {
+    const collision::Enclosure around = collision::enclose(shape);
+    for (int i = 0; i < 3000; ++i) {
+      Pose X;
+      X.rotation = random_rotation(rng);
+      X.translation = Vector3(0.0, 0.0, 0.05) + random_vector(rng, 0.08 + around.thickness);
+      collision::TerrainContacts contacts;
+      collision::Manifold found;
+      contacts.find(*solid.terrain, Pose(), shape, around, X, 0.02, found);
+      for (int k = 0; k < found.size; ++k) {
+        const collision::ContactPoint& p = found.points[k];
+        if (p.gap > -kDeep * around.thickness) continue;
+        ++deep;
+        const Vector3 point = p.position + 0.5 * p.gap * p.normal;
+        EXPECT_TRUE(is_inside(mesh, point + kOff) || is_inside(mesh, point - kOff))
+            << shape_type_name(shape.type, "hull") << " " << i << ", gap " << p.gap;
+      }
+    }
+  }
+  EXPECT_GT(deep, 1000);
+}
+
 TEST(Terrain, RaysHitTheSurfaceOfAHullWhereTheyHitTheHull) {
   std::mt19937 rng(5);
   const Shape hull = round_hull(60, rng);
