@@ -130,7 +130,8 @@ void Collider::Impl::add_core_contacts(int a, int b, double margin, double trave
   }
 }
 
-/// Sets `areas` for the contacts in `manifold`: 0 if no surface has a stiffness per area.
+/// Spreads the contacts in `manifold` over their patches and sets `areas`: 0 if no surface has a
+/// stiffness per area.
 void Collider::Impl::find_areas(int a, int b, const BodyPlaces& at) {
   areas.fill(0.0);
   const Geometry &ga = geometries[a], &gb = geometries[b];
@@ -141,8 +142,7 @@ void Collider::Impl::find_areas(int a, int b, const BodyPlaces& at) {
     return Motion{V.angular, V.at(-at.X_WB[body].translation)} * at.motions.time_step;
   };
   const PatchPair pair{ga.shape, X_WG[a], gb.shape, X_WG[b], moves(gb.body) - moves(ga.body)};
-  const std::size_t size = static_cast<std::size_t>(manifold.size);
-  patch_areas(pair, {manifold.points.data(), size}, {areas.data(), size});
+  spread_patches(pair, manifold, areas);
 }
 
 Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <limits>
 #include <numbers>
-#include <span>
 
 #include "counterpoint/collision/shapes/segment.h"
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint::collision {
 namespace {
+
+using Vector4 = Eigen::Vector4d;
 
 constexpr int kMaxPatch = 2 * Feature::kCapacity;  // each edge of a window can add a corner
 
@@ -326,64 +327,71 @@ double point_volume(double d, double radius) {
   return std::numbers::pi * d * d * (radius > 0.0 ? radius : d / 3.0);
 }
 
-/// Integrates area and depth over the polygon `patch` with linear gaps.
-OverlapRegion polygon_region(const Patch& patch, std::span<const double> gaps) {
-  OverlapRegion out;
-  out.whole = true;
-  std::array<Vector3, 2 * kMaxPatch> wet;  // place in the plane, and depth
-  int size = 0;
-  for (int i = 0; i < patch.size; ++i) {
-    const int next = i + 1 == patch.size ? 0 : i + 1;
-    const auto at = [&](int k) {
-      return Vector3(patch.points[k].x(), patch.points[k].y(), -gaps[static_cast<size_t>(k)]);
-    };
-    const Vector3 p = at(i), q = at(next);
-    if (p.z() >= 0.0) wet[size++] = p;
-    out.whole = out.whole && p.z() >= 0.0;
-    if ((p.z() < 0.0) != (q.z() < 0.0)) wet[size++] = p + p.z() / (p.z() - q.z()) * (q - p);
-  }
-  const auto twice = [](const Vector3& o, const Vector3& p, const Vector3& q) {
-    return (p.x() - o.x()) * (q.y() - o.y()) - (p.y() - o.y()) * (q.x() - o.x());
-  };
-  for (int i = 1; i + 1 < patch.size; ++i) {
-    const Vector3 &o = patch.points[0], &p = patch.points[i], &q = patch.points[i + 1];
-    const double triangle = 0.5 * twice(o, p, q);
-    out.area += triangle;
-    out.centroid += triangle / 3.0 * (o + p + q).head<2>();
-  }
-  if (out.area != 0.0) out.centroid /= out.area;
-  for (int i = 1; i + 1 < size; ++i)
-    out.volume +=
-        twice(wet[0], wet[i], wet[i + 1]) * (wet[0].z() + wet[i].z() + wet[i + 1].z()) / 6.0;
-  out.area = std::abs(out.area);
-  out.volume = std::abs(out.volume);
-  return out;
+/// Twice the signed area of the triangle o, p, q in the plane.
+double twice_area(const Vector4& o, const Vector4& p, const Vector4& q) {
+  return (p.x() - o.x()) * (q.y() - o.y()) - (p.y() - o.y()) * (q.x() - o.x());
 }
 
 }  // namespace
 
-OverlapRegion overlap_region(const Feature& a, const Feature& b, const Vector3& normal,
-                             const GapShift& shift, double radius, bool has_caps, double deepest) {
-  const bool a_faces = faces(a, normal, 0.0), b_faces = faces(b, -normal, 0.0);
-  const bool segment = (a_faces && b.size == 2) || (b_faces && a.size == 2);
-  if (!segment && !(a_faces && b_faces))
-    return {0.0, point_volume(std::max(-deepest, 0.0), radius), false};
+void add_overlap(const Feature& a, const Feature& b, const Vector3& normal, const GapShift& shift,
+                 OverlapRegion& out) {
+  if (!faces(a, normal, 0.0) || !faces(b, -normal, 0.0)) return;
   const Matrix3 frame = frame_from_normal(normal);
-  const bool of_b = a_faces && !b_faces;  // the feature clipped by the other's outline
   Patch patch;
-  clip_to_polygon(frame, of_b ? b : a, of_b ? a : b, 0.0, patch);
-  std::array<double, kMaxPatch> gaps;
-  for (int i = 0; i < patch.size; ++i) {
+  clip_to_polygon(frame, a, b, 0.0, patch);
+  const HeightField on_a = height_field(frame, a), on_b = height_field(frame, b);
+  /// The place, the depth and the height.
+  const auto corner = [&](int i) {
     const Vector3& p = patch.points[i];
+    const double height_a = on_a.at(p), height_b = on_b.at(p);
+    return Vector4(p.x(), p.y(), height_a - height_b, 0.5 * (height_a + height_b));
+  };
+  const auto later = [&](const Vector4& p) {
+    return p[2] - shift.at(frame * Vector3(p.x(), p.y(), p[3]));
+  };
+  std::array<Vector4, 2 * kMaxPatch> wet;
+  int size = 0;
+  for (int i = 0; i < patch.size; ++i) {
+    const Vector4 p = corner(i), q = corner(i + 1 == patch.size ? 0 : i + 1);
+    const double deep_p = later(p), deep_q = later(q);
+    if (deep_p >= 0.0) wet[size++] = p;
+    if ((deep_p < 0.0) != (deep_q < 0.0)) wet[size++] = p + deep_p / (deep_p - deep_q) * (q - p);
+  }
+  for (int i = 1; i + 1 < size; ++i) {
+    const Vector4 &o = wet[0], &p = wet[i], &q = wet[i + 1];
+    // The middles of the edges integrate polynomials of degree 2 exactly.
+    const double third = std::abs(twice_area(o, p, q)) / 6.0;
+    for (const Vector4& x :
+         {Vector4(0.5 * (o + p)), Vector4(0.5 * (p + q)), Vector4(0.5 * (q + o))}) {
+      const auto place = x.head<2>(), fields = x.tail<2>();
+      out.area += third;
+      out.place += third * place;
+      out.places += third * place * place.transpose();
+      out.fields += third * fields;
+      out.moments += third * place * fields.transpose();
+    }
+  }
+}
+
+double round_overlap(const Feature& a, const Feature& b, const Vector3& normal,
+                     const GapShift& shift, double radius, bool has_caps, double deepest) {
+  const bool a_faces = faces(a, normal, 0.0), b_faces = faces(b, -normal, 0.0);
+  if (!(a_faces && b.size == 2) && !(b_faces && a.size == 2))
+    return point_volume(std::max(-deepest, 0.0), radius);
+  const Matrix3 frame = frame_from_normal(normal);
+  Patch line;
+  clip_to_polygon(frame, a_faces ? b : a, a_faces ? a : b, 0.0, line);
+  if (line.size < 2) return 0.0;
+  const auto gap = [&](int i) {
+    const Vector3& p = line.points[i];
     const double height_a = a_faces ? height_field(frame, a).at(p) : p.z();
     const double height_b = b_faces ? height_field(frame, b).at(p) : p.z();
-    gaps[i] = height_b - height_a - a.radius - b.radius +
-              shift.at(frame * Vector3(p.x(), p.y(), 0.5 * (height_a + height_b)));
-  }
-  if (!segment) return polygon_region(patch, {gaps.data(), static_cast<size_t>(patch.size)});
-  if (patch.size < 2) return {};
-  const double length = (patch.points[1] - patch.points[0]).norm();
-  return {0.0, segment_volume(length, gaps[0], gaps[1], radius, has_caps), false};
+    return height_b - height_a - a.radius - b.radius +
+           shift.at(frame * Vector3(p.x(), p.y(), 0.5 * (height_a + height_b)));
+  };
+  const double length = (line.points[1] - line.points[0]).norm();
+  return segment_volume(length, gap(0), gap(1), radius, has_caps);
 }
 
 }  // namespace counterpoint::collision

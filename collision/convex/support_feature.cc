@@ -49,20 +49,18 @@ void cylinder_feature(const Shape& cylinder, const Pose& X, const Vector3& direc
   }
 }
 
-// Sets the face; if it has more than kCapacity corners, evenly chosen ones.
-void mesh_feature(const ConvexMesh& mesh, const Pose& X, const Vector3& direction, int vertex,
-                  Feature& out) {
-  const int best = support_face(mesh, X.rotation.transpose() * direction, vertex);
-  const std::vector<int>& face = mesh.faces[best];
-  const std::size_t used = std::min<std::size_t>(face.size(), Feature::kCapacity);
+}  // namespace
+
+void mesh_face(const ConvexMesh& mesh, int face, const Pose& X, Feature& out) {
+  const std::vector<int>& corners = mesh.faces[face];
+  const std::size_t used = std::min<std::size_t>(corners.size(), Feature::kCapacity);
   out.size = 0;
   out.radius = 0.0;
   out.round = false;
-  out.normal = X.rotation * mesh.face_normals[best];
-  for (std::size_t i = 0; i < used; ++i) out.add(X * mesh.vertices[face[i * face.size() / used]]);
+  out.normal = X.rotation * mesh.face_normals[face];
+  for (std::size_t i = 0; i < used; ++i)
+    out.add(X * mesh.vertices[corners[i * corners.size() / used]]);
 }
-
-}  // namespace
 
 void support_feature(const Shape& shape, const Pose& X, const Vector3& direction, int vertex,
                      Feature& out) {
@@ -74,7 +72,8 @@ void support_feature(const Shape& shape, const Pose& X, const Vector3& direction
       cylinder_feature(shape, X, direction, out);
       return;
     case ShapeType::kConvexMesh:
-      mesh_feature(*shape.mesh, X, direction, vertex, out);
+      mesh_face(*shape.mesh, support_face(*shape.mesh, X.rotation.transpose() * direction, vertex),
+                X, out);
       return;
     case ShapeType::kCapsule:
       segment_feature(X.translation, shape.size[1] * X.rotation.col(2), shape.size[0], out);

@@ -14,78 +14,20 @@ namespace counterpoint::collision {
 namespace {
 
 using Vector2 = Eigen::Vector2d;
+using Matrix2 = Eigen::Matrix2d;
 
 /// Largest 1 - cosine between normals of one patch.
 constexpr double kOnePlane = 1e-9;
-/// Points within this share of their distance squared from a line have no area.
-constexpr double kLine = 1e-9;
-/// Least factor by which the centroid of a patch may reduce the weight of a point.
-constexpr double kLeastShare = 0.1;
+/// Ratio of width and length of a region, squared, below which its width is round-off.
+constexpr double kLine = 1e-14;
 /// Half the diagonal of the square that stands for ground, in radii of the other shape: wherever it
 /// touches the middle, the shape lies within.
 constexpr double kWide = 8.0;
+/// Points that carry a patch.
+constexpr int kPatchPoints = 4;
 
 bool is_unbounded(const Shape& shape) {
   return shape.type == ShapeType::kPlane || shape.type == ShapeType::kTerrain;
-}
-
-/// Contact points of one normal.
-struct Group {
-  std::array<int, Manifold::kCapacity> index;
-  std::array<Vector2, Manifold::kCapacity> place;      ///< in the plane of the contact [m]
-  std::array<double, Manifold::kCapacity> now, ahead;  ///< gaps now and at the end of the step [m]
-  std::array<double, Manifold::kCapacity> weight;      ///< part of the polygon's area [m^2]
-  int size = 0;
-};
-
-double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
-
-/// Puts the convex hull of the places into `hull`, counter-clockwise; returns its size (Andrew
-/// 1979, "Another efficient algorithm for convex hulls in two dimensions").
-int find_hull(const Group& g, std::array<int, 2 * Manifold::kCapacity>& hull) {
-  std::array<int, Manifold::kCapacity> order;
-  for (int i = 0; i < g.size; ++i) order[i] = i;
-  std::sort(order.begin(), order.begin() + g.size, [&](int i, int j) {
-    const Vector2 &p = g.place[i], &q = g.place[j];
-    return p.x() != q.x() ? p.x() < q.x() : p.y() < q.y();
-  });
-  int size = 0;
-  const auto add = [&](int next, int least) {
-    const auto turns = [&] {
-      const Vector2& p = g.place[hull[size - 2]];
-      return cross(g.place[hull[size - 1]] - p, g.place[next] - p) > 0.0;
-    };
-    while (size > least && !turns()) --size;
-    hull[size++] = next;
-  };
-  for (int i = 0; i < g.size; ++i) add(order[i], 1);
-  const int lower = size;
-  for (int i = g.size - 2; i >= 0; --i) add(order[i], lower);
-  return size - 1;
-}
-
-/// Weighs the points by a fan of triangles from their mean: each triangle's area goes to its
-/// corners in equal parts, that of the mean to all points. This keeps the centroid. Without area
-/// all points weigh the same.
-void weigh(Group& g) {
-  g.weight.fill(1.0);
-  if (g.size < 3) return;
-  std::array<int, 2 * Manifold::kCapacity> hull;
-  const int corners = find_hull(g, hull);
-  Vector2 mean = Vector2::Zero();
-  double reach = 0.0, whole = 0.0;
-  for (int i = 0; i < g.size; ++i) mean += g.place[i] / g.size;
-  for (int i = 0; i < g.size; ++i) reach = std::max(reach, (g.place[i] - mean).squaredNorm());
-  std::array<double, Manifold::kCapacity> part{};
-  for (int k = 0; k < corners; ++k) {
-    const int i = hull[k], j = hull[k + 1 == corners ? 0 : k + 1];
-    const double third = cross(g.place[i] - mean, g.place[j] - mean) / 6.0;
-    part[i] += third;
-    part[j] += third;
-    whole += third;
-  }
-  if (!(whole > kLine * reach)) return;
-  for (int i = 0; i < g.size; ++i) g.weight[i] = part[i] + whole / g.size;
 }
 
 struct FaceSize {
@@ -119,31 +61,10 @@ void resize(const FaceSize& from, const FaceSize& to, Feature& out) {
     out.vertices[i] = to.centroid + grow * (out.vertices[i] - from.centroid);
 }
 
-/// Sets the feature of a shape that faces `direction`, with the true area of ends of cylinders and
-/// of mesh faces, of which a feature has few corners. Ground: its tangent plane at `surface`.
-void find_feature(const Shape& shape, const Pose& X, const Vector3& direction,
-                  const Vector3& surface, double reach, Feature& out) {
-  if (is_unbounded(shape)) {
-    const Matrix3 frame = frame_from_normal(direction);
-    out = Feature();
-    for (int k = 0; k < 4; ++k) {
-      const double angle = 0.5 * std::numbers::pi * k;
-      out.add(surface +
-              kWide * reach * (std::cos(angle) * frame.col(0) + std::sin(angle) * frame.col(1)));
-    }
-    out.normal = direction;
-    return;
-  }
-  support_feature(shape, X, direction, 0, out);
-  if (out.round) {
-    const double turn = 2.0 * std::numbers::pi / Feature::kCapacity;
-    const FaceSize corners = measure(out.size, [&](size_t i) { return out.vertices[i]; });
-    resize(corners, {turn / std::sin(turn) * corners.area, corners.centroid}, out);
-  }
-  if (shape.type != ShapeType::kConvexMesh) return;
-  const ConvexMesh& mesh = *shape.mesh;
-  const int best = support_face(mesh, X.rotation.transpose() * direction, 0);
-  const std::vector<int>& face = mesh.faces[static_cast<size_t>(best)];
+/// Sets a face of a mesh, with its true area and centroid if it has more corners than a feature.
+void sized_face(const ConvexMesh& mesh, size_t index, const Pose& X, Feature& out) {
+  mesh_face(mesh, static_cast<int>(index), X, out);
+  const std::vector<int>& face = mesh.faces[index];
   if (static_cast<int>(face.size()) <= out.size) return;
   resize(measure(out.size, [&](size_t i) { return out.vertices[i]; }),
          measure(static_cast<int>(face.size()),
@@ -151,117 +72,235 @@ void find_feature(const Shape& shape, const Pose& X, const Vector3& direction,
          out);
 }
 
+/// One shape of a pair, seen along the normal.
+struct Side {
+  const Shape& shape;
+  Pose X;
+  Vector3 direction;  ///< unit, towards the other shape
+  Feature feature;    ///< the one that faces the other shape
+  double top;         ///< of all its points, the farthest along the direction [m]
+};
+
+/// Sets feature and top; the end of a cylinder has its true area. Ground: its tangent plane at
+/// `surface`.
+void find_feature(const Vector3& surface, double reach, Side& out) {
+  Feature& feature = out.feature;
+  if (is_unbounded(out.shape)) {
+    const Matrix3 frame = frame_from_normal(out.direction);
+    feature = Feature();
+    for (int k = 0; k < 4; ++k) {
+      const double angle = 0.5 * std::numbers::pi * k;
+      feature.add(surface + kWide * reach *
+                                (std::cos(angle) * frame.col(0) + std::sin(angle) * frame.col(1)));
+    }
+    feature.normal = out.direction;
+    out.top = out.direction.dot(surface);
+    return;
+  }
+  support_feature(out.shape, out.X, out.direction, 0, feature);
+  out.top = out.direction.dot(CoreShape(out.shape, out.X).support(out.direction));
+  if (!feature.round) return;
+  const double turn = 2.0 * std::numbers::pi / Feature::kCapacity;
+  const FaceSize corners = measure(feature.size, [&](size_t i) { return feature.vertices[i]; });
+  resize(corners, {turn / std::sin(turn) * corners.area, corners.centroid}, feature);
+}
+
+/// Calls visit(face) for all flat faces towards the other shape that rise to `least` along the
+/// direction [m]; for a shape that is not bounded by flat faces, for its feature.
+template <class Visit>
+void visit_faces(const Side& side, double least, Visit visit) {
+  const auto visit_high = [&](const Feature& face) {
+    for (int i = 0; i < face.size; ++i) {
+      if (!(side.direction.dot(face.vertices[static_cast<size_t>(i)]) > least)) continue;
+      visit(face);
+      return;
+    }
+  };
+  Feature face;
+  if (side.shape.type == ShapeType::kBox) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector3 along = side.X.rotation.col(axis);
+      box_feature(side.shape, side.X, side.direction.dot(along) < 0.0 ? Vector3(-along) : along,
+                  face);
+      visit_high(face);
+    }
+  } else if (side.shape.type == ShapeType::kConvexMesh) {
+    const ConvexMesh& mesh = *side.shape.mesh;
+    const Vector3 local = side.X.rotation.transpose() * side.direction;
+    for (size_t i = 0; i < mesh.faces.size(); ++i) {
+      if (!(mesh.face_normals[i].dot(local) > 0.0)) continue;
+      sized_face(mesh, i, side.X, face);
+      visit_high(face);
+    }
+  } else {
+    visit(side.feature);
+  }
+}
+
 /// Radius of curvature across a segment or point feature [m]; 0 for polygons.
-double round_radius(const Shape& shape, const Feature& feature) {
-  const bool is_round = shape.type == ShapeType::kSphere || shape.type == ShapeType::kCapsule ||
-                        (shape.type == ShapeType::kCylinder && feature.size == 2);
-  return is_round ? shape.size[0] : 0.0;
+double round_radius(const Side& side) {
+  const ShapeType type = side.shape.type;
+  const bool is_round = type == ShapeType::kSphere || type == ShapeType::kCapsule ||
+                        (type == ShapeType::kCylinder && side.feature.size == 2);
+  return is_round ? side.shape.size[0] : 0.0;
 }
 
-/// Mean area over the touching points [m^2]: V over the weighted mean of their depths.
-double mean_area(const Group& g, std::span<const double> gaps, const OverlapRegion& region) {
-  if (region.whole) return region.area;
-  double depth = 0.0, sum = 0.0;
-  for (int k = 0; k < g.size; ++k) {
-    depth += g.weight[k] * std::max(-gaps[static_cast<size_t>(k)], 0.0);
-    sum += g.weight[k];
+/// Contact points of one normal that touch now or at the end of the step.
+struct Group {
+  std::array<int, Manifold::kCapacity> index;
+  std::array<double, Manifold::kCapacity> now, ahead;  ///< gaps at both times [m]
+  int size = 0;
+};
+
+/// Two shapes that face each other along the normal of a group. Places are relative to the origin.
+struct Facing {
+  Side a, b;
+  Vector3 normal;     ///< unit, from A to B
+  GapShift shift;     ///< of the gaps within the step
+  double most = 0.0;  ///< greatest amount of that shift [m]
+
+  Facing(const PatchPair& pair, const Vector3& origin, const ContactPoint& deepest)
+      : a{pair.a, {pair.X_WA.rotation, pair.X_WA.translation - origin}, deepest.normal, {}, 0.0},
+        b{pair.b, {pair.X_WB.rotation, pair.X_WB.translation - origin}, -deepest.normal, {}, 0.0},
+        normal(deepest.normal),
+        shift{normal.dot(pair.displacement.at(origin)), normal.cross(pair.displacement.angular)} {
+    const double reach =
+        std::max({bounding_radius(pair.a), bounding_radius(pair.b), std::abs(deepest.gap)});
+    const Vector3 middle = deepest.position - origin, half = 0.5 * deepest.gap * normal;
+    find_feature(middle - half, reach, a);
+    find_feature(middle + half, reach, b);
+    most = std::abs(shift.offset) + 2.0 * reach * shift.slope.norm();
   }
-  return depth > 0.0 ? region.volume * sum / depth : 0.0;
+  bool is_flat() const { return a.feature.size > 2 && b.feature.size > 2; }
+};
+
+/// Returns the larger of the regions in which the faces overlap now and at the end of the step.
+OverlapRegion flat_region(const Facing& f) {
+  OverlapRegion now, ahead;
+  visit_faces(f.a, -f.b.top - f.most, [&](const Feature& of_a) {
+    visit_faces(f.b, -f.a.top - f.most, [&](const Feature& of_b) {
+      add_overlap(of_a, of_b, f.normal, GapShift(), now);
+      add_overlap(of_a, of_b, f.normal, f.shift, ahead);
+    });
+  });
+  return now.area < ahead.area ? ahead : now;
 }
 
-/// Moves the weighted mean of the points to the centroid of their patch, by factors linear in the
-/// place. Leaves it where some weight would nearly vanish.
-void centre(const Vector2& centroid, Group& g) {
-  double sum = 0.0;
-  Vector2 mean = Vector2::Zero();
-  for (int k = 0; k < g.size; ++k) {
-    sum += g.weight[k];
-    mean += g.weight[k] * g.place[k];
-  }
-  mean /= sum;
-  Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
-  for (int k = 0; k < g.size; ++k) {
-    const Vector2 arm = g.place[k] - mean;
-    moments += g.weight[k] * arm * arm.transpose();
-  }
-  const double trace = moments.trace();
-  if (!(moments.determinant() > kLine * trace * trace)) return;
-  const Vector2 slope = moments.inverse() * (sum * (centroid - mean));
-  const auto factor = [&](int k) { return 1.0 + slope.dot(g.place[k] - mean); };
-  for (int k = 0; k < g.size; ++k)
-    if (!(factor(k) > kLeastShare)) return;
-  for (int k = 0; k < g.size; ++k) g.weight[k] *= factor(k);
+/// Returns the square root of a symmetric matrix that is not negative.
+Matrix2 square_root(const Matrix2& m) {
+  const double root = std::sqrt(std::max(m.determinant(), 0.0));
+  const double trace = std::sqrt(m.trace() + 2.0 * root);
+  return trace > 0.0 ? Matrix2((m + root * Matrix2::Identity()) / trace) : Matrix2::Zero();
 }
 
-/// Returns the area that the touching points of one normal share [m^2], and centres their weights
-/// if the whole patch overlaps.
-double shared_area(const PatchPair& pair, const Vector3& origin, const ContactPoint& deepest,
-                   Group& g) {
-  const Vector3& n = deepest.normal;
-  const Pose X_A{pair.X_WA.rotation, pair.X_WA.translation - origin},
-      X_B{pair.X_WB.rotation, pair.X_WB.translation - origin};
-  const double reach =
-      std::max({bounding_radius(pair.a), bounding_radius(pair.b), std::abs(deepest.gap)});
-  const Vector3 middle = deepest.position - origin, half = 0.5 * deepest.gap * n;
-  Feature a, b;
-  find_feature(pair.a, X_A, n, middle - half, reach, a);
-  find_feature(pair.b, X_B, -n, middle + half, reach, b);
-  const double radius_a = round_radius(pair.a, a), radius_b = round_radius(pair.b, b);
+/// Adds four points of equal areas with the area, the centroid and the second moments of a region,
+/// which lie within it if it is convex (Kannan, Lovasz and Simonovits 1995, "Isoperimetric problems
+/// for convex bodies and a localization lemma", theorem 4.1), and with the integral and the first
+/// moments of its depth.
+void add_patch(const OverlapRegion& region, const Vector3& normal, const Vector3& origin,
+               Manifold& out) {
+  const Vector2 centre = region.place / region.area, mean = region.fields / region.area;
+  const Matrix2 width = square_root(region.places / region.area - centre * centre.transpose());
+  Matrix2 slope = Matrix2::Zero();
+  const double determinant = width.determinant(), trace = width.trace();
+  if (determinant > std::sqrt(kLine) * trace * trace)
+    slope = width.inverse() * (region.moments / region.area - centre * mean.transpose());
+  const Matrix3 frame = frame_from_normal(normal);
+  for (const Vector2& at : {Vector2(1, 1), Vector2(-1, 1), Vector2(-1, -1), Vector2(1, -1)}) {
+    const Vector2 place = centre + width * at, fields = mean + slope.transpose() * at;
+    out.add(origin + frame * Vector3(place.x(), place.y(), fields[1]), normal, -fields[0]);
+  }
+}
+
+/// Returns the area for which each of a group's points stands so that sum area depth is the volume
+/// of the overlap, the larger of those now and at the end of the step [m^2].
+double even_area(const Facing& f, const Group& g) {
+  const double radius_a = round_radius(f.a), radius_b = round_radius(f.b);
   const double radius = radius_a > 0.0 && radius_b > 0.0
                             ? radius_a * radius_b / (radius_a + radius_b)
                             : radius_a + radius_b;
-  const auto is_capped = [](const Shape& s) {
-    return s.type == ShapeType::kSphere || s.type == ShapeType::kCapsule;
+  const auto is_capped = [](const Side& side) {
+    return side.shape.type == ShapeType::kSphere || side.shape.type == ShapeType::kCapsule;
   };
-  const bool caps = is_capped(pair.a) || is_capped(pair.b);
-  const GapShift shift{n.dot(pair.displacement.at(origin)), n.cross(pair.displacement.angular)};
   double most = 0.0;
   for (const bool later : {false, true}) {
     const auto& gaps = later ? g.ahead : g.now;
-    const double least = *std::min_element(gaps.begin(), gaps.begin() + g.size);
-    const OverlapRegion region =
-        overlap_region(a, b, n, later ? shift : GapShift(), radius, caps, least);
-    most = std::max(most, mean_area(g, {gaps.data(), static_cast<size_t>(g.size)}, region));
-    if (!later && region.whole) centre(region.centroid, g);
+    double depth = 0.0, least = 0.0;
+    for (int k = 0; k < g.size; ++k) {
+      depth += std::max(-gaps[k], 0.0);
+      least = std::min(least, gaps[k]);
+    }
+    const double volume =
+        round_overlap(f.a.feature, f.b.feature, f.normal, later ? f.shift : GapShift(), radius,
+                      is_capped(f.a) || is_capped(f.b), least);
+    if (depth > 0.0) most = std::max(most, volume / depth);
   }
   return most;
 }
 
+/// Returns the same area for points on flat faces that stay as they are.
+double even_area(const OverlapRegion& region, const Group& g) {
+  double depth = 0.0;
+  for (int k = 0; k < g.size; ++k) depth += std::max(-g.now[k], 0.0);
+  const double volume = region.fields[0];
+  return depth > 0.0 && volume > 0.0 ? volume / depth : region.area / g.size;
+}
+
+/// Moves the contacts of the normal of the first one from `from` to `group` and to `same`.
+void take_group(const Motion& displacement, Manifold& from, Manifold& same, Group& group) {
+  const Vector3 normal = from.points[0].normal;
+  const int all = from.size;
+  from.size = same.size = group.size = 0;
+  for (int i = 0; i < all; ++i) {
+    const ContactPoint p = from.points[i];
+    if (p.normal.dot(normal) < 1.0 - kOnePlane) {
+      from.points[from.size++] = p;
+      continue;
+    }
+    const double ahead = p.gap + p.normal.dot(displacement.at(p.position));
+    if (std::min(p.gap, ahead) < 0.0) {
+      group.index[group.size] = same.size;
+      group.now[group.size] = p.gap;
+      group.ahead[group.size++] = ahead;
+    }
+    same.points[same.size++] = p;
+  }
+}
+
+const ContactPoint& deepest(const Manifold& contacts) {
+  return *std::min_element(
+      contacts.points.begin(), contacts.points.begin() + contacts.size,
+      [](const ContactPoint& p, const ContactPoint& q) { return p.gap < q.gap; });
+}
+
 }  // namespace
 
-void patch_areas(const PatchPair& pair, std::span<const ContactPoint> points,
-                 std::span<double> area) {
-  std::fill(area.begin(), area.end(), 0.0);
-  std::array<bool, Manifold::kCapacity> done{};
-  for (size_t first = 0; first < points.size(); ++first) {
-    if (done[first]) continue;
-    const Vector3 origin = points[first].position;
-    const Eigen::Matrix<double, 2, 3> plane =
-        frame_from_normal(points[first].normal).leftCols<2>().transpose();
-    Group g;
-    int same = 0;
-    size_t deepest = first;
-    for (size_t i = first; i < points.size(); ++i) {
-      const ContactPoint& p = points[i];
-      if (done[i] || p.normal.dot(points[first].normal) < 1.0 - kOnePlane) continue;
-      done[i] = true;
-      ++same;
-      if (p.gap < points[deepest].gap) deepest = i;
-      const double ahead = p.gap + p.normal.dot(pair.displacement.at(p.position));
-      if (!(std::min(p.gap, ahead) < 0.0)) continue;
-      g.index[g.size] = static_cast<int>(i);
-      g.place[g.size] = plane * (p.position - origin);
-      g.now[g.size] = p.gap;
-      g.ahead[g.size++] = ahead;
+void spread_patches(const PatchPair& pair, Manifold& contacts,
+                    std::array<double, Manifold::kCapacity>& area) {
+  area.fill(0.0);
+  Manifold rest = contacts, same;
+  Group group;
+  const double total = contacts.size;
+  contacts.size = 0;
+  while (rest.size > 0) {
+    const Vector3 origin = rest.points[0].position;
+    take_group(pair.displacement, rest, same, group);
+    const int first = contacts.size;
+    const double share = same.size / total;
+    double each = 0.0;
+    if (group.size > 0) {
+      const Facing facing(pair, origin, deepest(same));
+      const OverlapRegion region = facing.is_flat() ? flat_region(facing) : OverlapRegion();
+      if (region.area > 0.0 && first + kPatchPoints + rest.size <= Manifold::kCapacity) {
+        add_patch(region, facing.normal, origin, contacts);
+        for (int k = first; k < contacts.size; ++k) area[k] = share * region.area / kPatchPoints;
+        continue;
+      }
+      each = share * (facing.is_flat() ? even_area(region, group) : even_area(facing, group));
     }
-    if (g.size == 0) continue;
-    weigh(g);
-    const double share = double(same) / double(points.size());
-    const double all = share * shared_area(pair, origin, points[deepest], g);
-    double sum = 0.0;
-    for (int k = 0; k < g.size; ++k) sum += g.weight[k];
-    for (int k = 0; k < g.size; ++k)
-      area[static_cast<size_t>(g.index[k])] = all * g.weight[k] / sum;
+    std::copy_n(same.points.begin(), same.size, contacts.points.begin() + first);
+    contacts.size += same.size;
+    for (int k = 0; k < group.size; ++k) area[first + group.index[k]] = each;
   }
 }
 

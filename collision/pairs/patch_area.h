@@ -1,22 +1,26 @@
-// Areas that the contact points of a pair stand for, for surfaces with a stiffness per area.
+// Contact points of surfaces with a stiffness per area.
 //
-// The surfaces press on each other with k_A V, V the volume of their overlap along the contact
-// normal (Winkler's foundation). V is found from the two features that face each other (feature.h):
+// The surfaces press on each other with the pressure k_A d, d the depth of their overlap along the
+// contact normal (Winkler's foundation). The force is k_A V, V the volume of the overlap, and its
+// energy U the integral of k_A d^2 / 2.
 //
-//   faces            the integral of the depth over the part of their common polygon that overlaps
-//   ball, radius R   pi R d^2
+// flat faces: all faces of A that look along the normal against all of B that look back. Four
+// points replace those of the pair. They have the area of the region of overlap, its centroid and
+// its second moments, and their depths have the integral and the first moments of d. The force is
+// thus k_A V at the centre of pressure, minus the derivative of U by the pose, and the springs of
+// the points have the second derivatives of U, such as the tilting stiffness k_A I.
+//
+// other features: V is shared among the points in proportion to their depth.
+//
+//   ball, radius R                    pi R d^2
 //   cylinder, length L, on its side   4/3 L d sqrt(2 R d)
-//   corner           pi d^3 / 3, a cone of 45 degrees
+//   corner                            pi d^3 / 3, a cone of 45 degrees
 //
-// and is shared among the points so that the areas w_i satisfy sum w_i d_i = V: the total does not
-// depend on their number. If the whole polygon overlaps, sum w_i is its area and sum w_i x_i / sum
-// w_i its centroid; else the points have the weights of their convex hull.
-//
-// A patch that grows within the step has the area that it reaches at its present velocity:
-// otherwise a face that closes its gap would meet no spring.
+// A region that grows within the step is the one that it reaches at its present velocity: otherwise
+// a face that closes its gap would meet no spring.
 #pragma once
 
-#include <span>
+#include <array>
 
 #include "counterpoint/collision/manifold.h"
 #include "counterpoint/model/geometry.h"
@@ -33,12 +37,12 @@ struct PatchPair {
   Motion displacement;
 };
 
-/// Sets the area of each contact point [m^2], 0 for one that neither touches nor will within the
-/// step. Contacts of one normal share a patch; terrain counts as the tangent plane at the deepest
-/// of them, with the share of the pair's points that have this normal. Two bodies without a face
-/// meet as two balls.
-/// @param area  as many as points, at most Manifold::kCapacity
-void patch_areas(const PatchPair& pair, std::span<const ContactPoint> points,
-                 std::span<double> area);
+/// Spreads the contacts of a pair over their patches and sets the area of each [m^2], 0 for one
+/// that neither touches nor will within the step. Contacts of one normal share a patch; terrain
+/// counts as the tangent plane at the deepest of them, with the share of the pair's points that
+/// have this normal. Points stay where they are if the patches of several normals need more than
+/// eight. Two bodies without a face meet as two balls.
+void spread_patches(const PatchPair& pair, Manifold& contacts,
+                    std::array<double, Manifold::kCapacity>& area);
 
 }  // namespace counterpoint::collision

@@ -74,12 +74,14 @@ size_t find_patch(const StepContext& at, const Kinematics& data, const Constrain
   out.reach = std::min(kOpen * size, kReach * at.h() * at.h());
   out.at_rest = kAtRest * at.options.contact.max_recovery_speed;
   bool is_one = true;
+  out.spread = true;
   size_t last = first;
   for (; last < set.contacts.size(); ++last) {
     const collision::Candidate& c = set.contacts[last];
     if (c.geometry_a != pair_of.geometry_a || c.geometry_b != pair_of.geometry_b) break;
     if (!(c.gap < out.reach)) continue;
     const PairConstraint& pair = set.pairs[last];
+    out.spread = out.spread && c.area > 0.0;
     is_one = is_one && out.size < ContactPatch::kMost && pair.law.rows >= 3 &&
              !contact::leans(pair.law) && pair.frame.col(0).dot(out.normal) > 1.0 - kOnePlane;
     if (!is_one) continue;
@@ -134,7 +136,9 @@ bool find_friction(const ContactPatch& patch, PatchFriction& out) {
   const double slender = std::pow(apart / trace, kSlender);
   const double sigma = spin_share(patch, middle, radius);
   if (!(sigma > 0.0)) return false;
-  const double even = mean_distance({corners.data(), static_cast<size_t>(patch.size)}, patch.round);
+  const double even =
+      patch.spread ? radius
+                   : mean_distance({corners.data(), static_cast<size_t>(patch.size)}, patch.round);
   const double less = (1.0 - slender) * std::max(0.0, 1.0 - even / radius) * sigma;
   const Vector3& n = patch.normal;
   for (int k = 0; k < patch.size; ++k) {

@@ -36,6 +36,7 @@ struct ContactPatch {
   double reach = 0.0;    ///< contacts with at least this gap do not belong to the patch [m]
   double at_rest = 0.0;  ///< speed [m/s] below which sliding and spinning count as rest
   bool round = false;    ///< the patch is the end of a cylinder
+  bool spread = false;   ///< the contacts lie within the face (collision/pairs/patch_area.h)
 };
 
 /// Changes of the friction of a patch's contacts.

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <string>
 
+#include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/paths.h"
@@ -139,13 +140,101 @@ models:
 )",
                                                         lower, lower, kPi / 4, kMass, k))));
   while (sim.state().time < 4.0) ASSERT_TRUE(sim.step().succeeded());
-  ASSERT_EQ(sim.last_forces().contacts.size(), 5u);
   const double off = -0.5 * kLeg * kLeg * (kHalf - kLeg / 3.0) / area;  // centroid along x and y
   const VectorX& q = sim.state().q;
   const Pose X{Quaternion(q[3], q[4], q[5], q[6]).toRotationMatrix(), q.head<3>()};
   const double depth = kMass * kStandardGravity / (k * area);
-  // Tilted by 1e-5 rad, the pentagon is off by 1e-10 of its size.
-  EXPECT_NEAR(-(X * Vector3(off, off, -0.05)).z(), depth, 1e-6 * depth + kSmoothing);
+  // Tilted by 1e-5 rad, the pentagon is off by 1e-10 of its size, and the centre of mass moves by
+  // 5e-7 m.
+  EXPECT_NEAR(-(X * Vector3(off, off, -0.05)).z(), depth, 1e-9 * depth + kSmoothing);
+}
+
+// ---- Where the points press.
+
+/// Force [N] and moment about the world's x and y axes [N m] of all springs at the points.
+struct Pressure {
+  double force = 0.0;
+  Eigen::Vector2d moment = Eigen::Vector2d::Zero();
+};
+
+/// Presses a box of these half sizes at a pose on soft ground z = 0.
+Pressure press(const Vector3& half, const Pose& X) {
+  const test::TempFolder folder;
+  const Scene scene =
+      load_scene(folder.write("scene.yaml", fmt::format(R"(
+ground: {{}}
+models:
+  - {{name: box, box: [{}, {}, {}], mass: 1, stiffness_per_area: {}}}
+)",
+                                                        half.x(), half.y(), half.z(), kStiffness)));
+  collision::SceneQuery query(scene.model);
+  query.set_poses(std::vector<Pose>{Pose(), X});
+  Pressure out;
+  for (const collision::Candidate& c : query.contacts()) {
+    EXPECT_LE(c.gap, 0.0);
+    EXPECT_GE(c.area, 0.0);
+    const double force = -kStiffness * c.area * c.gap;
+    out.force += force;
+    out.moment += force * Eigen::Vector2d(c.position.y(), -c.position.x());
+  }
+  return out;
+}
+
+Pose lowered(const Matrix3& rotation, const Vector3& half, double depth) {
+  const double low = rotation.row(2).cwiseAbs().dot(half);
+  return {rotation, Vector3(0.0, 0.0, low - depth)};
+}
+
+Matrix3 turn(double angle, const Vector3& axis) {
+  return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+}
+
+// A face that overlaps evenly resists tilting with k_A I, I its second moment of area about the
+// axis of the tilt, about any axis.
+TEST(AreaStiffness, AFaceResistsTiltingByItsSecondMomentOfArea) {
+  constexpr double kTilt = 1e-5, kDepth = 0.01;
+  for (const Vector3& half : {Vector3(0.1, 0.1, 0.05), Vector3(0.04, 0.2, 0.05)}) {
+    for (const double yaw : {0.0, 0.3, 1.1}) {
+      const double area = 4.0 * half.x() * half.y(), c = std::cos(yaw), s = std::sin(yaw);
+      const double about_x = area / 3.0 * (std::pow(half.y() * c, 2) + std::pow(half.x() * s, 2));
+      // The box turns about the x axis through the middle of its lower face.
+      const Matrix3 tilt = turn(kTilt, Vector3::UnitX());
+      const Vector3 middle(0.0, 0.0, -kDepth);
+      const Pose X(tilt * turn(yaw, Vector3::UnitZ()), middle + tilt * Vector3(0, 0, half.z()));
+      const Pressure now = press(half, X);
+      // Sides overlap and the depth changes by the square of the tilt.
+      constexpr double kSquare = 10.0 * kTilt;
+      EXPECT_NEAR(now.force, kStiffness * area * kDepth, kSquare * now.force);
+      EXPECT_NEAR(now.moment.x(), -kStiffness * about_x * kTilt,
+                  kSquare * kStiffness * about_x * kTilt);
+    }
+  }
+}
+
+// On flat ground the force is the buoyancy in a liquid of the specific weight k_A: it acts in the
+// centroid of the part below the ground, whether a face, an edge or a corner is lowest.
+TEST(AreaStiffness, ABodyPressesWithItsBuoyancy) {
+  constexpr double kHalf = 0.1, kDepth = 0.03, kRoundOff = 1e-12;
+  const Vector3 half(kHalf, kHalf, kHalf);
+  // An edge at the angle a cuts a triangle of the legs d / cos(a) and d / sin(a).
+  for (const double a : {0.3, 0.5, kPi / 4, 1.2}) {
+    const Matrix3 tilt = turn(a, Vector3::UnitY());
+    const Pose X = lowered(tilt, half, kDepth);
+    const Vector3 edge = X * Vector3(kHalf, 0.0, -kHalf);
+    const double legs[2] = {kDepth / std::sin(a), kDepth / std::cos(a)};
+    const Vector3 centroid = edge + tilt * Vector3(-legs[0] / 3.0, 0.0, legs[1] / 3.0);
+    const double force = kStiffness * 0.5 * legs[0] * legs[1] * 2.0 * kHalf;
+    const Pressure now = press(half, X);
+    EXPECT_NEAR(now.force, force, kRoundOff * force) << a;
+    EXPECT_NEAR(now.moment.y(), -force * centroid.x(), kRoundOff * force) << a;
+  }
+  // The diagonal upright: the corner cuts a pyramid of three legs d sqrt(3).
+  const Matrix3 upright =
+      Eigen::Quaterniond::FromTwoVectors(Vector3(-1, -1, -1), -Vector3::UnitZ()).toRotationMatrix();
+  const Pressure now = press(half, lowered(upright, half, kDepth));
+  const double force = kStiffness * std::pow(std::sqrt(3.0) * kDepth, 3) / 6.0;
+  EXPECT_NEAR(now.force, force, 1e-9 * force);
+  EXPECT_LT(now.moment.norm(), 1e-9 * force * kHalf);
 }
 
 // A tyre's load curve: a cylinder of radius R and length L on its side carries k_A L 4/3 d sqrt(2 R
