@@ -142,7 +142,7 @@ void Collider::Impl::find_areas(int a, int b, const BodyPlaces& at) {
     return Motion{V.angular, V.at(-at.X_WB[body].translation)} * at.motions.time_step;
   };
   const PatchPair pair{ga.shape, X_WG[a], gb.shape, X_WG[b], moves(gb.body) - moves(ga.body)};
-  spread_patches(pair, manifold, areas);
+  spread_patches(pair, patch_faces, manifold, areas);
 }
 
 Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {

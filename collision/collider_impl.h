@@ -80,6 +80,7 @@ struct Collider::Impl {
   std::vector<std::pair<int, int>> solid_pairs, ground_pairs;  // not yet merged into `pairs`
   TerrainContacts terrain_contacts;
   Manifold manifold;
+  PatchFaces patch_faces;
   std::array<double, Manifold::kCapacity> areas;  // one for each point of `manifold` [m^2]
 };
 

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "counterpoint/collision/collider.h"
-#include "counterpoint/collision/convex/feature.h"
+#include "counterpoint/collision/convex/overlap.h"
 #include "counterpoint/collision/shapes/core_shape.h"
 #include "counterpoint/model/spatial.h"
 
@@ -105,16 +105,14 @@ void find_feature(const Vector3& surface, double reach, Side& out) {
   resize(corners, {turn / std::sin(turn) * corners.area, corners.centroid}, feature);
 }
 
-/// Calls visit(face) for all flat faces towards the other shape that rise to `least` along the
-/// direction [m]; for a shape that is not bounded by flat faces, for its feature.
-template <class Visit>
-void visit_faces(const Side& side, double least, Visit visit) {
-  const auto visit_high = [&](const Feature& face) {
-    for (int i = 0; i < face.size; ++i) {
-      if (!(side.direction.dot(face.vertices[static_cast<size_t>(i)]) > least)) continue;
-      visit(face);
-      return;
-    }
+/// Sets `out` to all flat faces towards the other shape that rise above `least` along the direction
+/// [m]; for a shape that is not bounded by flat faces, to its feature.
+void find_faces(const Side& side, const Matrix3& frame, double least, std::vector<PatchFace>& out) {
+  out.clear();
+  const auto add = [&](const Feature& face) {
+    PatchFace& added = out.emplace_back(face, Eigen::AlignedBox2d());
+    for (int i = 0; i < face.size; ++i)
+      added.bounds.extend(Vector2(frame.leftCols<2>().transpose() * face.vertices[i]));
   };
   Feature face;
   if (side.shape.type == ShapeType::kBox) {
@@ -122,18 +120,23 @@ void visit_faces(const Side& side, double least, Visit visit) {
       const Vector3 along = side.X.rotation.col(axis);
       box_feature(side.shape, side.X, side.direction.dot(along) < 0.0 ? Vector3(-along) : along,
                   face);
-      visit_high(face);
+      add(face);
     }
   } else if (side.shape.type == ShapeType::kConvexMesh) {
     const ConvexMesh& mesh = *side.shape.mesh;
     const Vector3 local = side.X.rotation.transpose() * side.direction;
+    const double limit = least - side.direction.dot(side.X.translation);
+    const auto is_high = [&](int vertex) { return local.dot(mesh.vertices[vertex]) > limit; };
     for (size_t i = 0; i < mesh.faces.size(); ++i) {
-      if (!(mesh.face_normals[i].dot(local) > 0.0)) continue;
+      const std::vector<int>& corners = mesh.faces[i];
+      if (!(mesh.face_normals[i].dot(local) > 0.0) ||
+          std::none_of(corners.begin(), corners.end(), is_high))
+        continue;
       sized_face(mesh, i, side.X, face);
-      visit_high(face);
+      add(face);
     }
   } else {
-    visit(side.feature);
+    add(side.feature);
   }
 }
 
@@ -175,14 +178,15 @@ struct Facing {
 };
 
 /// Returns the larger of the regions in which the faces overlap now and at the end of the step.
-OverlapRegion flat_region(const Facing& f) {
+OverlapRegion flat_region(const Facing& f, PatchFaces& faces) {
+  const Matrix3 frame = frame_from_normal(f.normal);
+  find_faces(f.a, frame, -f.b.top - f.most, faces.a);
+  find_faces(f.b, frame, -f.a.top - f.most, faces.b);
   OverlapRegion now, ahead;
-  visit_faces(f.a, -f.b.top - f.most, [&](const Feature& of_a) {
-    visit_faces(f.b, -f.a.top - f.most, [&](const Feature& of_b) {
-      add_overlap(of_a, of_b, f.normal, GapShift(), now);
-      add_overlap(of_a, of_b, f.normal, f.shift, ahead);
-    });
-  });
+  for (const PatchFace& of_a : faces.a)
+    for (const PatchFace& of_b : faces.b)
+      if (of_a.bounds.intersects(of_b.bounds))
+        add_overlap(of_a.face, of_b.face, f.normal, f.shift, now, ahead);
   return now.area < ahead.area ? ahead : now;
 }
 
@@ -275,7 +279,7 @@ const ContactPoint& deepest(const Manifold& contacts) {
 
 }  // namespace
 
-void spread_patches(const PatchPair& pair, Manifold& contacts,
+void spread_patches(const PatchPair& pair, PatchFaces& scratch, Manifold& contacts,
                     std::array<double, Manifold::kCapacity>& area) {
   area.fill(0.0);
   Manifold rest = contacts, same;
@@ -290,7 +294,8 @@ void spread_patches(const PatchPair& pair, Manifold& contacts,
     double each = 0.0;
     if (group.size > 0) {
       const Facing facing(pair, origin, deepest(same));
-      const OverlapRegion region = facing.is_flat() ? flat_region(facing) : OverlapRegion();
+      const OverlapRegion region =
+          facing.is_flat() ? flat_region(facing, scratch) : OverlapRegion();
       if (region.area > 0.0 && first + kPatchPoints + rest.size <= Manifold::kCapacity) {
         add_patch(region, facing.normal, origin, contacts);
         for (int k = first; k < contacts.size; ++k) area[k] = share * region.area / kPatchPoints;

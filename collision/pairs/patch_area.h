@@ -21,7 +21,9 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
+#include "counterpoint/collision/convex/feature.h"
 #include "counterpoint/collision/manifold.h"
 #include "counterpoint/model/geometry.h"
 
@@ -37,12 +39,23 @@ struct PatchPair {
   Motion displacement;
 };
 
+/// A face of a shape, and its bounds in the plane of the contact [m].
+struct PatchFace {
+  Feature face;
+  Eigen::AlignedBox2d bounds;
+};
+
+/// Memory for the faces of two shapes that may overlap.
+struct PatchFaces {
+  std::vector<PatchFace> a, b;
+};
+
 /// Spreads the contacts of a pair over their patches and sets the area of each [m^2], 0 for one
 /// that neither touches nor will within the step. Contacts of one normal share a patch; terrain
 /// counts as the tangent plane at the deepest of them, with the share of the pair's points that
 /// have this normal. Points stay where they are if the patches of several normals need more than
 /// eight. Two bodies without a face meet as two balls.
-void spread_patches(const PatchPair& pair, Manifold& contacts,
+void spread_patches(const PatchPair& pair, PatchFaces& scratch, Manifold& contacts,
                     std::array<double, Manifold::kCapacity>& area);
 
 }  // namespace counterpoint::collision
