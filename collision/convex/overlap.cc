@@ -15,21 +15,14 @@ namespace {
 using Vector4 = Eigen::Vector4d;
 
 /// Integrates the depth over a segment: the cross-section of a depth d has the area 4/3 d sqrt(2 R
-/// d), of a sharp one d^2. Each cap of a ball adds half of pi R d^2.
+/// d). Each cap of a ball adds half of pi R d^2.
 double segment_volume(double length, double gap_0, double gap_1, double radius, bool has_caps) {
   const double d0 = std::max(-gap_0, 0.0), d1 = std::max(-gap_1, 0.0);
   if (!(gap_0 < 0.0) || !(gap_1 < 0.0)) length *= (d0 + d1) / std::abs(gap_1 - gap_0);
-  const auto section = [radius](double d) {
-    return radius > 0.0 ? 4.0 / 3.0 * d * std::sqrt(2.0 * radius * d) : d * d;
-  };
+  const auto section = [radius](double d) { return 4.0 / 3.0 * d * std::sqrt(2.0 * radius * d); };
   const double mean = (section(d0) + 4.0 * section(0.5 * (d0 + d1)) + section(d1)) / 6.0;
   const double caps = has_caps ? 0.5 * std::numbers::pi * radius * (d0 * d0 + d1 * d1) : 0.0;
   return (d0 + d1 > 0.0 ? length * mean : 0.0) + caps;
-}
-
-/// Volume of a ball of this radius, or of a sharp cone, sunk into a plane by d.
-double point_volume(double d, double radius) {
-  return std::numbers::pi * d * d * (radius > 0.0 ? radius : d / 3.0);
 }
 
 /// Twice the signed area of the triangle o, p, q in the plane.
@@ -91,7 +84,7 @@ double round_overlap(const Feature& a, const Feature& b, const Vector3& normal,
                      const GapShift& shift, double radius, bool has_caps, double deepest) {
   const bool a_faces = faces(a, normal, 0.0), b_faces = faces(b, -normal, 0.0);
   if (!(a_faces && b.size == 2) && !(b_faces && a.size == 2))
-    return point_volume(std::max(-deepest, 0.0), radius);
+    return std::numbers::pi * radius * std::min(deepest, 0.0) * std::min(deepest, 0.0);
   const Matrix3 frame = frame_from_normal(normal);
   Patch line;
   clip_to_polygon(frame, a_faces ? b : a, a_faces ? a : b, 0.0, line);

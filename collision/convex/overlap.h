@@ -32,8 +32,7 @@ void add_overlap(const Feature& a, const Feature& b, const Vector3& normal, cons
 /// Returns the integral of the depth where a polygon meets a segment or a point, or two of these
 /// meet, along the unit vector `normal` from A to B [m^3].
 /// @param shift    added to all gaps
-/// @param radius   relative radius of curvature of the segment or point [m]; 0: sharp, with flanks
-///                 of 45 degrees
+/// @param radius   relative radius of curvature of the segment or point [m]
 /// @param has_caps the segment or point is the core of a capsule or a ball
 /// @param deepest  least gap, used where no polygon meets a segment [m]
 double round_overlap(const Feature& a, const Feature& b, const Vector3& normal,

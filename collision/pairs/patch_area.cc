@@ -18,13 +18,13 @@ using Matrix2 = Eigen::Matrix2d;
 
 /// Largest 1 - cosine between normals of one patch.
 constexpr double kOnePlane = 1e-9;
-/// Ratio of width and length of a region, squared, below which its width is round-off.
-constexpr double kLine = 1e-14;
+/// Ratio of width and length of a region below which its width is round-off.
+constexpr double kLine = 1e-7;
 /// Half the diagonal of the square that stands for ground, in radii of the other shape: wherever it
 /// touches the middle, the shape lies within.
 constexpr double kWide = 8.0;
-/// Points that carry a patch.
-constexpr int kPatchPoints = 4;
+/// The points that carry a patch, in units of the root of its second moments per area.
+constexpr std::array<std::array<double, 2>, 4> kPlaces{{{1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
 
 bool is_unbounded(const Shape& shape) {
   return shape.type == ShapeType::kPlane || shape.type == ShapeType::kTerrain;
@@ -78,7 +78,7 @@ struct Side {
   Pose X;
   Vector3 direction;  ///< unit, towards the other shape
   Feature feature;    ///< the one that faces the other shape
-  double top;         ///< of all its points, the farthest along the direction [m]
+  double top;         ///< how far the shape reaches along the direction [m]
 };
 
 /// Sets feature and top; the end of a cylinder has its true area. Ground: its tangent plane at
@@ -159,8 +159,8 @@ struct Group {
 struct Facing {
   Side a, b;
   Vector3 normal;     ///< unit, from A to B
-  GapShift shift;     ///< of the gaps within the step
-  double most = 0.0;  ///< greatest amount of that shift [m]
+  GapShift shift;     ///< change of the gaps within the step
+  double most = 0.0;  ///< greatest amount of that change [m]
 
   Facing(const PatchPair& pair, const Vector3& origin, const ContactPoint& deepest)
       : a{pair.a, {pair.X_WA.rotation, pair.X_WA.translation - origin}, deepest.normal, {}, 0.0},
@@ -199,7 +199,7 @@ Matrix2 square_root(const Matrix2& m) {
 
 /// Adds four points of equal areas with the area, the centroid and the second moments of a region,
 /// which lie within it if it is convex (Kannan, Lovasz and Simonovits 1995, "Isoperimetric problems
-/// for convex bodies and a localization lemma", theorem 4.1), and with the integral and the first
+/// for convex bodies and a localization lemma"), and with the integral and the first
 /// moments of its depth.
 void add_patch(const OverlapRegion& region, const Vector3& normal, const Vector3& origin,
                Manifold& out) {
@@ -207,11 +207,11 @@ void add_patch(const OverlapRegion& region, const Vector3& normal, const Vector3
   const Matrix2 width = square_root(region.places / region.area - centre * centre.transpose());
   Matrix2 slope = Matrix2::Zero();
   const double determinant = width.determinant(), trace = width.trace();
-  if (determinant > std::sqrt(kLine) * trace * trace)
+  if (determinant > kLine * trace * trace)
     slope = width.inverse() * (region.moments / region.area - centre * mean.transpose());
   const Matrix3 frame = frame_from_normal(normal);
-  for (const Vector2& at : {Vector2(1, 1), Vector2(-1, 1), Vector2(-1, -1), Vector2(1, -1)}) {
-    const Vector2 place = centre + width * at, fields = mean + slope.transpose() * at;
+  for (const auto& [x, y] : kPlaces) {
+    const Vector2 at(x, y), place = centre + width * at, fields = mean + slope.transpose() * at;
     out.add(origin + frame * Vector3(place.x(), place.y(), fields[1]), normal, -fields[0]);
   }
 }
@@ -285,6 +285,7 @@ void spread_patches(const PatchPair& pair, PatchFaces& scratch, Manifold& contac
   Manifold rest = contacts, same;
   Group group;
   const double total = contacts.size;
+  const int spread = kPlaces.size();
   contacts.size = 0;
   while (rest.size > 0) {
     const Vector3 origin = rest.points[0].position;
@@ -296,9 +297,9 @@ void spread_patches(const PatchPair& pair, PatchFaces& scratch, Manifold& contac
       const Facing facing(pair, origin, deepest(same));
       const OverlapRegion region =
           facing.is_flat() ? flat_region(facing, scratch) : OverlapRegion();
-      if (region.area > 0.0 && first + kPatchPoints + rest.size <= Manifold::kCapacity) {
+      if (region.area > 0.0 && first + spread + rest.size <= Manifold::kCapacity) {
         add_patch(region, facing.normal, origin, contacts);
-        for (int k = first; k < contacts.size; ++k) area[k] = share * region.area / kPatchPoints;
+        for (int k = first; k < contacts.size; ++k) area[k] = share * region.area / spread;
         continue;
       }
       each = share * (facing.is_flat() ? even_area(region, group) : even_area(facing, group));

@@ -14,7 +14,6 @@
 //
 //   ball, radius R                    pi R d^2
 //   cylinder, length L, on its side   4/3 L d sqrt(2 R d)
-//   corner                            pi d^3 / 3, a cone of 45 degrees
 //
 // A region that grows within the step is the one that it reaches at its present velocity: otherwise
 // a face that closes its gap would meet no spring.

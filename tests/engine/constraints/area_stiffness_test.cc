@@ -346,7 +346,7 @@ TEST(AreaStiffness, DerivativesAreThoseOfDifferences) {
   while (sim.last_forces().contacts.empty() || sim.last_forces().contacts[0].force.norm() < 1.0);
   const State& s = sim.state();
   const VectorX next = s.v;
-  EXPECT_FALSE(test::expect_exact(scene, {s.q, s.v, next, {}}, "box", true, 1e-6));
+  EXPECT_FALSE(test::expect_exact(scene, {s.q, s.v, next, {}}, "box", true, 1e-7));
 }
 
 TEST(AreaStiffness, SettingsThatContradictAreRefused) {
