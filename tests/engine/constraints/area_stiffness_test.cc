@@ -157,16 +157,9 @@ struct Pressure {
   Eigen::Vector2d moment = Eigen::Vector2d::Zero();
 };
 
-/// Presses a box of these half sizes at a pose on soft ground z = 0.
-Pressure press(const Vector3& half, const Pose& X) {
-  const test::TempFolder folder;
-  const Scene scene =
-      load_scene(folder.write("scene.yaml", fmt::format(R"(
-ground: {{}}
-models:
-  - {{name: box, box: [{}, {}, {}], mass: 1, stiffness_per_area: {}}}
-)",
-                                                        half.x(), half.y(), half.z(), kStiffness)));
+/// Presses a shape at a pose on soft ground z = 0.
+Pressure press(const std::string& shape, const Pose& X) {
+  const Scene scene = on_ground(shape, 1.0, 0.0);
   collision::SceneQuery query(scene.model);
   query.set_poses(std::vector<Pose>{Pose(), X});
   Pressure out;
@@ -178,6 +171,10 @@ models:
     out.moment += force * Eigen::Vector2d(c.position.y(), -c.position.x());
   }
   return out;
+}
+
+std::string box(const Vector3& half) {
+  return fmt::format("box: [{}, {}, {}]", half.x(), half.y(), half.z());
 }
 
 Pose lowered(const Matrix3& rotation, const Vector3& half, double depth) {
@@ -201,7 +198,7 @@ TEST(AreaStiffness, AFaceResistsTiltingByItsSecondMomentOfArea) {
       const Matrix3 tilt = turn(kTilt, Vector3::UnitX());
       const Vector3 middle(0.0, 0.0, -kDepth);
       const Pose X(tilt * turn(yaw, Vector3::UnitZ()), middle + tilt * Vector3(0, 0, half.z()));
-      const Pressure now = press(half, X);
+      const Pressure now = press(box(half), X);
       // Sides overlap and the depth changes by the square of the tilt.
       constexpr double kSquare = 10.0 * kTilt;
       EXPECT_NEAR(now.force, kStiffness * area * kDepth, kSquare * now.force);
@@ -243,17 +240,35 @@ TEST(AreaStiffness, ABodyPressesWithItsBuoyancy) {
     const double legs[2] = {kDepth / std::sin(a), kDepth / std::cos(a)};
     const Vector3 centroid = edge + tilt * Vector3(-legs[0] / 3.0, 0.0, legs[1] / 3.0);
     const double force = kStiffness * 0.5 * legs[0] * legs[1] * 2.0 * kHalf;
-    const Pressure now = press(half, X);
+    const Pressure now = press(box(half), X);
     EXPECT_NEAR(now.force, force, kRoundOff * force) << a;
     EXPECT_NEAR(now.moment.y(), -force * centroid.x(), kRoundOff * force) << a;
   }
   // The diagonal upright: the corner cuts a pyramid of three legs d sqrt(3).
   const Matrix3 upright =
       Eigen::Quaterniond::FromTwoVectors(Vector3(-1, -1, -1), -Vector3::UnitZ()).toRotationMatrix();
-  const Pressure now = press(half, lowered(upright, half, kDepth));
+  const Pressure now = press(box(half), lowered(upright, half, kDepth));
   const double force = kStiffness * std::pow(std::sqrt(3.0) * kDepth, 3) / 6.0;
   EXPECT_NEAR(now.force, force, 1e-9 * force);
   EXPECT_LT(now.moment.norm(), 1e-9 * force * kHalf);
+}
+
+// All faces of a mesh press that are below the ground: a prism of 24 sides on its side.
+TEST(AreaStiffness, AMeshPressesWithAllItsFaces) {
+  constexpr double kRadius = 0.2, kDepth = 0.03, kHalf = 0.0625, kSingle = 1e-6;
+  double below = 0.0;
+  for (int i = 0; i < 24; ++i) {
+    const Eigen::Vector2d p = corner(i, 24, kRadius), q = corner(i + 1, 24, kRadius);
+    const double dp = p.x() - (kRadius - kDepth), dq = q.x() - (kRadius - kDepth);
+    if (dp <= 0.0 && dq <= 0.0) continue;
+    const double part = dp > 0.0 && dq > 0.0 ? 1.0 : std::max(dp, dq) / std::abs(dp - dq);
+    below += 0.5 * (std::max(dp, 0.0) + std::max(dq, 0.0)) * part * std::abs(q.y() - p.y());
+  }
+  const Pose X(turn(kPi / 2, Vector3::UnitY()), Vector3(0.0, 0.0, kRadius - kDepth));
+  const Pressure now = press("mesh: prism.obj", X);
+  const double force = kStiffness * below * 2.0 * kHalf;
+  EXPECT_NEAR(now.force, force, kSingle * force);  // meshes are in single precision
+  EXPECT_LT(now.moment.norm(), kSingle * force * kRadius);
 }
 
 // A tyre's load curve: a cylinder of radius R and length L on its side carries k_A L 4/3 d sqrt(2 R
