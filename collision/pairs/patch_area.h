@@ -7,8 +7,9 @@
 // flat faces: all faces of A that look along the normal against all of B that look back. Four
 // points replace those of the pair. They have the area of the region of overlap, its centroid and
 // its second moments, and their depths have the integral and the first moments of d. The force is
-// thus k_A V at the centre of pressure, minus the derivative of U by the pose, and the springs of
-// the points have the second derivatives of U, such as the tilting stiffness k_A I.
+// thus k_A V at the centre of pressure, and the springs of the points resist as the whole region
+// does, tilting with k_A I. These are the derivatives of U by the pose but for the pressure on
+// walls along the normal, of the order of depth over size.
 //
 // other features: V is shared among the points in proportion to their depth.
 //

@@ -8,11 +8,8 @@
 #include <string>
 
 #include "counterpoint/collision/collider.h"
-#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/paths.h"
-#include "support/recover.h"
-#include "support/step_derivatives.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint::area_stiffness_test {
@@ -288,6 +285,31 @@ TEST(AreaStiffness, RoundShapesCarryTheVolumeOfTheirOverlap) {
   }
 }
 
+// Friction acts at the distance R / sqrt(2) from the middle of a disc of the radius R, whose second
+// moment is R^2 / 4 about each axis.
+TEST(AreaStiffness, ADiscIsBrakedByFrictionAtItsPoints) {
+  constexpr double kRadius = 0.2, kMass = 5.0, kFriction = 0.5, kSpin = 20.0, kTime = 0.2;
+  const double depth = kMass * kStandardGravity / (kStiffness * kPi * kRadius * kRadius);
+  const test::TempFolder folder;
+  Simulator sim(
+      load_scene(folder.write("scene.yaml", fmt::format(R"(
+time_step: 0.002
+ground: {{friction: {}}}
+models:
+  - {{name: disc, cylinder: [{}, 0.1], mass: {}, position: [0, 0, {}], friction: {},
+     stiffness_per_area: {}, damping_per_area: 1.0e+5, velocity: {{angular: [0, 0, {}]}}}}
+)",
+                                                        kFriction, kRadius, kMass, 0.05 - depth,
+                                                        kFriction, kStiffness, kSpin))));
+  while (sim.state().time < kTime - 1e-9) ASSERT_TRUE(sim.step().succeeded());
+  const double braking =
+      kFriction * kStandardGravity * (kRadius / std::sqrt(2.0)) / (0.5 * kRadius * kRadius);
+  // The rim of sixteen corners has a second moment that is 1.3e-4 too large at the same area, and a
+  // step is a hundredth of the time.
+  constexpr double kRim = 2e-3;
+  EXPECT_NEAR(kSpin - sim.state().v[5], braking * kTime, kRim * braking * kTime);
+}
+
 // A wheel that rolls keeps depth, load and speed: its points stay the lowest of its rim.
 TEST(AreaStiffness, ARollingWheelKeepsItsLoad) {
   Simulator sim(load_scene(test::source_dir() + "/data/scenes/tyre.yaml"));
@@ -299,69 +321,6 @@ TEST(AreaStiffness, ARollingWheelKeepsItsLoad) {
   EXPECT_NEAR(load, 300.0 * kStandardGravity, 300.0 * kStandardGravity * kSettled);
   EXPECT_NEAR(sim.state().q[2], start.q[2], kSettled);
   EXPECT_NEAR(sim.state().v[0], start.v[0], kSettled * start.v[0]);
-}
-
-/// Kinetic and potential energy, without springs [J].
-double energy(const Simulator& sim) {
-  Dynamics dynamics(sim.model());
-  dynamics.set_state(sim.state().q, sim.state().v);
-  return dynamics.kinetic_energy() + dynamics.potential_energy();
-}
-
-/// A box that is thrown onto its edges and corners. `dissipation`: of its surface [s/m].
-Scene tumbling(double h, double dissipation, const std::string& more = "", double friction = 0.5) {
-  const test::TempFolder folder;
-  return load_scene(
-      folder.write("scene.yaml", fmt::format(R"(
-time_step: {}
-{}
-ground: {{friction: {}}}
-models:
-  - {{name: box, box: [0.1, 0.15, 0.2], mass: 2, position: [0, 0, 0.3], rpy: [0.2, 0.4, 0.1],
-     stiffness_per_area: 3.0e+5, dissipation: {}, friction: {},
-     velocity: {{linear: [0.5, -0.2, -1], angular: [2, 3, 1]}}}}
-)",
-                                             h, more, friction, dissipation, friction)));
-}
-
-// Patches grow, shrink and change from face to edge to corner while a box tumbles. Their forces are
-// those of a potential: without a damper no step adds energy.
-TEST(AreaStiffness, ChangingPatchesGainNoEnergy) {
-  constexpr double kRoundOff = 1e-9;
-  for (const char* integrator : {"semi_implicit_euler", "implicit_midpoint"}) {
-    for (const double h : {0.0005, 0.002, 0.01}) {
-      for (const double friction : {0.0, 0.5}) {
-        Simulator sim(tumbling(h, 0.0, fmt::format("integrator: {}", integrator), friction));
-        const double start = energy(sim);
-        double most = 0.0;
-        while (sim.state().time < 0.6) {
-          ASSERT_TRUE(sim.step().succeeded());
-          most = std::max(most, energy(sim) / start);
-        }
-        EXPECT_LE(most, 1.0 + kRoundOff) << integrator << h << friction;
-      }
-    }
-  }
-}
-
-TEST(AreaStiffness, TheInverseRecoversTheForces) {
-  for (const char* friction : {"convex", "coulomb"}) {
-    Simulator sim(tumbling(0.002, 0.2, fmt::format("contact: {{friction_model: {}}}", friction)));
-    test::Random random(5);
-    EXPECT_LT(test::recover(sim, 400, 8.0, random), test::kRecovered) << friction;
-  }
-}
-
-// The share of a point changes with the poses, for which there is no closed form: the derivatives
-// are differences of the whole inverse, and say so.
-TEST(AreaStiffness, DerivativesAreThoseOfDifferences) {
-  Scene scene = tumbling(0.002, 0.2);
-  Simulator sim(scene);
-  do ASSERT_TRUE(sim.step().succeeded());
-  while (sim.last_forces().contacts.empty() || sim.last_forces().contacts[0].force.norm() < 1.0);
-  const State& s = sim.state();
-  const VectorX next = s.v;
-  EXPECT_FALSE(test::expect_exact(scene, {s.q, s.v, next, {}}, "box", true, 1e-7));
 }
 
 TEST(AreaStiffness, SettingsThatContradictAreRefused) {
