@@ -199,8 +199,8 @@ Matrix2 square_root(const Matrix2& m) {
 
 /// Adds four points of equal areas with the area, the centroid and the second moments of a region,
 /// which lie within it if it is convex (Kannan, Lovasz and Simonovits 1995, "Isoperimetric problems
-/// for convex bodies and a localization lemma"), and with the integral and the first
-/// moments of its depth.
+/// for convex bodies and a localization lemma"), and with the integral and the first moments of its
+/// depth.
 void add_patch(const OverlapRegion& region, const Vector3& normal, const Vector3& origin,
                Manifold& out) {
   const Vector2 centre = region.place / region.area, mean = region.fields / region.area;
