@@ -24,6 +24,8 @@ using tinyxml2::XMLElement;
 struct Robot {
   fs::path file;  ///< empty for a shape defined in the scene file
   std::string prefix;
+  fs::path mesh = {};  ///< of an object that fills one; else empty
+  Vector3 scale = Vector3::Ones();
 };
 
 /// Parses `count` numbers between blanks; returns nothing if one is missing or not finite.
@@ -79,6 +81,9 @@ std::vector<Robot> robots_of(const fs::path& scene_file, Packages& packages) {
       }
       name = robot_name(robot.file);
     }
+    if (entry["mesh"]) robot.mesh = folder / entry["mesh"].as<std::string>();
+    if (entry["mesh"] && entry["scale"])
+      robot.scale = Vector3(entry["scale"].as<std::vector<double>>().data());
     if (entry["name"]) name = entry["name"].as<std::string>();
     const int count = entry["count"] ? entry["count"].as<int>() : 1;
     const bool bare = models.size() == 1 && count == 1 && !entry["name"];
@@ -215,6 +220,30 @@ bool is_collision_shape(const Visual& visual, const Model& model) {
       });
 }
 
+/// Mesh files by path and scale, as indices into Visuals::meshes.
+using MeshIndices = std::map<std::pair<fs::path, std::array<double, 3>>, int>;
+
+/// Adds the mesh of an object that collides as convex pieces; false if it collides as its hull.
+bool add_object(const Robot& object, const Model& model, MeshIndices& meshes, Visuals& out) {
+  const auto piece = std::find_if(
+      model.geometries().begin(), model.geometries().end(),
+      [&](const Geometry& g) { return g.name == object.prefix + "body/shape#0"; });
+  if (piece == model.geometries().end()) return false;
+  const Vector3& by = object.scale;
+  const auto [entry, is_new] = meshes.try_emplace({object.mesh, {by.x(), by.y(), by.z()}}, 0);
+  if (is_new) {
+    entry->second = static_cast<int>(out.meshes.size());
+    out.meshes.push_back(load_mesh(object.mesh, by));
+  }
+  Visual& visual = out.shapes.emplace_back();
+  visual.name = object.prefix + "body";
+  visual.body = piece->body;
+  visual.X_BV = piece->X_BG;
+  visual.shape.type = ShapeType::kConvexMesh;
+  visual.mesh = entry->second;
+  return true;
+}
+
 void limit_triangles(Visuals& visuals) {
   size_t before = 0, after = 0, wanted = 0;
   for (const TriangleMesh& mesh : visuals.meshes) {
@@ -278,9 +307,15 @@ Visuals read_visuals(const fs::path& scene_file, const Model& model,
   std::map<std::string, const Frame*> frames;
   for (const Frame& frame : model.frames()) frames[frame.name] = &frame;
   std::map<fs::path, std::unique_ptr<RobotFile>> files;
+  MeshIndices meshes;
   bool new_looks = false;
   const std::vector<Robot> robots = robots_of(scene_file, packages);
   for (size_t i = 0; i < robots.size(); ++i) {
+    if (!robots[i].mesh.empty() && add_object(robots[i], model, meshes, out)) {
+      out.shapes.back().instance = static_cast<int>(i);
+      out.instances.push_back(static_cast<int>(i));
+      new_looks = true;
+    }
     if (robots[i].file.empty()) continue;
     auto& file = files[robots[i].file];
     if (!file) file = std::make_unique<RobotFile>(robots[i].file, packages, out);

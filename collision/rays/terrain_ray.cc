@@ -27,19 +27,20 @@ bool meets(const TriangleTree::Node& box, const Vector3& origin, const Vector3& 
   return enter <= exit + 1e-9 * (1.0 + std::abs(exit));
 }
 
-enum class Side : unsigned char { kFront, kBack };
+// The side of a triangle that a ray sees.
+enum class Shows : unsigned char { kFront, kBack };
 
-// Returns the ray parameter where it crosses a triangle from this side; infinity if it does
+// Returns the ray parameter where it crosses a triangle that shows this side; infinity if it does
 // not. Uses the signed volumes of the ray with each edge: neighbours compute the same number, so no
 // ray passes between them.
 double hit(const Terrain& terrain, const Terrain::Triangle& t, const Vector3& origin,
-           const Vector3& direction, Side side) {
+           const Vector3& direction, Shows shows) {
   const double slope = t.normal.dot(direction);
-  if (!(side == Side::kFront ? slope < 0.0 : slope > 0.0)) return kInfinity;
+  if (!(shows == Shows::kFront ? slope < 0.0 : slope > 0.0)) return kInfinity;
   for (int k = 0; k < 3; ++k) {
     int from = t.vertices[k];
     int to = t.vertices[(k + 1) % 3];
-    const double sign = (from < to) == (side == Side::kFront) ? 1.0 : -1.0;
+    const double sign = (from < to) == (shows == Shows::kFront) ? 1.0 : -1.0;
     if (from > to) std::swap(from, to);
     const Vector3 p = terrain.vertices[from] - origin;
     const Vector3 q = terrain.vertices[to] - origin;
@@ -56,7 +57,7 @@ struct Crossing {
 
 // Returns the first crossing within max_distance.
 Crossing first_crossing(const Terrain& terrain, const Vector3& origin, const Vector3& direction,
-                        double max_distance, Side side) {
+                        double max_distance, Shows shows) {
   double nearest = kInfinity;
   int found = -1;
   std::array<int, 64> stack;  // deeper than any tree (TriangleTree)
@@ -68,7 +69,7 @@ Crossing first_crossing(const Terrain& terrain, const Vector3& origin, const Vec
     if (!meets(node, origin, direction, std::min(nearest, max_distance))) continue;
     for (int i = node.first; i < node.first + node.count; ++i) {
       const int t = terrain.tree.order[i];
-      const double at = hit(terrain, terrain.triangles[t], origin, direction, side);
+      const double at = hit(terrain, terrain.triangles[t], origin, direction, shows);
       if (at < 0.0 || at > max_distance) continue;
       if (at < nearest || (at == nearest && t < found)) {
         nearest = at;
@@ -86,15 +87,15 @@ Crossing first_crossing(const Terrain& terrain, const Vector3& origin, const Vec
 
 std::optional<RayHit> cast_terrain_ray(const Terrain& terrain, const Vector3& origin,
                                        const Vector3& direction, double max_distance) {
-  const Crossing first = first_crossing(terrain, origin, direction, max_distance, Side::kFront);
+  const Crossing first = first_crossing(terrain, origin, direction, max_distance, Shows::kFront);
   if (first.triangle < 0) return std::nullopt;
   return RayHit{first.at, origin + first.at * direction, terrain.triangles[first.triangle].normal};
 }
 
 bool is_behind(const Terrain& terrain, const Vector3& point, const Vector3& direction,
                double max_distance) {
-  const double back = first_crossing(terrain, point, direction, max_distance, Side::kBack).at;
-  const double front = first_crossing(terrain, point, direction, max_distance, Side::kFront).at;
+  const double back = first_crossing(terrain, point, direction, max_distance, Shows::kBack).at;
+  const double front = first_crossing(terrain, point, direction, max_distance, Shows::kFront).at;
   return back < front;
 }
 

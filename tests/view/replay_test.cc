@@ -176,6 +176,19 @@ TEST(Visuals, AreThoseOfTheRobotWhereItsLinksAre) {
   EXPECT_TRUE(read_visuals(cube, load_scene(cube).model, {}).shapes.empty());
 }
 
+// The page shows the mesh of an object in pieces, and the pieces, which collide, beside it.
+TEST(Visuals, AnObjectInPiecesShowsItsMesh) {
+  const std::string file = test::source_dir() + "/data/scenes/hollow/brackets_in_bin.yaml";
+  const Scene scene = load_scene(file);
+  const Visuals visuals = read_visuals(file, scene.model, {});
+  EXPECT_EQ(visuals.shapes.size(), 30U);
+  EXPECT_EQ(visuals.instances.size(), 30U);
+  ASSERT_EQ(visuals.meshes.size(), 1U);  // of all thirty brackets
+  EXPECT_EQ(visuals.meshes[0].triangles.size(), 20U);
+  for (const Visual& visual : visuals.shapes)
+    EXPECT_EQ(scene.model.joint(visual.body - 1).link, visual.name);
+}
+
 TEST(Replay, FramesAreThoseAskedFor) {
   const Scene scene = load_scene(kScenes + "cube_drop.yaml");
   const double h = scene.options.time_step;
