@@ -53,6 +53,7 @@ class Reader {
     if (root.WorldCount() > 0) return read_world(*root.WorldByIndex(0));
     if (root.Model() != nullptr) {
       model_.name = root.Model()->Name();
+      shapes_.load_ahead({root.Model()});
       return read_model(*root.Model(), "");
     }
     throw InputError(fmt::format("{}: there is no <world> and no <model>", model_.where));
@@ -75,10 +76,11 @@ class Reader {
         document_.fail(element, "<max_step_size>: a positive number is expected");
     }
     windy_ = world.WindLinearVelocity() != ignition::math::Vector3d::Zero;
-    for (std::uint64_t i = 0; i < world.ModelCount(); ++i) {
-      const sdf::Model& model = *world.ModelByIndex(i);
-      document_.faults.collect([&] { read_model(model, model.Name() + "/"); });
-    }
+    std::vector<const sdf::Model*> models;
+    for (std::uint64_t i = 0; i < world.ModelCount(); ++i) models.push_back(world.ModelByIndex(i));
+    shapes_.load_ahead(models);
+    for (const sdf::Model* model : models)
+      document_.faults.collect([&] { read_model(*model, model->Name() + "/"); });
   }
 
   void read_model(const sdf::Model& model, const std::string& prefix) {

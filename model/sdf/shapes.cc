@@ -6,6 +6,7 @@
 #include <sdf/Capsule.hh>
 #include <sdf/Cylinder.hh>
 #include <sdf/Ellipsoid.hh>
+#include <sdf/Link.hh>
 #include <sdf/Plane.hh>
 #include <sdf/Sphere.hh>
 
@@ -32,6 +33,33 @@ Shape simple(ShapeType type, const Vector3& size) { return {type, size, nullptr}
 ShapeReader::ShapeReader(Document& document)
     : document_(document),
       hulls_(document.options().hulls ? document.options().hulls : std::make_shared<HullCache>()) {}
+
+void ShapeReader::load_ahead(const std::vector<const sdf::Model*>& models) {
+  std::vector<HullCache::MeshFile> meshes;
+  for (const sdf::Model* model : models) list_meshes(*model, false, meshes);
+  hulls_->load_ahead(meshes);
+}
+
+void ShapeReader::list_meshes(const sdf::Model& model, bool is_static,
+                              std::vector<HullCache::MeshFile>& out) {
+  is_static = is_static || model.Static();
+  for (std::uint64_t l = 0; l < model.LinkCount(); ++l) {
+    const sdf::Link& link = *model.LinkByIndex(l);
+    for (std::uint64_t c = 0; c < link.CollisionCount(); ++c) {
+      const sdf::Collision& collision = *link.CollisionByIndex(c);
+      if (collision.Geom()->Type() != sdf::GeometryType::MESH) continue;
+      const sdf::Mesh& mesh = *collision.Geom()->MeshShape();
+      const sdf::ElementPtr element = collision.Element();
+      try {
+        out.push_back(
+            mesh_file(path_of(mesh.Uri(), element, "mesh").file, mesh, element, is_static));
+      } catch (const InputError&) {  // read() says where
+      }
+    }
+  }
+  for (std::uint64_t i = 0; i < model.ModelCount(); ++i)
+    list_meshes(*model.ModelByIndex(i), is_static, out);
+}
 
 CollisionRead ShapeReader::read(const sdf::Collision& in, bool is_static,
                                 const std::optional<double>& density) {
@@ -130,10 +158,7 @@ SpatialInertia ShapeReader::unit_inertia(const sdf::Geometry& in, const sdf::Ele
     case sdf::GeometryType::MESH: {
       const sdf::Mesh& of = *in.MeshShape();
       const TriangleMesh mesh =
-          load_mesh(find_mesh(of.Uri(), document_.folder_of(element), document_.options().packages,
-                              document_.where(element), "mesh")
-                        .file,
-                    to_vector(of.Scale()));
+          load_mesh(path_of(of.Uri(), element, "mesh").file, to_vector(of.Scale()));
       if (!is_closed(mesh))
         document_.fail(element, fmt::format("mesh '{}' is open, so that it encloses no volume with "
                                             "a mass; give the link <mass> and <inertia>",
@@ -145,14 +170,17 @@ SpatialInertia ShapeReader::unit_inertia(const sdf::Geometry& in, const sdf::Ele
   }
 }
 
+MeshPath ShapeReader::path_of(const std::string& uri, const sdf::ElementPtr& element,
+                              const char* kind) const {
+  return find_mesh(uri, document_.folder_of(element), document_.options().packages,
+                   document_.where(element), kind);
+}
+
 std::filesystem::path ShapeReader::find(const std::string& uri, const sdf::ElementPtr& element,
                                         const char* kind) {
-  const std::string where = document_.where(element);
-  const MeshPath path =
-      find_mesh(uri, document_.folder_of(element), document_.options().packages, where, kind);
+  const MeshPath path = path_of(uri, element, kind);
   if (path.guessed)
-    document_.notes.push_back(
-        {where, fmt::format("'{}' is taken to be {}", uri, path.file.string())});
+    document_.note(element, fmt::format("'{}' is taken to be {}", uri, path.file.string()));
   return path.file;
 }
 
@@ -175,19 +203,24 @@ std::optional<MeshCollision> ShapeReader::collision_of(const sdf::ElementPtr& co
   return MeshCollision{MeshKind::kPieces, 0.0, static_cast<int>(most)};
 }
 
+HullCache::MeshFile ShapeReader::mesh_file(const std::filesystem::path& file, const sdf::Mesh& mesh,
+                                           const sdf::ElementPtr& element, bool is_static) {
+  const std::optional<MeshCollision> how = collision_of(element);
+  // One that never moves needs no pieces: it has its triangles.
+  return {file, to_vector(mesh.Scale()), is_static ? MeshCollision{MeshKind::kHull, 0.0, 1} : how};
+}
+
 Shape ShapeReader::mesh(const sdf::Mesh& in, const sdf::ElementPtr& element, bool is_static) {
   if (!in.Submesh().empty())
     document_.fail(element,
                    fmt::format("<submesh> '{}' is not supported; put it into a file of its own",
                                in.Submesh()));
-  const std::filesystem::path file = find(in.Uri(), element, "mesh");
-  const Vector3 scale = to_vector(in.Scale());
-  const std::optional<MeshCollision> how = collision_of(element);
+  const auto [file, scale, how] =
+      mesh_file(find(in.Uri(), element, "mesh"), in, element, is_static);
   try {
     std::shared_ptr<const ConvexMesh> hull;
     try {
-      // One that never moves needs no pieces: it has its triangles.
-      hull = hulls_->load(file, scale, is_static ? MeshCollision{MeshKind::kHull, 0.0, 1} : how);
+      hull = hulls_->load(file, scale, how);
     } catch (const InputError&) {
       if (!is_static) throw;  // flat, for example: triangles may still do
     }

@@ -5,6 +5,7 @@
 #include <sdf/Geometry.hh>
 #include <sdf/Heightmap.hh>
 #include <sdf/Mesh.hh>
+#include <sdf/Model.hh>
 
 #include "counterpoint/model/sdf/document.h"
 
@@ -24,6 +25,8 @@ struct CollisionRead {
 class ShapeReader {
  public:
   explicit ShapeReader(Document& document);
+  /// Makes the hulls of the models' meshes on all processors. One that fails is left to read().
+  void load_ahead(const std::vector<const sdf::Model*>& models);
   /// `is_static`: the model never moves; then a mesh with hollows collides as triangles, and planes
   /// and height maps are allowed. @throws InputError for shapes and surfaces that are not
   /// supported.
@@ -37,6 +40,10 @@ class ShapeReader {
                                   bool is_static);
   Shape mesh(const sdf::Mesh& mesh, const sdf::ElementPtr& element, bool is_static);
   std::optional<MeshCollision> collision_of(const sdf::ElementPtr& collision);
+  HullCache::MeshFile mesh_file(const std::filesystem::path& file, const sdf::Mesh& mesh,
+                                const sdf::ElementPtr& element, bool is_static);
+  /// Lists the meshes of a model and of those within it.
+  void list_meshes(const sdf::Model& model, bool is_static, std::vector<HullCache::MeshFile>& out);
   /// The solid of density 1 in the collision frame; X_CS: pose of the shape there.
   SpatialInertia unit_inertia(const sdf::Geometry& geometry, const sdf::ElementPtr& element,
                               const Shape& shape, const Pose& X_CS);
@@ -44,6 +51,8 @@ class ShapeReader {
   void read_surface(const sdf::ElementPtr& collision, CollisionRead& out);
   void read_friction(const sdf::ElementPtr& friction, CollisionRead& out);
   void read_stiffness(const sdf::ElementPtr& ode, Material& material);
+  MeshPath path_of(const std::string& uri, const sdf::ElementPtr& element, const char* kind) const;
+  /// The same file; notes if it was guessed.
   std::filesystem::path find(const std::string& uri, const sdf::ElementPtr& element,
                              const char* kind);
 

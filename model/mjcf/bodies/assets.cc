@@ -170,15 +170,34 @@ TriangleMesh Assets::triangles(const Mesh& mesh) const {
   return out;
 }
 
+std::optional<HullCache::MeshFile> Assets::plain_file(const Mesh& mesh) const {
+  if (mesh.file.empty() || !mesh.reference.isZero(0.0) || !mesh.turned.isIdentity(0.0)) return {};
+  const fs::path file = path(mesh.file, *mesh.element, "mesh");
+  if (lower_extension(file) == ".msh") return {};
+  return HullCache::MeshFile{file, mesh.scale, {}};
+}
+
+void Assets::load_ahead(const std::vector<std::string>& names) {
+  std::vector<HullCache::MeshFile> files;
+  for (const std::string& name : names) {
+    const auto found = meshes_.find(name);
+    if (found == meshes_.end()) continue;
+    try {
+      if (const auto file = plain_file(found->second)) files.push_back(*file);
+    } catch (const InputError&) {  // hull() says where
+    }
+  }
+  cache_->load_ahead(files);
+}
+
 std::shared_ptr<const ConvexMesh> Assets::hull(const std::string& name, const Element& user) {
   Mesh& mesh = find(name, user);
   if (mesh.hull) return mesh.hull;
   try {
-    const bool plain = mesh.reference.isZero(0.0) && mesh.turned.isIdentity(0.0);
-    const fs::path file = mesh.file.empty() ? fs::path() : path(mesh.file, *mesh.element, "mesh");
-    if (plain && !mesh.file.empty() && lower_extension(file) != ".msh") {
-      mesh.hull = cache_->load(file, mesh.scale);
+    if (const auto plain = plain_file(mesh)) {
+      mesh.hull = cache_->load(plain->file, plain->scale);
     } else {
+      const fs::path file = mesh.file.empty() ? fs::path() : path(mesh.file, *mesh.element, "mesh");
       const TriangleMesh all = triangles(mesh);
       ConvexMesh hull = *convex_mesh_of(all, cache_->collisions().of(file), file.string());
       hull.source.clear();  // the file alone does not give this hull: refpos, refquat or MSH
@@ -205,8 +224,8 @@ MassProperties Assets::mesh_mass(const std::string& name, const Element& user) {
   }
 }
 
-std::vector<Vector3> Assets::vertices(const std::string& name, const Element& user) {
-  return triangles(find(name, user)).vertices;
+TriangleMesh Assets::triangles(const std::string& name, const Element& user) {
+  return triangles(find(name, user));
 }
 
 std::shared_ptr<const Terrain> Assets::height_field(const std::string& name, const Element& user) {

@@ -3,7 +3,9 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/mesh/mesh_mass.h"
@@ -21,8 +23,10 @@ class Assets {
   /// read. hull() returns the convex hull and notes a hull that fills visible hollows.
   std::shared_ptr<const ConvexMesh> hull(const std::string& name, const Element& user);
   MassProperties mesh_mass(const std::string& name, const Element& user);
-  std::vector<Vector3> vertices(const std::string& name, const Element& user);
+  TriangleMesh triangles(const std::string& name, const Element& user);
   std::shared_ptr<const Terrain> height_field(const std::string& name, const Element& user);
+  /// Makes the hulls of meshes on all processors. One that fails is left to hull().
+  void load_ahead(const std::vector<std::string>& names);
 
  private:
   struct Mesh {
@@ -40,6 +44,9 @@ class Assets {
   std::filesystem::path path(const std::string& file, const Element& element,
                              const char* kind) const;
   TriangleMesh triangles(const Mesh& mesh) const;
+  /// The file of a mesh that collides as it stands there; nothing with refpos or refquat, or for
+  /// MSH files and given vertices.
+  std::optional<HullCache::MeshFile> plain_file(const Mesh& mesh) const;
 
   Document& document_;
   std::map<std::string, Mesh> meshes_;

@@ -34,12 +34,15 @@ class ContactReader {
         document_.fail(e, "<pair> or <exclude> is expected");
     });
     std::vector<int> active;
+    std::vector<std::string> meshes;
     for (int i = 0; i < static_cast<int>(bodies_.geoms.size()); ++i) {
       const Geom& geom = bodies_.geoms[i];
       if (geom.contype == 0 && geom.conaffinity == 0 && in_pair_.count(i) == 0) continue;
       active.push_back(i);
-      document_.faults.collect([&] { add_shape(geom); });
+      if (geom.type == "mesh") meshes.push_back(geom.mesh);
     }
+    assets_.load_ahead(meshes);
+    for (const int i : active) document_.faults.collect([&] { add_shape(bodies_.geoms[i]); });
     for (std::size_t a = 0; a < active.size(); ++a)
       for (std::size_t b = a + 1; b < active.size(); ++b) join(active[a], active[b]);
   }

@@ -57,7 +57,8 @@ Geom fit(const Geom& fitted, Assets& assets, Document& document) {
   if (fitted.fit_box) {
     Eigen::AlignedBox3d box;
     const Pose X_FM = X_MF.inverse();
-    for (const Vector3& p : assets.vertices(fitted.mesh, *fitted.element)) box.extend(X_FM * p);
+    for (const Vector3& p : assets.triangles(fitted.mesh, *fitted.element).vertices)
+      box.extend(X_FM * p);
     X_MF.translation = X_MF * Vector3(box.center());
     half = 0.5 * box.sizes();
   } else {
