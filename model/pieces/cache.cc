@@ -19,7 +19,7 @@ namespace counterpoint {
 namespace {
 
 // Grows whenever pieces of the same mesh change, or the format.
-constexpr std::uint64_t kVersion = 3;
+constexpr std::uint64_t kVersion = 4;
 // Read with another byte order it is another number.
 constexpr std::uint64_t kMagic = 0x43504e5450494543;
 // Meshes of fewer triangles are cut about as fast as a file is read.

@@ -12,7 +12,7 @@ namespace counterpoint {
 struct Pieces {
   std::vector<std::shared_ptr<const ConvexMesh>> pieces;  ///< at least one
   double tolerance = 0.0;                                 ///< the tolerance used [m]
-  /// Largest distance from the surface of the union to the solid, measured to a quarter of the
+  /// Largest distance from the surface of the union to the solid, measured to a tenth of the
   /// tolerance [m].
   double outside = 0.0;
   /// Largest distance from a corner, an edge's middle or a centroid of the mesh to the union [m]; 0
@@ -27,7 +27,7 @@ struct Pieces {
 /// tolerance, the part is cut by the plane, through a concave edge or the point nearest to such a
 /// point, that leaves the fewest of them in hulls, then the least volume (Mamou and Ghorbel 2009);
 /// then pieces are joined while within the tolerance. Holes narrower than twice the tolerance may
-/// be filled.
+/// be filled, and hollows that are closed, or open by such holes alone, are: they count as solid.
 ///
 /// The result is a pure function of its arguments; moving, turning or scaling mesh and tolerance
 /// changes it by rounding, for meshes of more than 600 triangles by a part of the tolerance, since

@@ -12,7 +12,7 @@ namespace {
 // Relative to the solid's size: points closer together are one.
 constexpr double kOnePoint = 1e-9;
 // Relative to the tolerance: accuracy of the measured distance.
-constexpr double kAccuracy = 0.25;
+constexpr double kAccuracy = 0.1;
 // Relative to the tolerance: points as near to a plane lie in it, so that the cut along a face
 // which is not quite flat leaves no slivers.
 constexpr double kFlat = 0.05;
@@ -125,10 +125,10 @@ std::vector<ReflexEdge> reflex_edges(const TriangleMesh& mesh) {
 Solid::Solid(const TriangleMesh& triangles, const TriangleMesh& simpler, const ConvexMesh& around,
              double tolerance_value)
     : nearest(triangles),
-      winding(triangles, nearest),
+      winding(triangles, nearest, 2.0 * tolerance_value),
       simple(simpler),
       nearest_simple(simple),
-      winding_simple(simple, nearest_simple),
+      winding_simple(simple, nearest_simple, 2.0 * tolerance_value, &winding),
       reflex(reflex_edges(simple)),
       axes(axes_of(around)),
       size(2.0 * around.radius),
@@ -209,7 +209,10 @@ FarthestPoint outside_of(const Solid& solid, const ConvexMesh& hull, double know
                            std::max(known - accuracy, 0.0),
                            most};
   FarthestPoint out = hull_standoff(hull, query);
-  if (out.distance > accuracy) out.distance = std::max(known, out.distance + accuracy);
+  if (out.distance <= query.known)
+    out.distance = known;  // not as a sum, which rounding could raise above it
+  else if (out.distance > accuracy)
+    out.distance = std::max(known, out.distance + accuracy);
   return out;
 }
 

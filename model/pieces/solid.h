@@ -56,7 +56,7 @@ struct Piece {
 
 /// Measures the distance of a piece's hull from the solid. Stops above the tolerance.
 void measure_piece(const Solid& solid, Piece& piece);
-/// Returns the point of a hull's surface farthest from the solid; the distance is at most a quarter
+/// Returns the point of a hull's surface farthest from the solid; the distance is at most a tenth
 /// of the tolerance too large; a smaller one if it is over `enough` [m]. At least `known` [m].
 /// `most`: number of points that are measured.
 FarthestPoint outside_of(const Solid& solid, const ConvexMesh& hull, double known, double enough,

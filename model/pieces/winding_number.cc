@@ -1,13 +1,18 @@
 #include "counterpoint/model/pieces/winding_number.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace counterpoint {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-// Number of cubes along the longest side, and half the diagonal of one.
-constexpr double kCubes = 128.0, kHalfDiagonal = 0.8661;
+// Numbers of cubes along the longest side, and half the diagonal of one.
+constexpr double kLeastCubes = 32.0, kMostCubes = 128.0, kHalfDiagonal = 0.8661;
+// Width, in edges of a cube, from which on a passage has untouched cubes wherever it lies.
+constexpr double kPassage = 2.0 * kHalfDiagonal + 1.0;
+// Number of cubes after which all further hollows count as open: a fraction of a second.
+constexpr std::size_t kMostExplored = 100'000;
 // Distance, in radii of a cluster, from which on its area vector stands for its triangles.
 constexpr double kFar = 2.0;
 
@@ -25,30 +30,69 @@ double solid_angle(const Vector3& a, const Vector3& b, const Vector3& c) {
 
 }  // namespace
 
-WindingNumber::WindingNumber(const TriangleMesh& mesh, const NearestTriangle& nearest)
-    : mesh_(mesh), nearest_(nearest), tree_(nearest.tree()), clusters_(tree_.nodes.size()) {
+WindingNumber::WindingNumber(const TriangleMesh& mesh, const NearestTriangle& nearest,
+                             double opening, const WindingNumber* hollows)
+    : mesh_(mesh),
+      hollows_(hollows),
+      nearest_(nearest),
+      tree_(nearest.tree()),
+      clusters_(tree_.nodes.size()) {
   gather(0);
   const TriangleTree::Node& root = tree_.nodes[0];
-  cube_ = (root.high - root.low).maxCoeff() / kCubes;
+  const double side = (root.high - root.low).maxCoeff();
+  cube_ = std::clamp(opening / kPassage, side / kMostCubes, side / kLeastCubes);
+  fills_ = kPassage * cube_ <= opening;
   count_ = ((root.high - root.low).array() / cube_).floor().cast<int>() + 1;
   known_.assign(static_cast<std::size_t>(count_.prod()), kUnknown);
 }
 
 bool WindingNumber::inside(const Vector3& p) const {
-  const Vector3& low = tree_.nodes[0].low;
-  const Eigen::Array3d at_cube = ((p - low).array() / cube_).floor();
-  if ((at_cube < 0.0).any() || (at_cube >= count_.cast<double>()).any()) return false;
-  const Eigen::Array3i i = at_cube.cast<int>();
-  std::uint8_t& known =
-      known_[(static_cast<std::size_t>(i.x()) * count_.y() + i.y()) * count_.z() + i.z()];
-  if (known == kUnknown) {
-    const Vector3 middle = low + cube_ * (at_cube + 0.5).matrix();
-    if (nearest_.find(middle).distance < kHalfDiagonal * cube_)
-      known = kTouched;
-    else
-      known = std::abs(at(0, middle)) > 0.5 ? kInside : kOutside;
-  }
+  const Eigen::Array3d at_cube = ((p - tree_.nodes[0].low).array() / cube_).floor();
+  const Eigen::Array3i cube = at_cube.max(-1.0).min(count_.cast<double>()).cast<int>();
+  if (!has(cube)) return false;
+  if (known_at(cube) == kFree) explore(cube);
+  const Known known = known_at(cube);
   return known == kTouched ? std::abs(at(0, p)) > 0.5 : known == kInside;
+}
+
+bool WindingNumber::has(const Eigen::Array3i& cube) const {
+  return (cube >= 0).all() && (cube < count_).all();
+}
+
+WindingNumber::Known& WindingNumber::known_at(const Eigen::Array3i& i) const {
+  Known& known =
+      known_[(static_cast<std::size_t>(i.x()) * count_.y() + i.y()) * count_.z() + i.z()];
+  if (known != kUnknown) return known;
+  const Vector3 middle = tree_.nodes[0].low + cube_ * (i.cast<double>() + 0.5).matrix();
+  if (nearest_.find(middle).distance < kHalfDiagonal * cube_)
+    known = kTouched;
+  else if (std::abs(at(0, middle)) > 0.5 || (hollows_ && hollows_->inside(middle)))
+    known = kInside;
+  else
+    known = hollows_ ? kOutside : kFree;
+  return known;
+}
+
+void WindingNumber::explore(const Eigen::Array3i& from) const {
+  std::vector<Eigen::Array3i> found{from};
+  std::vector<Eigen::Array3i> open{from};
+  known_at(from) = kSeen;
+  bool closed = fills_;
+  while (closed && !open.empty()) {
+    const Eigen::Array3i cube = open.back();
+    open.pop_back();
+    for (int face = 0; face < 6 && closed; ++face) {
+      Eigen::Array3i next = cube;
+      next[face / 2] += face % 2 == 0 ? 1 : -1;
+      closed = has(next) && known_at(next) != kOutside && explored_ < kMostExplored;
+      if (!closed || known_at(next) != kFree) continue;
+      known_at(next) = kSeen;
+      ++explored_;
+      found.push_back(next);
+      open.push_back(next);
+    }
+  }
+  for (const Eigen::Array3i& cube : found) known_at(cube) = closed ? kInside : kOutside;
 }
 
 WindingNumber::Cluster WindingNumber::gather(int index) {
