@@ -57,7 +57,7 @@ def hollow_files():
               "tolerance: 0.001"),
         scene("chain_20", "Twenty links hang from a fixed one; link k carries (20 - k) 0.05 kg.",
               ["name: fixed, mesh: link.obj, rpy: [1.5707963267949, 0, 0], friction: 0.3"], chain(20), 3,
-              meshes="tolerance: 0.001"),
+              meshes="tolerance: 0.0005"),
         scene("ring_on_peg", "A ring thrown over a peg lies around it, 15 mm above the ground.",
               [f"name: peg, cylinder: [0.02, 0.2], position: [0, 0, 0.1], {wall}"],
               ["name: ring, mesh: ring.obj, mass: 0.3, position: [-0.03, 0.01, 0.28], rpy: [0.4, 0.2, 0], "
