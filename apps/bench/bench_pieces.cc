@@ -82,7 +82,8 @@ void append(const TriangleMesh& part, const Pose& X_BG, TriangleMesh& whole) {
 
 /// Reads the bodies of a robot that have a mesh for display and at least two hulls of meshes.
 /// `absent`: meshes that the folder lacks.
-std::vector<Link> read_links(const fs::path& file, const std::set<std::string>& absent) {
+std::vector<Link> read_links(const std::string& robot, const fs::path& file,
+                             const std::set<std::string>& absent) {
   MjcfOptions options;
   options.hulls = std::make_shared<HullCache>(0, MeshCollisions{{MeshKind::kHull, 0.0, 1}, {}});
   mjcf::Document document(file, options);
@@ -92,7 +93,7 @@ std::vector<Link> read_links(const fs::path& file, const std::set<std::string>& 
   const mjcf::Bodies bodies = mjcf::read_bodies(document, defaults, model);
   std::vector<Link> links;
   for (std::size_t b = 1; b < bodies.bodies.size(); ++b) {
-    Link link{file.parent_path().filename().string(), bodies.bodies[b].link, {}, {}, true};
+    Link link{robot, bodies.bodies[b].link, {}, {}, true};
     std::set<std::string> shown;
     int meshes = 0;
     bool whole = true;
@@ -201,7 +202,8 @@ std::vector<Row> compare_all(const fs::path& folder, const std::string& only) {
   std::set<std::tuple<std::string, std::size_t, std::size_t>> seen;
   for (const fs::path& file : files) {
     try {
-      for (const Link& link : read_links(file, absent[file.parent_path().filename().string()])) {
+      const std::string robot = fs::relative(file, folder).begin()->string();
+      for (const Link& link : read_links(robot, file, absent[robot])) {
         if (!seen.insert({link.robot, link.mesh.triangles.size(), link.hulls.size()}).second)
           continue;
         rows.push_back(compare(link));

@@ -41,7 +41,7 @@ WindingNumber::WindingNumber(const TriangleMesh& mesh, const NearestTriangle& ne
   const TriangleTree::Node& root = tree_.nodes[0];
   const double side = (root.high - root.low).maxCoeff();
   cube_ = std::clamp(opening / kPassage, side / kMostCubes, side / kLeastCubes);
-  fills_ = kPassage * cube_ <= opening;
+  fills_ = opening / kPassage >= side / kMostCubes;
   count_ = ((root.high - root.low).array() / cube_).floor().cast<int>() + 1;
   known_.assign(static_cast<std::size_t>(count_.prod()), kUnknown);
 }
