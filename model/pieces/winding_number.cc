@@ -12,7 +12,7 @@ constexpr double kLeastCubes = 32.0, kMostCubes = 128.0, kHalfDiagonal = 0.8661;
 // Width, in edges of a cube, from which on a passage has untouched cubes wherever it lies.
 constexpr double kPassage = 2.0 * kHalfDiagonal + 1.0;
 // Number of cubes after which all further hollows count as open: a fraction of a second.
-constexpr std::size_t kMostExplored = 100'000;
+constexpr std::size_t kMostExplored = 50'000;
 // Distance, in radii of a cluster, from which on its area vector stands for its triangles.
 constexpr double kFar = 2.0;
 
@@ -26,6 +26,12 @@ double solid_angle(const Vector3& a, const Vector3& b, const Vector3& c) {
   const double x = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
   if (std::abs(y) > kNarrow * x) return 2.0 * std::atan2(y, x);
   return 2.0 * (y / x - y * y * y / (3.0 * x * x * x));
+}
+
+/// The next cube beyond one of the six faces.
+Eigen::Array3i beside(Eigen::Array3i cube, int face) {
+  cube[face / 2] += face % 2 == 0 ? 1 : -1;
+  return cube;
 }
 
 }  // namespace
@@ -59,11 +65,18 @@ bool WindingNumber::has(const Eigen::Array3i& cube) const {
   return (cube >= 0).all() && (cube < count_).all();
 }
 
+std::size_t WindingNumber::index_of(const Eigen::Array3i& cube) const {
+  return (static_cast<std::size_t>(cube.x()) * count_.y() + cube.y()) * count_.z() + cube.z();
+}
+
+Vector3 WindingNumber::middle_of(const Eigen::Array3i& cube) const {
+  return tree_.nodes[0].low + cube_ * (cube.cast<double>() + 0.5).matrix();
+}
+
 WindingNumber::Known& WindingNumber::known_at(const Eigen::Array3i& i) const {
-  Known& known =
-      known_[(static_cast<std::size_t>(i.x()) * count_.y() + i.y()) * count_.z() + i.z()];
+  Known& known = known_[index_of(i)];
   if (known != kUnknown) return known;
-  const Vector3 middle = tree_.nodes[0].low + cube_ * (i.cast<double>() + 0.5).matrix();
+  const Vector3 middle = middle_of(i);
   if (nearest_.find(middle).distance < kHalfDiagonal * cube_)
     known = kTouched;
   else if (std::abs(at(0, middle)) > 0.5 || (hollows_ && hollows_->inside(middle)))
@@ -73,18 +86,32 @@ WindingNumber::Known& WindingNumber::known_at(const Eigen::Array3i& i) const {
   return known;
 }
 
+bool WindingNumber::leads_out(Vector3 p, int face) const {
+  const TriangleTree::Node& root = tree_.nodes[0];
+  const int axis = face / 2;
+  while (p[axis] >= root.low[axis] && p[axis] <= root.high[axis]) {
+    const double clear = nearest_.find(p).distance;
+    if (clear < kHalfDiagonal * cube_) return false;
+    p[axis] += face % 2 == 0 ? clear : -clear;
+  }
+  return true;
+}
+
 void WindingNumber::explore(const Eigen::Array3i& from) const {
-  std::vector<Eigen::Array3i> found{from};
-  std::vector<Eigen::Array3i> open{from};
-  known_at(from) = kSeen;
+  const auto is_outside = [&](const Eigen::Array3i& cube) {
+    return !has(cube) || known_[index_of(cube)] == kOutside;
+  };
   bool closed = fills_;
+  for (int face = 0; face < 6 && closed; ++face) closed = !is_outside(beside(from, face));
+  for (int face = 0; face < 6 && closed; ++face) closed = !leads_out(middle_of(from), face);
+  std::vector<Eigen::Array3i> found{from}, open{from};
+  known_at(from) = kSeen;
   while (closed && !open.empty()) {
     const Eigen::Array3i cube = open.back();
     open.pop_back();
     for (int face = 0; face < 6 && closed; ++face) {
-      Eigen::Array3i next = cube;
-      next[face / 2] += face % 2 == 0 ? 1 : -1;
-      closed = has(next) && known_at(next) != kOutside && explored_ < kMostExplored;
+      const Eigen::Array3i next = beside(cube, face);
+      closed = !is_outside(next) && explored_ < kMostExplored;
       if (!closed || known_at(next) != kFree) continue;
       known_at(next) = kSeen;
       ++explored_;

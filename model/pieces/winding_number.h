@@ -37,11 +37,15 @@ class WindingNumber {
   Cluster gather(int index);
   double at(int index, const Vector3& p) const;
 
-  /// State of a cube. kFree: outside by its winding number, perhaps in a closed hollow; kSeen: while
-  /// that is explored.
+  /// State of a cube. kFree: outside by its winding number, perhaps in a closed hollow; kSeen:
+  /// while that is explored.
   enum Known : std::uint8_t { kUnknown, kFree, kOutside, kInside, kTouched, kSeen };
   bool has(const Eigen::Array3i& cube) const;
   Known& known_at(const Eigen::Array3i& cube) const;
+  std::size_t index_of(const Eigen::Array3i& cube) const;
+  Vector3 middle_of(const Eigen::Array3i& cube) const;
+  /// True if a ball as wide as a passage gets from p straight out along an axis.
+  bool leads_out(Vector3 p, int face) const;
   /// Decides whether a free cube is outside or in a closed hollow, with those connected to it.
   void explore(const Eigen::Array3i& from) const;
 
