@@ -29,6 +29,23 @@ constexpr double kEqual = 0.05;
 // Largest number of our pieces: a multiple of any number of theirs.
 constexpr int kMost = 256;
 
+constexpr const char* kIntroduction = R"(# Convex pieces beside hulls made by hand
+
+Written by counterpoint_bench_pieces
+([how, and what it finds](../guide/not-convex.md#beside-hulls-by-hand)). A row is a link of
+mujoco_menagerie: its mesh for display (triangles; open: not closed; diameter [mm]), the hulls with
+which it collides there (\*: of parts of that mesh; else made for contact), and our pieces at the
+same distance. outside: the largest distance from a surface of hulls or pieces to the solid within
+the mesh, closed hollows filled; inside: from the mesh to hulls or pieces [mm]; both by one
+function. s: time of cutting. lost: ours are more, or farther off than the larger of the two by over
+5 %.
+
+)";
+constexpr const char* kHead = R"(
+| link | triangles | diameter | hulls | outside | inside | pieces | outside | inside | s | lost |
+|---|---|---|---|---|---|---|---|---|---|---|
+)";
+
 /// A body with its mesh for display, and the hulls that touch in its place.
 struct Link {
   std::string robot, body;
@@ -229,9 +246,8 @@ std::string summary_of(const std::vector<Row>& rows, bool made_for_contact) {
     seconds += r.seconds;
   }
   return fmt::format(
-      "{} links with {} hulls; {} pieces at the same distance, cut in {:.1f} s; no more pieces "
-      "than "
-      "hulls for {} links\n",
+      "{} links with {} hulls;\n{} pieces at the same distance, cut in {:.1f} s; no more pieces "
+      "than hulls for {} links.\n",
       links, theirs, ours, seconds, won);
 }
 
@@ -244,24 +260,11 @@ int run(const fs::path& folder, const std::string& only, const fs::path& out) {
   const std::vector<Row> rows = compare_all(folder, only);
   const std::string summary =
       "Hulls made for contact: " + summary_of(rows, true) +
-      "\nHulls of parts of the mesh for display (*): " + summary_of(rows, false);
+      "\nHulls of parts of the mesh for display (\\*): " + summary_of(rows, false);
   fmt::print("{}", summary);
   if (out.empty()) return 0;
   std::ofstream page(out);
-  page
-      << "# Convex pieces beside hulls made by hand\n\n"
-         "Written by counterpoint_bench_pieces "
-         "([how](../guide/not-convex.md#beside-hulls-by-hand)). "
-         "One row a link:\nits mesh for display (triangles; open: not closed; diameter [mm]), "
-         "the hulls with which\nmujoco_menagerie lets it collide (\\*: those of parts of that "
-         "mesh; "
-         "else made for contact), and our\npieces at the same distance. outside: largest distance "
-         "from a surface of hulls or pieces to the solid\nwithin the mesh, hollows that are closed "
-         "filled; inside: from the mesh to hulls or pieces [mm], both\nmeasured by one function. "
-         "lost: ours are more, or farther off than the larger of the two by over 5 %.\n\n"
-      << summary
-      << "\n| link | triangles | diameter | hulls | outside | inside | our pieces | outside | "
-         "inside | cut in, s | lost |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+  page << kIntroduction << summary << kHead;
   for (const Row& r : rows) page << line_of(r);
   return page ? 0 : 1;
 }
