@@ -38,6 +38,8 @@ const char* effect_name(Effect effect) {
       return "static_friction";
     case Effect::kFrictionDirections:
       return "friction_directions";
+    case Effect::kSurfaceMotion:
+      return "surface_motion";
     case Effect::kTorsionalFriction:
       return "torsional_friction";
     case Effect::kRollingFriction:

@@ -43,6 +43,9 @@ struct Material {
   double friction_across = 0.0;  ///< coefficient across friction_axis, in the surface [-]
   /// Pair: friction_axis is in the frame of the second geometry, the one of the higher index.
   bool axis_of_second = false;
+  /// Velocity of the surface relative to its body (a belt), in the geometry frame [m/s]; its part
+  /// along the normal of a contact does not count. A pair has none: each surface keeps its own.
+  Vector3 surface_velocity = Vector3::Zero();
 
   /// Returns the coefficient at rest, the largest one at any speed [-].
   double friction_at_rest() const {

@@ -218,7 +218,8 @@ void inspect_geometries(const Model& model, Report& report) {
                   {"link", link_name(model, geometry.body)},
                   {"shape", shape_type_name(geometry.shape.type, "convex mesh")},
                   {"size_m", vector_json(geometry.shape.size)},
-                  {"friction_axis", vector_json(material.friction_axis)}};
+                  {"friction_axis", vector_json(material.friction_axis)},
+                  {"surface_velocity_m_s", vector_json(material.surface_velocity)}};
     entry.update(surface_json(material));
     if (geometry.shape.mesh) {
       entry["vertices"] = geometry.shape.mesh->vertices.size();

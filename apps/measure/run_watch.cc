@@ -35,9 +35,14 @@ RunWatch::RunWatch(Simulator& simulator, long every)
   look_at_closures(q_);
 }
 
-/// True if all work on the scene is counted; the work of servos and of wrenches on links is not.
+/// True if all work on the scene is counted; the work of servos, of belts and of wrenches on links
+/// is not.
 bool RunWatch::knows_work() const {
-  return simulator_.model().servos().empty() && simulator_.input().wrenches.empty();
+  const std::vector<Geometry>& all = simulator_.model().geometries();
+  const bool belts = std::any_of(all.begin(), all.end(), [](const Geometry& g) {
+    return !g.material.surface_velocity.isZero(0.0);
+  });
+  return simulator_.model().servos().empty() && !belts && simulator_.input().wrenches.empty();
 }
 
 /// Updates the largest opening of the closures; the first call stores their openings at the start.

@@ -63,7 +63,10 @@ struct JointConstraint {
 struct ParkedContact {
   collision::Candidate candidate;  ///< its position moved to the expected meeting point
   int body_a = 0, body_b = 0;
-  Vector3 velocity = Vector3::Zero();  ///< at the start, of B relative to A there, in W [m/s]
+  /// Velocity of the surface of B relative to that of A from their motion on the bodies
+  /// (Material::surface_velocity), along the tangents, in W [m/s].
+  Vector3 surface = Vector3::Zero();
+  Vector3 velocity = Vector3::Zero();  ///< at the start, of surface B relative to A, in W [m/s]
   double gap = 0.0;   ///< lower bound of the gap after the rotation within the step [m]
   double slip = 0.0;  ///< closing speed per tangential speed [-]
   double spin = 0.0;  ///< closing speed per relative angular speed [m]
@@ -77,6 +80,7 @@ struct FarPair {
   double gap = 0.0;                  ///< lower bound of the distance, from bounding volumes [m]
   Vector3 middle = Vector3::Zero();  ///< centre of the smaller geometry, in W [m]
   double radius = 0.0;               ///< radius of that geometry about its centre [m]
+  double surface = 0.0;              ///< upper bound of ParkedContact::surface [m/s]
   double slip = 1.0;  ///< upper bound of the closing speed: slip times the relative speed [-]
   double spin = 0.0;  ///< plus spin times the relative angular speed [m]
   /// Rotation within the step brings the surfaces closer by at most turn + turn_slope gap [m].

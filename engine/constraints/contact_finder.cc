@@ -24,6 +24,17 @@ void count_contact(const Material& pair, EffectCounts& counts) {
   if (pair.rolling_friction > 0.0) counts.add(Effect::kRollingFriction);
 }
 
+/// Returns the velocity of the surface of B relative to that of A, from their motion on the bodies,
+/// across the normal, in W [m/s].
+Vector3 surface_motion(const Geometry& a, const Geometry& b, const Kinematics& data,
+                       const Vector3& normal) {
+  const auto in_world = [&](const Geometry& g) -> Vector3 {
+    return data.X_WB[g.body].rotation * (g.X_BG.rotation * g.material.surface_velocity);
+  };
+  const Vector3 v = in_world(b) - in_world(a);
+  return v - normal.dot(v) * normal;
+}
+
 /// Sine of the least angle between a friction axis and the normal.
 constexpr double kAlongNormal = 1e-3;
 
@@ -178,10 +189,18 @@ ParkedContact ContactFinder::describe(const StepContext& at, const Kinematics& d
                                       const collision::Candidate& candidate) {
   const Model& model = at.model;
   const double h = at.h();
-  const int a = model.geometries()[candidate.geometry_a].body;
-  const int b = model.geometries()[candidate.geometry_b].body;
-  ParkedContact out{candidate, a, b};
+  const Geometry& of_a = model.geometries()[candidate.geometry_a];
+  const Geometry& of_b = model.geometries()[candidate.geometry_b];
+  const int a = of_a.body, b = of_b.body;
+  ParkedContact out;
+  out.candidate = candidate;
+  out.body_a = a;
+  out.body_b = b;
   out.velocity = relative_velocity_at(candidate.position, a, b, data, data.V);
+  if (at.effects.has(Effect::kSurfaceMotion)) {
+    out.surface = surface_motion(of_a, of_b, data, candidate.normal);
+    out.velocity += out.surface;
+  }
   // Both surfaces are within the gap of the contact point.
   out.gap = candidate.gap;
   for (const int body : {a, b})
@@ -224,6 +243,8 @@ Vector3 ContactFinder::make_contact(const StepContext& at, const Kinematics& dat
   set_contact_law(law_options(options, is_wedged(contact)), h,
                   {material, alpha, gap, candidate.area, v, bounce, is_round(model, a, b)},
                   contact.law);
+  if (contact.law.rows >= 3)
+    for (int i = 1; i < 3; ++i) contact.law.bias[i] = contact.frame.col(i).dot(open.surface);
   return v;
 }
 
@@ -242,6 +263,7 @@ void ContactFinder::find(const StepContext& at, const Kinematics& data, SleepMas
     move_to_meeting(model, candidate);
     count_contact(material_of(model, at.effects, candidate), counts);
     const ParkedContact open = describe(at, data, candidate);
+    if (!open.surface.isZero(0.0)) counts.add(Effect::kSurfaceMotion);
     // A contact with rows wakes sleeping bodies.
     const bool may_park =
         parks && candidate.gap >= near && !idle.sleeps(open.body_a) && !idle.sleeps(open.body_b);

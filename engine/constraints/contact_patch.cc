@@ -99,6 +99,7 @@ size_t find_patch(const StepContext& at, const Kinematics& data, const Constrain
     return Motion{V.angular, V.at(-data.X_WB[body].translation)};
   };
   out.motion = of_body(one.body_b) - of_body(one.body_a);
+  out.motion.linear += one.law.bias[1] * one.frame.col(1) + one.law.bias[2] * one.frame.col(2);
   out.round = is_round_face(at.model, data, pair_of, out);
   return last;
 }

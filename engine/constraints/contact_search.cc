@@ -147,6 +147,9 @@ FarPair ContactSearch::locate(const Model& model, const std::pair<int, int>& pai
   const double most = material.most_friction();
   far.slip = std::sqrt(1.0 + most * most);
   far.spin = std::max(material.torsional_friction, material.rolling_friction);
+  if (effects.has(Effect::kSurfaceMotion))
+    for (const int geometry : {pair.first, pair.second})
+      far.surface += model.geometries()[geometry].material.surface_velocity.norm();
   // Contact points are within radius + gap of the centre.
   for (const int body : {far.body_a, far.body_b}) {
     if (body == 0) continue;

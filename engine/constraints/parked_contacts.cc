@@ -53,7 +53,8 @@ bool exceeds(const FarPair& pair, double reach, double time, const std::vector<M
   add(pair.body_a, -1.0);
   add(pair.body_b, 1.0);
   const double spin = angular.norm();
-  const double closing = pair.slip * (linear.norm() + spin * pair.radius) + pair.spin * spin;
+  const double closing =
+      pair.slip * (linear.norm() + pair.surface + spin * pair.radius) + pair.spin * spin;
   const double slope = 1.0 - pair.turn_slope - time * pair.slip * spin;
   return slope > 0.0 && pair.gap * slope > reach + pair.turn + time * closing;
 }
@@ -87,7 +88,8 @@ bool is_reached(const ParkedContact& contact, const ContactOptions& options, dou
   Vector3 w = Vector3::Zero();
   if (contact.spin > 0.0 && a != 0) w -= V[a].angular;
   if (contact.spin > 0.0 && b != 0) w += V[b].angular;
-  const Vector3 v = relative_velocity_at(contact.candidate.position, a, b, data, V);
+  const Vector3 v =
+      contact.surface + relative_velocity_at(contact.candidate.position, a, b, data, V);
   return closes_faster(contact, v, w.squaredNorm(), (contact.gap - end_gap(options)) / h);
 }
 

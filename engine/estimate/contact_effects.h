@@ -13,7 +13,8 @@ inline EffectSet contact_effects(const Model& model, const collision::Collider& 
   EffectSet wanted;
   for (const Effect effect :
        {Effect::kContacts, Effect::kFriction, Effect::kStaticFriction, Effect::kFrictionDirections,
-        Effect::kTorsionalFriction, Effect::kRollingFriction, Effect::kClosures})
+        Effect::kSurfaceMotion, Effect::kTorsionalFriction, Effect::kRollingFriction,
+        Effect::kClosures})
     wanted.set(effect, true);
   return active_effects(called_for(model, collider), wanted);
 }

@@ -87,13 +87,15 @@ void ImpactSolver::Impl::touch() {
     pair.position += towards_b * std::min(c.gap, 0.0) * c.normal;
     pair.first = 0;
     pair.law.rows = 3;
-    const contact::Rows v = relative_velocity(pair, data, data.V);
+    const Vector3 belt(0.0, pair.law.bias[1], pair.law.bias[2]);
+    const Vector3 v = relative_velocity(pair, data, data.V).head<3>() + belt;
     const Material surface = model.pair_material(c.geometry_a, c.geometry_b).without_direction();
     Bounce bounce = find_bounce(Integrator::kSemiImplicitEuler, true, kInstant, surface.restitution,
                                 0.0, v[0], 0.0);
     for (int k = 0; k < 2; ++k) bounce.slide[k] = v[k + 1];
     pair.law = make_contact_law(LawOptions{options.contact}, kInstant,
-                                {surface, alpha, 0.0, 0.0, v.head<3>(), bounce});
+                                {surface, alpha, 0.0, 0.0, v, bounce});
+    if (pair.law.rows >= 3) pair.law.bias[1] = belt[1], pair.law.bias[2] = belt[2];
     contacts.push_back(c);
     pairs.push_back(pair);
   }

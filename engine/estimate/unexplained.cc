@@ -102,7 +102,10 @@ void Explainer::Impl::find_contacts(const VectorX& q, const VectorX& v, double i
     if (i < contacts) candidates.push_back(constraints.contacts[i]);
     pairs.push_back(constraints.pairs[i]);
     contact::Law& law = pairs.back().law;
-    law.bias.fill(0.0);
+    if (i < contacts)
+      law.bias[0] = 0.0;  // belts keep their velocity
+    else
+      law.bias.fill(0.0);
     // Undo the friction reduction of spinning patches: it does not apply to bounces, and whether a
     // contact bounces is not known here.
     for (size_t k = 0; k < 2; ++k) law.friction[k] /= pairs.back().strength;

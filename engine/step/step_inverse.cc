@@ -19,14 +19,15 @@
 namespace counterpoint {
 namespace {
 
-/// Slip velocity of body B over A at a contact at the end of the step, across the normal [m/s],
-/// from the velocities y of its rows, or of the bodies where it has no tangential rows.
+/// Slip velocity of the surface of B over that of A at a contact at the end of the step, across the
+/// normal [m/s], from the velocities y of its rows, or of the bodies where it has no tangential
+/// rows.
 Vector3 slip(const PairConstraint& pair, const double* y, const Kinematics& at,
              const std::vector<Motion>& body_velocity) {
   const Matrix3& frame = pair.frame;
   const contact::Law& law = pair.law;
   if (law.rows >= 3)
-    return (y[1] - law.bias[1]) * frame.col(1) + (y[2] - law.bias[2]) * frame.col(2);
+    return y[1] * frame.col(1) + y[2] * frame.col(2);
   const Vector3 v =
       relative_velocity_at(pair.position, pair.body_a, pair.body_b, at, body_velocity);
   return v - v.dot(frame.col(0)) * frame.col(0);

@@ -266,6 +266,8 @@ void check_material(const Material& material, const std::string& where) {
   if (!(material.stribeck_speed > 0.0) || !std::isfinite(material.stribeck_speed))
     throw InputError(fmt::format("{}: stribeck_speed is {} m/s; it must be positive", where,
                                  material.stribeck_speed));
+  if (!material.surface_velocity.allFinite())
+    throw InputError(where + ": surface_velocity is not finite");
   check_nonnegative(material.friction_across, "friction across the axis", where);
   if (!material.friction_axis.allFinite())
     throw InputError(where + ": friction_axis is not finite");

@@ -20,6 +20,7 @@ inline Material acting_surface(Material m, EffectSet on) {
   if (!on.has(Effect::kFriction)) m.friction = 0.0;
   if (!on.has(Effect::kFrictionDirections)) m = m.without_direction();
   if (!on.has(Effect::kStaticFriction)) m.static_friction = 0.0;
+  if (!on.has(Effect::kSurfaceMotion)) m.surface_velocity.setZero();
   if (!on.has(Effect::kTorsionalFriction) || m.friction <= 0.0) m.torsional_friction = 0.0;
   if (!on.has(Effect::kRollingFriction) || m.friction <= 0.0) m.rolling_friction = 0.0;
   if (!on.has(Effect::kRestitution)) m.restitution = 0.0;

@@ -189,6 +189,7 @@ class MjcfWriter {
     if (acting.is_directional()) lose("geometry '" + g.name + "'", "the direction of its friction");
     if (m.friction_at_rest() > m.friction) lose("geometry '" + g.name + "'", "static friction");
     if (m.is_soft()) lose("geometry '" + g.name + "'", "the stiffness of its surface");
+    if (!m.surface_velocity.isZero(0.0)) lose("geometry '" + g.name + "'", "surface_velocity");
     set("condim", mjcf_dimensions(m));
     set("friction", export_numbers({m.friction, m.torsional_friction, m.rolling_friction}));
     xml_.CloseElement();

@@ -135,6 +135,7 @@ class UrdfWriter {
     if (m.is_directional() || m.friction_at_rest() > m.friction)
       lose("geometry '" + g.name + "'", "the direction of its friction, or static friction");
     if (m.is_soft()) lose("geometry '" + g.name + "'", "the stiffness of its surface");
+    if (!m.surface_velocity.isZero(0.0)) lose("geometry '" + g.name + "'", "surface_velocity");
   }
 
   /// Returns the name of a mesh's OBJ file (17 digits); every mesh is written once.

@@ -8,7 +8,7 @@ namespace counterpoint {
 namespace {
 
 /// Mark with the version of the format; increase it with every change of the content.
-constexpr std::string_view kMark = "counterpoint scene 3\n";
+constexpr std::string_view kMark = "counterpoint scene 4\n";
 constexpr const char* kWhat = "scene archive";
 
 }  // namespace
@@ -102,9 +102,9 @@ void visit(A& a, Spring& x) {
 template <class A>
 void visit(A& a, Material& x) {
   auto& [friction, restitution, torsional, rolling, at_rest, stribeck_speed, stiffness, damping,
-         dissipation, per_area, axis, across, of_second] = x;
+         dissipation, per_area, axis, across, of_second, surface_velocity] = x;
   a(friction, restitution, torsional, rolling, at_rest, stribeck_speed, stiffness, damping,
-    dissipation, per_area, axis, across, of_second);
+    dissipation, per_area, axis, across, of_second, surface_velocity);
 }
 template <class A>
 void visit(A& a, Terrain::Triangle& x) {

@@ -122,6 +122,11 @@ std::optional<FrictionGiven> read_friction(const YamlValue& in) {
   return out;
 }
 
+void refuse_surface_velocity(const YamlValue& in) {
+  if (in.has("surface_velocity"))
+    in.at("surface_velocity").fail("it is that of a shape, in its frame; give it there");
+}
+
 void expect_static_friction(const YamlValue& in, double friction) {
   if (!in.has("static_friction")) return;
   const YamlValue value = in.at("static_friction");
@@ -185,6 +190,8 @@ Material read_material(const YamlValue& in, Material material) {
   read("restitution", 1.0, material.restitution);
   read("torsional_friction", kInfinity, material.torsional_friction);
   read("rolling_friction", kInfinity, material.rolling_friction);
+  if (in.has("surface_velocity"))
+    material.surface_velocity = in.at("surface_velocity").vector3();
   read_springs(in, material);
   return material;
 }

@@ -30,7 +30,11 @@ Pose read_pose(const YamlValue& in);
 inline constexpr const char* kSurfaceKeys[] = {
     "friction",    "friction_axis",      "static_friction",    "stribeck_speed",
     "restitution", "torsional_friction", "rolling_friction",   "stiffness",
-    "damping",     "dissipation",        "stiffness_per_area", "damping_per_area"};
+    "damping",     "dissipation",        "stiffness_per_area", "damping_per_area",
+    "surface_velocity"};
+
+/// Throws for a surface_velocity where it is not that of a shape.
+void refuse_surface_velocity(const YamlValue& in);
 
 /// Throws if a surface or pair has both a stiffness of a point and one per area.
 void expect_one_stiffness(const YamlValue& in);

@@ -26,6 +26,7 @@ class SceneReader {
     if (root.has("defaults")) {
       const YamlValue defaults = root.at("defaults");
       defaults.expect_map({}, kSurfaceKeys);
+      refuse_surface_velocity(defaults);
       urdf_options_.default_material = read_material(defaults, Material());
     }
     urdf_options_.packages = overrides.packages;
@@ -269,6 +270,7 @@ class SceneReader {
   /// Reads `{between: [a, b], friction: ..., collide: true}` for links, geometries or groups.
   void read_pair(const YamlValue& in) {
     in.expect_map({"between", "collide"}, kSurfaceKeys);
+    refuse_surface_velocity(in);
     const std::vector<YamlValue> between = in.at("between").list();
     if (between.size() != 2) in.at("between").fail("two names [a, b] are expected");
     PairSurface surface;

@@ -81,6 +81,8 @@ std::map<Effect, Parts> scenes_with() {
        {.scene = "ground: {friction: [0.25, 0.0625], friction_axis: [1, 0, 0]}\n"
                  "defaults: {friction: 1}",  // roots of powers of two are exact
         .more = kBall}},
+      {Effect::kSurfaceMotion,
+       {.scene = "ground: {friction: 0.5, surface_velocity: [0.3, 0, 0]}", .more = kBall}},
       {Effect::kTorsionalFriction,
        {.scene = "ground: {friction: 0.5}\ndefaults: {torsional_friction: 0.01}", .more = kBall}},
       {Effect::kRollingFriction,
@@ -111,6 +113,7 @@ EffectSet with_effect(Effect effect) {
       break;
     case Effect::kStaticFriction:
     case Effect::kFrictionDirections:
+    case Effect::kSurfaceMotion:
     case Effect::kTorsionalFriction:
     case Effect::kRollingFriction:
       set.set(Effect::kFriction, true);
@@ -169,6 +172,7 @@ TEST(Effects, SwitchedOffTheSceneMovesAsOneWithoutToTheBit) {
       {Effect::kStiffness, smooth},
       {Effect::kStaticFriction, "ground: {friction: 0.5}\ndefaults: {friction: 0.5}"},
       {Effect::kFrictionDirections, "ground: {friction: 0.125}\ndefaults: {friction: 1}"},
+      {Effect::kSurfaceMotion, "ground: {friction: 0.5}"},
       {Effect::kTorsionalFriction, "ground: {friction: 0.5}"},
       {Effect::kRollingFriction, "ground: {friction: 0.5}"}};
   const Scene bare = make({}), bare_ball = make({.more = kBall});

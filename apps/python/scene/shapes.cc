@@ -122,6 +122,9 @@ friction_axis : array_like, shape (3,), optional
     Direction in the frame of the shape along which friction acts; zero: all are alike.
 friction_across : float
     Coefficient across friction_axis [-].
+surface_velocity : array_like, shape (3,), optional
+    Of the surface relative to its body (a belt), in the frame of the shape [m/s]; its part along
+    the normal does not count.
 torsional_friction, rolling_friction : float
     Torque about the normal, or rolling, over normal force [m].
 )")
@@ -129,7 +132,7 @@ torsional_friction, rolling_friction : float
                        double at_rest, double stribeck_speed, std::optional<double> stiffness,
                        double damping, double dissipation, const std::optional<Array>& axis,
                        double across, std::optional<double> stiffness_per_area,
-                       double damping_per_area) {
+                       double damping_per_area, const std::optional<Array>& velocity) {
              Material out{friction, restitution, torsional, rolling, at_rest, stribeck_speed};
              out.stiffness = stiffness.value_or(out.stiffness);
              out.damping = damping;
@@ -138,6 +141,7 @@ torsional_friction, rolling_friction : float
              (stiffness_per_area ? out.per_area.dissipation : out.dissipation) = dissipation;
              if (axis) out.friction_axis = vector3(*axis, "friction_axis");
              out.friction_across = across;
+             if (velocity) out.surface_velocity = vector3(*velocity, "surface_velocity");
              return out;
            }),
            py::arg("friction") = 0.8, py::arg("restitution") = 0.0,
@@ -146,7 +150,7 @@ torsional_friction, rolling_friction : float
            py::arg("stiffness") = py::none(), py::arg("damping") = 0.0,
            py::arg("dissipation") = 0.0, py::arg("friction_axis") = py::none(),
            py::arg("friction_across") = 0.0, py::arg("stiffness_per_area") = py::none(),
-           py::arg("damping_per_area") = 0.0)
+           py::arg("damping_per_area") = 0.0, py::arg("surface_velocity") = py::none())
       .def_property(
           "stiffness_per_area", [](const Material& x) { return x.per_area.stiffness; },
           [](Material& x, double value) { x.per_area.stiffness = value; },
@@ -169,6 +173,10 @@ torsional_friction, rolling_friction : float
           [](Material& x, const Array& axis) { x.friction_axis = vector3(axis, "friction_axis"); },
           "In the frame of the shape.")
       .def_readwrite("friction_across", &Material::friction_across, "Across friction_axis [-].")
+      .def_property(
+          "surface_velocity", [](const Material& x) { return for_python(x.surface_velocity); },
+          [](Material& x, const Array& v) { x.surface_velocity = vector3(v, "surface_velocity"); },
+          "Relative to the body, in the frame of the shape [m/s].")
       .def("__repr__", [](const Material& x) {
         return py::str(
                    "Material(friction={:g}, restitution={:g}, torsional_friction={:g}, "

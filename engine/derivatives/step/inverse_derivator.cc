@@ -82,8 +82,9 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
   const Material surface =
       active_material(model.pair_material(candidate.geometry_a, candidate.geometry_b), effects);
   ContactMotion motion;
-  if (surface.per_area.is_soft() || !find_motion(model, h, contact, inverted, motion)) {
-    find_velocity_response(pair, bodies, out);  // areas of patches move with the bodies
+  const bool belt = pair.law.bias[1] != 0.0 || pair.law.bias[2] != 0.0;
+  if (surface.per_area.is_soft() || belt || !find_motion(model, h, contact, inverted, motion)) {
+    find_velocity_response(pair, bodies, out);  // areas and belts move with the bodies
     return false;
   }
   double gap = candidate.gap;
