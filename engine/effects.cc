@@ -151,9 +151,9 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
       return call(geometries_that(model, [](const Material& m) { return m.is_directional(); }),
                   "geometries with friction");
     case Effect::kSurfaceMotion:
-      return call(geometries_that(
-                      model, [](const Material& m) { return !m.surface_velocity.isZero(0.0); }),
-                  "geometries with friction");
+      return call(
+          geometries_that(model, [](const Material& m) { return !m.surface_velocity.isZero(0.0); }),
+          "geometries with friction");
     case Effect::kTorsionalFriction:
       return call(rubbing_geometries_that(model, &Material::torsional_friction),
                   "geometries with friction", 1);
@@ -216,9 +216,9 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
 }
 
 constexpr std::initializer_list<Effect> kOfContacts = {
-    Effect::kFriction,          Effect::kStaticFriction,  Effect::kFrictionDirections,
-    Effect::kSurfaceMotion,     Effect::kTorsionalFriction, Effect::kRollingFriction,
-    Effect::kRestitution,       Effect::kStiffness,         Effect::kSleeping};
+    Effect::kFriction,      Effect::kStaticFriction,    Effect::kFrictionDirections,
+    Effect::kSurfaceMotion, Effect::kTorsionalFriction, Effect::kRollingFriction,
+    Effect::kRestitution,   Effect::kStiffness,         Effect::kSleeping};
 
 }  // namespace
 

@@ -42,7 +42,7 @@ enum class Effect : unsigned char {
   kFriction,
   kStaticFriction,
   kFrictionDirections,  ///< two coefficients of sliding; off: their geometric mean
-  kSurfaceMotion,  ///< surfaces that move relative to their bodies: belts
+  kSurfaceMotion,       ///< surfaces that move relative to their bodies: belts
   kTorsionalFriction,
   kRollingFriction,
   kRestitution,

@@ -225,9 +225,9 @@ using MeshIndices = std::map<std::pair<fs::path, std::array<double, 3>>, int>;
 
 /// Adds the mesh of an object that collides as convex pieces; false if it collides as its hull.
 bool add_object(const Robot& object, const Model& model, MeshIndices& meshes, Visuals& out) {
-  const auto piece = std::find_if(
-      model.geometries().begin(), model.geometries().end(),
-      [&](const Geometry& g) { return g.name == object.prefix + "body/shape#0"; });
+  const auto piece =
+      std::find_if(model.geometries().begin(), model.geometries().end(),
+                   [&](const Geometry& g) { return g.name == object.prefix + "body/shape#0"; });
   if (piece == model.geometries().end()) return false;
   const Vector3& by = object.scale;
   const auto [entry, is_new] = meshes.try_emplace({object.mesh, {by.x(), by.y(), by.z()}}, 0);

@@ -26,8 +26,7 @@ Vector3 slip(const PairConstraint& pair, const double* y, const Kinematics& at,
              const std::vector<Motion>& body_velocity) {
   const Matrix3& frame = pair.frame;
   const contact::Law& law = pair.law;
-  if (law.rows >= 3)
-    return y[1] * frame.col(1) + y[2] * frame.col(2);
+  if (law.rows >= 3) return y[1] * frame.col(1) + y[2] * frame.col(2);
   const Vector3 v =
       relative_velocity_at(pair.position, pair.body_a, pair.body_b, at, body_velocity);
   return v - v.dot(frame.col(0)) * frame.col(0);

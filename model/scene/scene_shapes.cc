@@ -190,8 +190,7 @@ Material read_material(const YamlValue& in, Material material) {
   read("restitution", 1.0, material.restitution);
   read("torsional_friction", kInfinity, material.torsional_friction);
   read("rolling_friction", kInfinity, material.rolling_friction);
-  if (in.has("surface_velocity"))
-    material.surface_velocity = in.at("surface_velocity").vector3();
+  if (in.has("surface_velocity")) material.surface_velocity = in.at("surface_velocity").vector3();
   read_springs(in, material);
   return material;
 }

@@ -28,10 +28,9 @@ Pose read_pose(const YamlValue& in);
 
 /// Keys of a surface, those of read_material.
 inline constexpr const char* kSurfaceKeys[] = {
-    "friction",    "friction_axis",      "static_friction",    "stribeck_speed",
-    "restitution", "torsional_friction", "rolling_friction",   "stiffness",
-    "damping",     "dissipation",        "stiffness_per_area", "damping_per_area",
-    "surface_velocity"};
+    "friction",           "friction_axis",    "static_friction", "stribeck_speed", "restitution",
+    "torsional_friction", "rolling_friction", "stiffness",       "damping",        "dissipation",
+    "stiffness_per_area", "damping_per_area", "surface_velocity"};
 
 /// Throws for a surface_velocity where it is not that of a shape.
 void refuse_surface_velocity(const YamlValue& in);

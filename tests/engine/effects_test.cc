@@ -81,8 +81,8 @@ std::map<Effect, Parts> scenes_with() {
        {.scene = "ground: {friction: [0.25, 0.0625], friction_axis: [1, 0, 0]}\n"
                  "defaults: {friction: 1}",  // roots of powers of two are exact
         .more = kBall}},
-      {Effect::kSurfaceMotion,
-       {.scene = "ground: {friction: 0.5, surface_velocity: [0.3, 0, 0]}", .more = kBall}},
+      {Effect::kSurfaceMotion,  // slow, since a speed is rounded
+       {.scene = "ground: {friction: 0.5, surface_velocity: [0.05, 0, 0]}", .more = kBall}},
       {Effect::kTorsionalFriction,
        {.scene = "ground: {friction: 0.5}\ndefaults: {torsional_friction: 0.01}", .more = kBall}},
       {Effect::kRollingFriction,
