@@ -24,7 +24,7 @@ using tinyxml2::XMLElement;
 struct Robot {
   fs::path file;  ///< empty for a shape defined in the scene file
   std::string prefix;
-  fs::path mesh = {};  ///< of an object that fills one; else empty
+  fs::path mesh = {};  ///< the file of an object that fills a mesh; else empty
   Vector3 scale = Vector3::Ones();
 };
 

@@ -65,6 +65,26 @@ struct TerrainContacts::Query {
   const Vector3& vertex(int t, int k) const {
     return terrain.vertices[terrain.triangles[t].vertices[k % 3]];
   }
+  // True for points over a triangle, or beyond its edges by at most `slack`, plus `level_slack` at
+  // flat edges.
+  bool is_over(int t, const Vector3& p, double slack, double level_slack) const {
+    const Terrain::Triangle& triangle = terrain.triangles[t];
+    double reach = 0.0;  // largest slack beyond an edge that the point passes
+    for (int k = 0; k < 3; ++k) {
+      double beyond = slack;
+      // Avoids a gap between two faces that are not quite in one plane.
+      if (triangle.edges[k] == Terrain::Edge::kFlat) beyond += level_slack;
+      // Beyond a concave edge the face continues below its neighbour, so that a fast body meets a
+      // face that stands across its path.
+      if (triangle.edges[k] == Terrain::Edge::kConcave && std::isfinite(margin)) beyond += margin;
+      const double inside = inward(vertex(t, k), vertex(t, k + 1), triangle.normal, p);
+      if (inside < -beyond) return false;
+      if (inside < 0.0) reach = std::max(reach, beyond);
+    }
+    // Near a sharp corner of the triangle points far from it are near the lines of its edges.
+    return reach == 0.0 || distance_in_plane({vertex(t, 0), vertex(t, 1), vertex(t, 2)},
+                                             triangle.normal, p) <= reach;
+  }
 };
 
 void TerrainContacts::add(const Query& query, const ContactPoint& point) {
@@ -92,33 +112,12 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
   const Terrain::Triangle& triangle = query.terrain.triangles[t];
   const Vector3& n = triangle.normal;
   const Vector3& origin = query.vertex(t, 0);
-  const std::array corners{origin, query.vertex(t, 1), query.vertex(t, 2)};
   const double height = n.dot(query.center - origin);
   const bool behind = height < -kBehind * query.thickness;
-  // True for points over the triangle, or beyond its edges by at most `slack`, plus `level_slack`
-  // at flat edges.
-  const auto within = [&](const Vector3& p, double slack, double level_slack) {
-    double reach = 0.0;  // of the slack beyond the edges that the point passes
-    for (int k = 0; k < 3; ++k) {
-      double beyond = slack;
-      // Avoids a gap between two faces that are not quite in one plane.
-      if (triangle.edges[k] == Terrain::Edge::kFlat) beyond += level_slack;
-      // Beyond a concave edge the face continues below its neighbour, so that a fast body meets a
-      // face that stands across its path.
-      if (triangle.edges[k] == Terrain::Edge::kConcave && std::isfinite(query.margin)) {
-        beyond += query.margin;
-      }
-      const double inside = inward(query.vertex(t, k), query.vertex(t, k + 1), n, p);
-      if (inside < -beyond) return false;
-      if (inside < 0.0) reach = std::max(reach, beyond);
-    }
-    // Near a sharp corner of the triangle points far from it are near the lines of its edges.
-    return reach == 0.0 || distance_in_plane(corners, n, p) <= reach;
-  };
   const double rounding = 1e-9 * query.size;
   const auto take = [&](const ContactPoint& point) {
     const Vector3 corner = point.position + 0.5 * point.gap * n;
-    const bool over = within(corner, rounding, kFlatSlack * query.size);
+    const bool over = query.is_over(t, corner, rounding, kFlatSlack * query.size);
     // The point where the path from the shape's centre to the corner crosses the face's plane.
     const auto crossing = [&]() -> Vector3 {
       return query.center + height / (height - point.gap) * (corner - query.center);
@@ -126,7 +125,7 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
     if (point.gap >= -kShallow * query.thickness) {
       // A shape behind the face: a corner that came through the face is ignored, one that reaches
       // over it from beyond its edges rests on it.
-      if (over && !(behind && within(crossing(), 0.0, 0.0))) add(query, point);
+      if (over && !(behind && query.is_over(t, crossing(), 0.0, 0.0))) add(query, point);
       return;
     }
     if (behind || (!over && height <= 0.0)) return;
@@ -134,7 +133,8 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
     // corner is below it; otherwise the far side of a thin wall would hold a body that reaches over
     // the wall.
     const double slack = over ? kShallow * query.thickness : rounding;
-    if (!within(crossing(), slack, over ? -kSlant * point.gap : kFlatSlack * query.size)) return;
+    const double level_slack = over ? -kSlant * point.gap : kFlatSlack * query.size;
+    if (!query.is_over(t, crossing(), slack, level_slack)) return;
     add(query, point);
   };
   if (query.shape.type == ShapeType::kConvexMesh) {

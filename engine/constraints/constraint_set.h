@@ -43,6 +43,9 @@ struct PairConstraint {
   /// zero if none does. The first tangent then has the larger coefficient.
   Vector3 friction_axis = Vector3::Zero();
   bool axis_of_b = false;
+
+  /// Contact: whether a surface moves on its body (Material::surface_velocity).
+  bool has_belt() const { return law.bias[1] != 0.0 || law.bias[2] != 0.0; }
 };
 
 /// One row on joint coordinates: y = sum of coefficient[k] w[v_index[k]] over k = 0, 1, plus the

@@ -180,10 +180,8 @@ class MjcfWriter {
     if (!size.empty()) set("size", size);
     if (g.shape.type == ShapeType::kConvexMesh) set("mesh", meshes_.at(g.shape.mesh.get()));
     place(g.X_BG);
-    if (by_pair_ || !on(Effect::kContacts)) {
-      set("contype", "0");
-      set("conaffinity", "0");
-    }
+    if (by_pair_ || !on(Effect::kContacts))
+      for (const char* key : {"contype", "conaffinity"}) set(key, "0");
     const Material acting = acting_surface(g.material, how_.effects);
     const Material m = acting.without_direction();
     if (acting.is_directional()) lose("geometry '" + g.name + "'", "the direction of its friction");

@@ -289,7 +289,7 @@ bool is_inside(const TriangleMesh& mesh, const Vector3& p) {
 }
 
 // A body of any size around a thin-walled solid of slender triangles overlaps it only where a point
-// of the body is inside: no face holds what is beside or beyond it.
+// of the body is inside: no face holds a body beside or beyond it.
 TEST(Terrain, DeepPointsAreInsideTheSolid) {
   constexpr double kDeep = 0.05;         // share of the half thickness (terrain_contacts.h)
   const Vector3 kOff(3e-9, 2e-9, 1e-9);  // points may lie on the surface, to round-off [m]

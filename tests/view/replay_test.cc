@@ -183,7 +183,7 @@ TEST(Visuals, AnObjectInPiecesShowsItsMesh) {
   const Visuals visuals = read_visuals(file, scene.model, {});
   EXPECT_EQ(visuals.shapes.size(), 30U);
   EXPECT_EQ(visuals.instances.size(), 30U);
-  ASSERT_EQ(visuals.meshes.size(), 1U);  // of all thirty brackets
+  ASSERT_EQ(visuals.meshes.size(), 1U);  // one for thirty brackets
   EXPECT_EQ(visuals.meshes[0].triangles.size(), 20U);
   for (const Visual& visual : visuals.shapes)
     EXPECT_EQ(scene.model.joint(visual.body - 1).link, visual.name);

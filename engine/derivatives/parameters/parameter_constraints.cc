@@ -172,8 +172,8 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
         active_material(model.pair_material(contact.geometry_a, contact.geometry_b), effects);
     // Friction of bounces, of spinning patches and with an axis is left to differences.
     if (contact::leans(pair.law) || pair.spins || !pair.friction_axis.isZero(0.0)) return false;
-    if (material.per_area.is_soft()) return false;                         // the area may change
-    if (pair.law.bias[1] != 0.0 || pair.law.bias[2] != 0.0) return false;  // a belt may turn
+    // The area may change, and a belt may turn.
+    if (material.per_area.is_soft() || pair.has_belt()) return false;
     // The same for a bouncing ball whose place in the body moves: off the centre of mass its
     // impulse leans.
     if (p.kind() == K::kHeight && pair.law.coulomb && material.restitution > 0.0) return false;

@@ -82,8 +82,8 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
   const Material surface =
       active_material(model.pair_material(candidate.geometry_a, candidate.geometry_b), effects);
   ContactMotion motion;
-  const bool belt = pair.law.bias[1] != 0.0 || pair.law.bias[2] != 0.0;
-  if (surface.per_area.is_soft() || belt || !find_motion(model, h, contact, inverted, motion)) {
+  if (surface.per_area.is_soft() || pair.has_belt() ||
+      !find_motion(model, h, contact, inverted, motion)) {
     find_velocity_response(pair, bodies, out);  // areas and belts move with the bodies
     return false;
   }
@@ -124,10 +124,7 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
   }
   if (closed) slopes.gap = slopes.smoothing = slopes.softness = share.gap = 0.0;
   find_contact_response(pair, bodies, motion, slopes, turning && !closed, h, out, share);
-  if (!pair.spins || pair.law.rows < 3) return true;
-  // The friction point of a spinning patch does not turn with the axis of friction.
-  const bool turns = !pair.friction_axis.isZero(0.0);
-  return !displacing_ && !turns && add_patch(of, contact, bodies, inverted, out);
+  return !pair.spins || pair.law.rows < 3 || add_patch(of, contact, bodies, inverted, out);
 }
 
 /// Adds the derivatives of the friction of a spinning patch for one of its contacts.
@@ -135,6 +132,8 @@ bool InverseDerivator::add_patch(const InverseArguments& of, size_t contact,
                                  const PairBodies& bodies, const InvertedStep& inverted,
                                  PairResponse& out) {
   const ConstraintSet& set = *inverted.constraints;
+  // The friction point of a spinning patch does not turn with the axis of friction.
+  if (displacing_ || !set.pairs[contact].friction_axis.isZero(0.0)) return false;
   const auto same_pair = [&](size_t i) {
     const collision::Candidate &a = set.contacts[i], &b = set.contacts[contact];
     return a.geometry_a == b.geometry_a && a.geometry_b == b.geometry_b;
