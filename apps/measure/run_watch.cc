@@ -38,11 +38,8 @@ RunWatch::RunWatch(Simulator& simulator, long every)
 /// True if all work on the scene is counted; the work of servos, of belts and of wrenches on links
 /// is not.
 bool RunWatch::knows_work() const {
-  const std::vector<Geometry>& all = simulator_.model().geometries();
-  const bool belts = std::any_of(all.begin(), all.end(), [](const Geometry& g) {
-    return !g.material.surface_velocity.isZero(0.0);
-  });
-  return simulator_.model().servos().empty() && !belts && simulator_.input().wrenches.empty();
+  const Model& model = simulator_.model();
+  return model.servos().empty() && !has_belts(model) && simulator_.input().wrenches.empty();
 }
 
 /// Updates the largest opening of the closures; the first call stores their openings at the start.

@@ -24,6 +24,9 @@ class SurfaceSprings {
   std::vector<collision::Candidate> candidates_;
 };
 
+/// Whether surfaces move on their bodies (Material::surface_velocity) and do work.
+bool has_belts(const Model& model);
+
 /// Kinetic plus potential energy, including springs of joints and surfaces [J].
 double total_energy(const Model& model, const State& state);
 
