@@ -25,6 +25,8 @@ void read_flags(Document& document, const Element& e, MjcfModel& model, Switches
   for (const auto* a = e.FirstAttribute(); a; a = a->Next()) {
     const std::string name = a->Name();
     const bool off = v.word(a->Name(), {"enable", "disable"}, "enable") == "disable";
+    if (!off && (name == "override" || name == "diagexact"))
+      document.note(e, fmt::format("{} is not obeyed: contacts keep their own parameters", name));
     if (!off || kHarmless.count(name) > 0) continue;
     if (name == "filterparent")
       document.fail(
@@ -107,6 +109,9 @@ Switches read_options(Document& document, MjcfModel& model) {
     const std::string collision = v.word("collision", {"all", "predefined", "dynamic"}, "all");
     switches.pairs_only = collision == "predefined";
     switches.no_pairs = collision == "dynamic";
+    switches.elliptic = v.word("cone", {"pyramidal", "elliptic"},
+                               switches.elliptic ? "elliptic" : "pyramidal") == "elliptic";
+    switches.impratio = v.number("impratio", switches.impratio);
     for (const int group : v.integers("actuatorgroupdisable", 0, 31))
       switches.groups_off.insert(group);
     std::string others;
@@ -237,9 +242,9 @@ void check_sections(Document& document) {
          fmt::format("passed over, without effect on the motion: {}", counted(passed))});
   document.notes.push_back(
       {document.file().string(),
-       "solref, solimp, margin and gap are not used: contacts, limits and equalities are as stiff "
-       "as the "
-       "scene's contact says (contact: fast is about as soft as MuJoCo's defaults)"});
+       "margin and gap are not used, nor are solref and solimp, but for a negative solref of "
+       "contacts: contacts, limits and equalities are as stiff as the scene's contact says "
+       "(contact: fast is about as soft as MuJoCo's defaults)"});
 }
 
 }  // namespace counterpoint::mjcf

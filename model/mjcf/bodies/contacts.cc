@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <set>
 
+#include "counterpoint/model/mjcf/bodies/contact_springs.h"
+
 namespace counterpoint::mjcf {
 namespace {
 
@@ -21,7 +23,9 @@ class ContactReader {
         assets_(assets),
         bodies_(bodies),
         switches_(switches),
-        model_(model) {}
+        model_(model),
+        springs_(bodies, switches, model),
+        own_(bodies.geoms.size()) {}
 
   void read() {
     document_.each(document_.section_children("contact"), [&](const Element& e) {
@@ -42,9 +46,13 @@ class ContactReader {
       if (geom.type == "mesh") meshes.push_back(geom.mesh);
     }
     assets_.load_ahead(meshes);
-    for (const int i : active) document_.faults.collect([&] { add_shape(bodies_.geoms[i]); });
+    for (const int i : active) {
+      own_[i] = own_surface(i);
+      document_.faults.collect([&] { add_shape(bodies_.geoms[i], own_[i]); });
+    }
     for (std::size_t a = 0; a < active.size(); ++a)
       for (std::size_t b = a + 1; b < active.size(); ++b) join(active[a], active[b]);
+    note_springs();
   }
 
  private:
@@ -68,15 +76,19 @@ class ContactReader {
     const int a = geom_named(v, "geom1"), b = geom_named(v, "geom2");
     const BodyNode &body_a = body_of(a), &body_b = body_of(b);
     if (body_a.weld == body_b.weld) return;  // one rigid body, without relative motion
-    Material surface = combined(a, b, v.integer("condim", 0));
-    if (const auto f = v.numbers("friction", 1, 5); !f.empty()) {
-      const int dimensions = v.integer("condim", common_dimensions(a, b));
-      const double across = f.size() > 1 ? f[1] : f[0];
-      if (dimensions >= 3) set_sliding(e, a, b, f[0], across, surface);
-      if (dimensions >= 4 && f.size() > 2) surface.torsional_friction = f[2];
-      if (dimensions >= 6 && f.size() > 3) surface.rolling_friction = f[3];
-    }
     if (switches_.no_pairs) return;
+    ContactParameters contact;
+    contact.read(v);
+    note_solref(e, contact);
+    const std::vector<double> f = v.numbers("friction", 1, 5);
+    if (!f.empty()) contact.slide = f[0];
+    if (f.size() == 1 && f[0] != 1.0)
+      document_.note(e,
+                     "friction: one number is that of both directions; in MuJoCo the second is 1");
+    if (f.size() > 2) contact.spin = f[2];
+    if (f.size() > 3) contact.roll = f[3];
+    Material surface = surface_of(a, b, contact);
+    if (f.size() > 1 && contact.condim >= 3) set_sliding(e, a, b, f[0], f[1], surface);
     in_pair_.insert(a);
     in_pair_.insert(b);
     paired_[ordered(a, b)] = surface;
@@ -125,29 +137,35 @@ class ContactReader {
     return first.priority > second.priority ? &first : &second;
   }
 
-  int common_dimensions(int a, int b) const {
-    if (const Geom* one = of_priority(a, b)) return one->condim;
-    return std::max(bodies_.geoms[a].condim, bodies_.geoms[b].condim);
+  /// The surface of two geoms without a <pair>: that of the geom with the higher priority, else
+  /// combined of both.
+  Material combined_surface(int a, int b) {
+    const Geom* one = of_priority(a, b);
+    return surface_of(
+        a, b, one ? one->contact : combined(bodies_.geoms[a].contact, bodies_.geoms[b].contact));
   }
 
-  /// Combines the friction of two geoms: that of the geom with the higher priority, else the larger
-  /// value of each coefficient. `dimensions`: condim of the contact; 0 takes it from the geoms.
-  Material combined(int a, int b, int dimensions) const {
-    if (dimensions == 0) dimensions = common_dimensions(a, b);
-    if (const Geom* one = of_priority(a, b)) return one->material(dimensions);
-    Geom both = bodies_.geoms[a];
-    const Geom& other = bodies_.geoms[b];
-    both.slide = std::max(both.slide, other.slide);
-    both.spin = std::max(both.spin, other.spin);
-    both.roll = std::max(both.roll, other.roll);
-    return both.material(dimensions);
+  /// The surface of a geom against a body fixed to the world.
+  Material own_surface(int i) {
+    const Geom& geom = bodies_.geoms[i];
+    note_solref(*geom.element, geom.contact);
+    if (geom.contact.is_spring() && body_of(i).weld == 0)
+      document_.note(*geom.element,
+                     "solref is negative: bodies of other files find this surface hard, since the "
+                     "stiffness depends on their masses");
+    return springs_.between(geom.body, 0, geom.contact);
   }
 
-  void add_shape(const Geom& given) {
+  Material surface_of(int a, int b, const ContactParameters& contact) {
+    const Material m = springs_.between(bodies_.geoms[a].body, bodies_.geoms[b].body, contact);
+    if (contact.is_spring()) ++(m.is_soft() ? soft_pairs_ : hard_pairs_);
+    return m;
+  }
+
+  void add_shape(const Geom& given, const Material& material) {
     const Geom geom = resolved(given, assets_, document_);
     const BodyNode& node = bodies_.bodies[geom.body];
     const Shape shape = shape_of(geom, assets_, document_);
-    const Material material = geom.material(geom.condim);
     if (node.weld == 0) {
       model_.environment.push_back({geom.collision, shape, node.X_WB * geom.X_BG, material});
       return;
@@ -180,15 +198,18 @@ class ContactReader {
       return;
     }
     if (pair != paired_.end()) model_.inclusions.emplace_back(first.collision, second.collision);
-    const Material surface = pair == paired_.end() ? combined(a, b, 0) : pair->second;
-    const Material usual =
-        combine_materials(first.material(first.condim), second.material(second.condim));
+    const Material surface = pair == paired_.end() ? combined_surface(a, b) : pair->second;
+    const Material usual = combine_materials(own_[a], own_[b]);
     if (same(surface, usual)) return;
     PairSurface values;
     values.friction = surface.friction;
     if (surface.is_directional()) {
       values.friction_axis = surface.friction_axis;
       values.friction_across = surface.friction_across;
+    }
+    if (surface.is_soft() || usual.is_soft()) {
+      values.stiffness = surface.stiffness;
+      values.damping = surface.damping;
     }
     values.torsional_friction = surface.torsional_friction;
     values.rolling_friction = surface.rolling_friction;
@@ -197,11 +218,34 @@ class ContactReader {
     model_.surfaces.push_back({owner.collision, other.collision, values});
   }
 
+  void note_solref(const Element& e, const ContactParameters& contact) {
+    if (contact.is_spring() || contact.solref.minCoeff() > 0.0) return;
+    document_.note(e,
+                   "solref is not used: a stiffness needs a negative number, followed by a damping "
+                   "that is negative or 0; MuJoCo takes its default if one of two is positive");
+  }
+
+  void note_springs() {
+    if (switches_.constraint_off("contact")) return;
+    const auto note = [&](int count, const char* what) {
+      if (count == 0) return;
+      document_.notes.push_back(
+          {document_.file().string(),
+           fmt::format("negative solref: pairs of geoms that {}: {}", what, count)});
+    };
+    note(soft_pairs_,
+         "yield as in MuJoCo at rest, where they overlap by the width of solimp or more (impacts "
+         "are shorter, since MuJoCo adds inertia to a contact)");
+    note(hard_pairs_, "are hard, since the stiffness is 1e9 N/m or more");
+  }
+
   static bool same(const Material& a, const Material& b) {
     constexpr double kRounding = 1e-12;  // relative round-off of the geometric mean
-    const auto near = [](double x, double y) { return std::abs(x - y) <= kRounding * std::abs(y); };
-    return !a.is_directional() && near(a.friction, b.friction) &&
-           near(a.torsional_friction, b.torsional_friction) &&
+    const auto near = [](double x, double y) {
+      return x == y || std::abs(x - y) <= kRounding * std::abs(y);
+    };
+    return !a.is_directional() && near(a.friction, b.friction) && near(a.stiffness, b.stiffness) &&
+           near(a.damping, b.damping) && near(a.torsional_friction, b.torsional_friction) &&
            near(a.rolling_friction, b.rolling_friction);
   }
 
@@ -211,7 +255,10 @@ class ContactReader {
   const Bodies& bodies_;
   const Switches& switches_;
   MjcfModel& model_;
-  std::set<Pair> excluded_;  // indices of bodies
+  ContactSprings springs_;
+  std::vector<Material> own_;            ///< per geom, against what is fixed to the world
+  int soft_pairs_ = 0, hard_pairs_ = 0;  ///< pairs with a negative solref
+  std::set<Pair> excluded_;              // indices of bodies
   std::set<int> in_pair_;
   std::map<Pair, Material> paired_;
 };

@@ -80,12 +80,22 @@ Geom fit(const Geom& fitted, Assets& assets, Document& document) {
 
 }  // namespace
 
-Material Geom::material(int dimensions) const {
+Material ContactParameters::hard() const {
   Material m;
-  m.friction = dimensions >= 3 ? slide : 0.0;
-  m.torsional_friction = dimensions >= 4 ? spin : 0.0;
-  m.rolling_friction = dimensions >= 6 ? roll : 0.0;
+  m.friction = condim >= 3 ? slide : 0.0;
+  m.torsional_friction = condim >= 4 ? spin : 0.0;
+  m.rolling_friction = condim >= 6 ? roll : 0.0;
   return m;
+}
+
+void ContactParameters::read(const Values& v) {
+  condim = v.integer("condim", condim);
+  if (condim != 1 && condim != 3 && condim != 4 && condim != 6)
+    v.document().fail(v.element(), "condim: 1, 3, 4 or 6 is expected");
+  const std::vector<double> reference = v.numbers("solref", 1, 2);
+  std::copy(reference.begin(), reference.end(), solref.data());
+  const std::vector<double> impedance = v.numbers("solimp", 1, 5);
+  std::copy_n(impedance.begin(), std::min<std::size_t>(impedance.size(), 3), solimp.data());
 }
 
 Geom read_geom(const Values& v, const Pose& X_BF, int body) {
@@ -119,15 +129,14 @@ Geom read_geom(const Values& v, const Pose& X_BF, int body) {
   geom.ellipsoid_in_fluid = v.text("fluidshape", "none") != "none";
   geom.contype = v.integer("contype", 1);
   geom.conaffinity = v.integer("conaffinity", 1);
-  geom.condim = v.integer("condim", 3);
-  if (geom.condim != 1 && geom.condim != 3 && geom.condim != 4 && geom.condim != 6)
-    document.fail(v.element(), "condim: 1, 3, 4 or 6 is expected");
+  geom.contact.read(v);
+  geom.contact.solmix = v.number("solmix", 1.0);
   geom.group = v.integer("group", 0);
   geom.priority = v.integer("priority", 0);
   const std::vector<double> friction = v.numbers("friction", 1, 3);
-  if (!friction.empty()) geom.slide = friction[0];
-  if (friction.size() > 1) geom.spin = friction[1];
-  if (friction.size() > 2) geom.roll = friction[2];
+  if (!friction.empty()) geom.contact.slide = friction[0];
+  if (friction.size() > 1) geom.contact.spin = friction[1];
+  if (friction.size() > 2) geom.contact.roll = friction[2];
   geom.mass = v.number("mass");
   geom.density = v.number("density", 1000.0);
   if (geom.density < 0.0 || geom.mass.value_or(0.0) < 0.0)

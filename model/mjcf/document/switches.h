@@ -1,4 +1,4 @@
-// Features that <option> and its <flag> switch off.
+// What <option> and its <flag> say about the features that are read.
 #pragma once
 
 #include <set>
@@ -11,6 +11,8 @@ struct Switches {
   bool pairs_only = false;    ///< collision="predefined"
   bool no_pairs = false;      ///< collision="dynamic"
   std::set<int> groups_off;   ///< actuatorgroupdisable
+  bool elliptic = false;      ///< cone="elliptic"
+  double impratio = 1.0;      ///< frictional over normal impedance [-]
 
   /// `kind`: equality, frictionloss, limit or contact. The flag `constraint` switches off all four.
   bool constraint_off(const char* kind) const {

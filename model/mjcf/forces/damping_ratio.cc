@@ -3,22 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/model/model.h"
+#include "counterpoint/model/mjcf/bodies/reference_model.h"
 
 namespace counterpoint::mjcf {
 
 void apply_damping_ratios(const std::vector<DampingRatio>& ratios, MjcfModel& model) {
   if (ratios.empty()) return;
-  ModelBuilder builder;
-  RobotSpec bare = model.robot;
-  for (LinkSpec& link : bare.links) link.collisions.clear();
-  for (JointSpec& joint : bare.joints) joint.mimic_master.clear();
-  builder.add_robot(bare, Base::kFixed, Pose());
-  for (const MjcfModel::Coordinate& c : model.coordinates)
-    builder.set_default_position(
-        c.joint, Eigen::Map<const VectorX>(c.reference.data(),
-                                           static_cast<Eigen::Index>(c.reference.size())));
-  const Model built = builder.build();
+  const Model built = reference_model(model);
   VectorX diagonal = VectorX::Zero(built.nv());
   for (int t = 0; t < built.num_trees(); ++t) {
     const Tree& tree = built.trees()[t];
