@@ -256,7 +256,7 @@ class ContactReader {
   const Switches& switches_;
   MjcfModel& model_;
   ContactSprings springs_;
-  std::vector<Material> own_;            ///< per geom, against what is fixed to the world
+  std::vector<Material> own_;            ///< per geom, against a body fixed to the world
   int soft_pairs_ = 0, hard_pairs_ = 0;  ///< pairs with a negative solref
   std::set<Pair> excluded_;              // indices of bodies
   std::set<int> in_pair_;

@@ -27,7 +27,6 @@ Model reference_model(const MjcfModel& file) { return bare_model(file, -1, 0.0);
 double inverse_mass(const MjcfModel& file, const Model& model, int link) {
   const LinkSpec& spec = file.robot.links[link];
   const int tree = model.body(model.frames()[model.find_frame(spec.name)].body).tree;
-  if (tree < 0) return 0.0;
   // A point of the mass m at the centre of mass, whose Jacobian is J, adds m J'J to M.
   const double m = spec.inertia.mass > 0.0 ? spec.inertia.mass : 1.0;
   const MatrixX mass = reference_mass_matrix(model, tree, model.default_q());

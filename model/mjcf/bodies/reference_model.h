@@ -10,9 +10,9 @@ namespace counterpoint::mjcf {
 /// pose. @throws InputError naming the joint that moves no inertia.
 Model reference_model(const MjcfModel& model);
 
-/// Returns the inverse mass of a link [1/kg]: the mean over directions of the acceleration of its
-/// centre of mass per force there, in the reference pose with all joints free (body_invweight0 of
-/// MuJoCo). `model`: reference_model(file).
+/// Returns the inverse mass of a link that can move [1/kg]: the mean over directions of the
+/// acceleration of its centre of mass per force there, in the reference pose with all joints free
+/// (body_invweight0 of MuJoCo). `model`: reference_model(file).
 double inverse_mass(const MjcfModel& file, const Model& model, int link);
 
 }  // namespace counterpoint::mjcf

@@ -1,4 +1,4 @@
-// What <option> and its <flag> say about the features that are read.
+// Settings of <option> and its <flag>.
 #pragma once
 
 #include <set>
