@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/model/mjcf/bodies/reference_model.h"
-
 namespace counterpoint::mjcf {
 namespace {
 
@@ -65,12 +63,13 @@ Material ContactSprings::between(int body_a, int body_b, const ContactParameters
 }
 
 double ContactSprings::inverse_mass_of(int body) {
-  double& weight = inverse_mass_[body];
-  if (bodies_.bodies[body].weld == 0) weight = 0.0;
-  if (weight >= 0.0) return weight;
-  if (!reference_) reference_ = reference_model(model_);
-  weight = std::max(0.0, inverse_mass(model_, *reference_, bodies_.bodies[body].link_index));
-  return weight;
+  const BodyNode& node = bodies_.bodies[body];
+  if (node.weld == 0) return 0.0;
+  double& known = known_[body];
+  if (known >= 0.0) return known;
+  if (!inverse_masses_) inverse_masses_.emplace(model_);
+  known = std::max(0.0, inverse_masses_->of(model_.robot.links[node.link_index]));
+  return known;
 }
 
 }  // namespace counterpoint::mjcf

@@ -5,34 +5,42 @@
 namespace counterpoint::mjcf {
 namespace {
 
-/// `heavier`: index of a link that gets `mass` more at its centre of mass, or -1.
-Model bare_model(const MjcfModel& file, int heavier, double mass) {
+Model with_inertia(Model model, int body, const SpatialInertia& inertia) {
+  ModelEditor editor(std::move(model));
+  editor.set_inertia(body, inertia);
+  return editor.take();
+}
+
+}  // namespace
+
+Model reference_model(const MjcfModel& model) {
   ModelBuilder builder;
-  RobotSpec bare = file.robot;
+  RobotSpec bare = model.robot;
   for (LinkSpec& link : bare.links) link.collisions.clear();
   for (JointSpec& joint : bare.joints) joint.mimic_master.clear();
-  if (heavier >= 0) bare.links[heavier].inertia.mass += mass;
   builder.add_robot(bare, Base::kFixed, Pose());
-  for (const MjcfModel::Coordinate& c : file.coordinates)
+  for (const MjcfModel::Coordinate& c : model.coordinates)
     builder.set_default_position(
         c.joint, Eigen::Map<const VectorX>(c.reference.data(),
                                            static_cast<Eigen::Index>(c.reference.size())));
   return builder.build();
 }
 
-}  // namespace
-
-Model reference_model(const MjcfModel& file) { return bare_model(file, -1, 0.0); }
-
-double inverse_mass(const MjcfModel& file, const Model& model, int link) {
-  const LinkSpec& spec = file.robot.links[link];
-  const int tree = model.body(model.frames()[model.find_frame(spec.name)].body).tree;
+double InverseMasses::of(const LinkSpec& link) {
+  const Frame frame = model_.frames()[model_.find_frame(link.name)];
+  const int tree = model_.body(frame.body).tree;
+  TreeInertia& known = trees_[tree];
+  if (known.mass.size() == 0) {
+    known.mass = reference_mass_matrix(model_, tree, model_.default_q());
+    known.inverse = known.mass.llt().solve(MatrixX::Identity(known.mass.rows(), known.mass.cols()));
+  }
   // A point of the mass m at the centre of mass, whose Jacobian is J, adds m J'J to M.
-  const double m = spec.inertia.mass > 0.0 ? spec.inertia.mass : 1.0;
-  const MatrixX mass = reference_mass_matrix(model, tree, model.default_q());
-  const Model heavier = bare_model(file, link, m);
-  const MatrixX added = reference_mass_matrix(heavier, tree, model.default_q()) - mass;
-  return mass.llt().solve(added).trace() / (3.0 * m);
+  const SpatialInertia own = model_.body(frame.body).inertia;
+  const SpatialInertia point{own.mass, frame.X_BF * link.inertia.center, Matrix3::Zero()};
+  model_ = with_inertia(std::move(model_), frame.body, own + point);
+  const MatrixX added = reference_mass_matrix(model_, tree, model_.default_q()) - known.mass;
+  model_ = with_inertia(std::move(model_), frame.body, own);
+  return known.inverse.cwiseProduct(added).sum() / (3.0 * point.mass);
 }
 
 }  // namespace counterpoint::mjcf
