@@ -48,6 +48,11 @@ void hollow(Trial& trial, const std::string& scene, double seconds, bool driven,
                 "the inverse of the step; 1e-8");
 }
 
+/// Acceleration of a nut [m/s^2] with the radius of gyration k, k^2 = 21.1 mm^2, down the slope p =
+/// 0.199 mm/rad: p g / (p + k^2 / (r tan(atan(p / r) - atan(0.02 / cos(30 degrees))))), r = 3.594
+/// mm.
+constexpr double kNutAcceleration = 0.01067;
+
 HardCase hollow_case(const std::string& name, const std::string& hard, double seconds, bool driven,
                      const Answer& answer, bool slow = false) {
   const std::string scene = "../hollow/" + name;
@@ -124,6 +129,17 @@ std::vector<HardCase> hollow_cases() {
                      return std::max(moved(s, start, "jams/body"), std::abs(missed));
                    },
                    true}));
+  cases.push_back(hollow_case(
+      "nut_on_bolt", "A nut turns down its bolt: the friction angle decides, along 100 facets.",
+      0.4, false,
+      {"the turning nut's fall, or the other's over it, off by", "1", 0.15,
+       "a slope at the pitch radius; flanks touch up to 10 % off it",
+       [](const Runner& s, const VectorX& start, const Forces&) {
+         const double fall = moved(s, start, "turns/nut");
+         const double expected = 0.5 * kNutAcceleration * std::pow(s.state().time, 2);
+         return std::max(std::abs(fall / expected - 1.0), moved(s, start, "stays/nut") / fall);
+       },
+       true}));
   cases.push_back(hollow_case(
       "hand_on_mug", "Fingers close on a bent handle, far off the centre of mass, and lift.", 3.0,
       true,

@@ -4,13 +4,16 @@ import math
 from scenes.files import num, vec
 from scenes.hollow_machines import gears, grasp, hand, pegs
 from scenes.hollow_meshes import BOWL_STEP, HEAD, MESHES
+from scenes.hollow_threads import THREADS, bolt, nut, nuts
 
 # Friction of teeth reverses on the line of centres: with less smoothing, rounding there costs the inverse a digit.
 REVERSES = "{smoothing: 1e-11}  # m; sliding reverses where teeth touch on the line of centres"
 
 
-def scene(name, about, environment, models, duration, ground=None, meshes="", contact=""):
+def scene(name, about, environment, models, duration, ground=None, meshes="", contact="", step=None):
     lines = [f"# {about}", HEAD, f"name: {name}", f"duration: {num(duration)}  # s"]
+    if step:
+        lines.append(f"time_step: {num(step)}  # s")
     if meshes:
         lines.append(f"meshes: {{{meshes}}}")
     if contact:
@@ -74,6 +77,8 @@ def hollow_files():
               "tolerance: 0.001"),
         scene("peg_in_hole", "A peg falls to the floor of its hole; of two in tilted holes, one slides in and one jams.",
               *pegs(), 1, meshes="tolerance: 0.00001"),
+        scene("nut_on_bolt", "M8 nuts on fixed bolts: one turns down by its weight, one is held by friction.", [], nuts(), 0.4,
+              step=0.0005),
         scene("hand_on_mug", "A hand closes on the handle of a mug and lifts it by 0.1 m.", [], grasp(), 3, 0.5,
               "tolerance: 0.001"),
         scene("gears", "A pinion of 12 teeth turns a wheel of 24, which is braked: half as fast, the other way round.", [],
@@ -81,8 +86,9 @@ def hollow_files():
                "pinion_turn: {servo: {damping: 1, velocity: 6.28318530717959}}, wheel_turn: {damping: 0.1}}"], 6,
               meshes="tolerance: 0.00005", contact=REVERSES),
     ]
-    files = {"scenes/hollow/hand.urdf": hand(), "scenes/hollow/gears.urdf": gears()}
-    files |= {f"scenes/hollow/{name}.obj": mesh.text() for name, mesh in MESHES.items()}
+    files = {"scenes/hollow/hand.urdf": hand(), "scenes/hollow/gears.urdf": gears(), "scenes/hollow/nut.urdf": nut(),
+             "scenes/hollow/bolt.urdf": bolt()}
+    files |= {f"scenes/hollow/{name}.obj": mesh.text() for name, mesh in (MESHES | THREADS).items()}
     for text in scenes:
         name = text.split("name: ", 1)[1].split("\n", 1)[0]
         files[f"scenes/hollow/{name}.yaml"] = text

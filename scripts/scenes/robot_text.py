@@ -64,6 +64,8 @@ def geometry(shape):
         return f'<box size="{numbers(d)}"/>'
     if kind == "sphere":
         return f'<sphere radius="{number(d[0])}"/>'
+    if kind == "mesh":
+        return f'<mesh filename="{d}"/>'
     return f'<{kind} radius="{number(d[0])}" length="{number(d[1])}"/>'
 
 
