@@ -5,7 +5,7 @@ from scenes.files import num, vec
 from scenes.hollow_meshes import Mesh
 from scenes.robot_text import Robot, box, cylinder
 
-PITCH, MAJOR, MINOR = 0.00125, 0.004, 0.003233  # of the bolt; radii [m]
+PITCH, MAJOR, MINOR = 0.00125, 0.004, 0.003233  # pitch, radii of the bolt [m]
 PITCH_RADIUS, CORE = 0.003594, 0.003  # the teeth of the bolt reach into it to CORE [m]
 INNER, OUTER = 0.0033235, 0.00415  # radii of the nut's thread at the middle of a tooth [m]
 PLAY = 0.0001  # along the axis, between the flanks [m]
@@ -43,6 +43,7 @@ def thread(mesh, turns, sectors):
 
 
 def bolt():
+    """A bolt about z, its thread in the middle."""
     robot = Robot("bolt", "A bolt M8: its core, and its thread of convex teeth.")
     core = cylinder(MINOR, (BOLT_TURNS + 1) * PITCH)
     robot.link("bolt", core, 0.01, collisions=[(core, (0, 0, 0), (0, 0, 0))]
@@ -51,6 +52,7 @@ def bolt():
 
 
 def nut():
+    """A nut about z; its sides are boxes."""
     sides = [k * math.pi / 3 for k in range(6)]
     robot = Robot("nut", "A nut M8: its thread of convex teeth, and six sides.")
     robot.link("nut", cylinder(0.0065, 0.004), 0.005, collisions=thread("nut_tooth.obj", NUT_TURNS, NUT_SECTORS)
