@@ -28,9 +28,8 @@ double SurfaceSprings::energy(const VectorX& q) {
 }
 
 bool has_belts(const Model& model) {
-  return std::any_of(model.geometries().begin(), model.geometries().end(), [](const Geometry& g) {
-    return !g.material.surface_velocity.isZero(0.0);
-  });
+  return std::any_of(model.geometries().begin(), model.geometries().end(),
+                     [](const Geometry& g) { return !g.material.surface_velocity.isZero(0.0); });
 }
 
 double total_energy(const Model& model, const State& state) {
