@@ -25,6 +25,8 @@ constexpr double kShallow = 0.05;
 // Relative to the depth of a corner: how far beyond the flat edges of a face the path to the corner
 // may cross the plane of the face.
 constexpr double kSlant = 3.0;
+// Relative to the shape's size: depth below the plane of a face at which it continues or not.
+constexpr double kBelow = 1e-6;
 // A normal is within the wedge of an edge if its cosine with the inward directions in both faces is
 // at most this.
 constexpr double kWedge = 1e-6;
@@ -66,34 +68,42 @@ struct TerrainContacts::Query {
     return terrain.vertices[terrain.triangles[t].vertices[k % 3]];
   }
   // True for points over a triangle, or beyond its edges by at most `slack`, plus `level_slack` at
-  // flat edges.
+  // flat edges. Beyond a concave edge the face continues below its neighbour, within the solid, so
+  // that a fast body meets a face that stands across its path.
   bool is_over(int t, const Vector3& p, double slack, double level_slack) const {
     const Terrain::Triangle& triangle = terrain.triangles[t];
+    const Vector3& n = triangle.normal;
     double reach = 0.0;  // largest slack beyond an edge that the point passes
+    bool continued = false;
     for (int k = 0; k < 3; ++k) {
       double beyond = slack;
       // Avoids a gap between two faces that are not quite in one plane.
       if (triangle.edges[k] == Terrain::Edge::kFlat) beyond += level_slack;
-      // Beyond a concave edge the face continues below its neighbour, so that a fast body meets a
-      // face that stands across its path.
-      if (triangle.edges[k] == Terrain::Edge::kConcave && std::isfinite(margin)) beyond += margin;
-      const double inside = inward(vertex(t, k), vertex(t, k + 1), triangle.normal, p);
-      if (inside < -beyond) return false;
+      const double inside = inward(vertex(t, k), vertex(t, k + 1), n, p);
+      if (inside < -beyond) {
+        if (triangle.edges[k] != Terrain::Edge::kConcave || !std::isfinite(margin)) return false;
+        beyond += margin;
+        if (inside < -beyond) return false;
+        continued = true;
+      }
       if (inside < 0.0) reach = std::max(reach, beyond);
     }
     // Near a sharp corner of the triangle points far from it are near the lines of its edges.
-    return reach == 0.0 || distance_in_plane({vertex(t, 0), vertex(t, 1), vertex(t, 2)},
-                                             triangle.normal, p) <= reach;
+    if (reach > 0.0 && distance_in_plane({vertex(t, 0), vertex(t, 1), vertex(t, 2)}, n, p) > reach)
+      return false;
+    return !continued || covers(p - (n.dot(p - vertex(t, 0)) + kBelow * size) * n, n);
+  }
+  // True if a point is inside the solid, or under the ground, seen along n. The ray leans, lest it
+  // pass through an edge or corner that touches, where no side is defined.
+  bool covers(const Vector3& p, const Vector3& n) const {
+    return is_behind(terrain, p, (n + Vector3(0.0103, 0.0071, 0.0047)).normalized(), size);
   }
 };
 
 void TerrainContacts::add(const Query& query, const ContactPoint& point) {
   if (point.gap < -kShallow * query.thickness) {
-    // A point of the shape below the face may be outside the solid, beyond its other side. The ray
-    // leans, lest it pass through an edge or corner that touches, where no side is defined.
-    const Vector3 corner = point.position + 0.5 * point.gap * point.normal;
-    const Vector3 up = (point.normal + Vector3(0.0103, 0.0071, 0.0047)).normalized();
-    if (!is_behind(query.terrain, corner, up, query.size)) return;
+    // A point of the shape below the face may be outside the solid, beyond its other side.
+    if (!query.covers(point.position + 0.5 * point.gap * point.normal, point.normal)) return;
   }
   for (ContactPoint& known : points_) {
     const double same = kSameContact * query.size;
