@@ -25,8 +25,6 @@ constexpr double kShallow = 0.05;
 // Relative to the depth of a corner: how far beyond the flat edges of a face the path to the corner
 // may cross the plane of the face.
 constexpr double kSlant = 3.0;
-// Relative to the shape's size: depth below the plane of a face at which it continues or not.
-constexpr double kBelow = 1e-6;
 // A normal is within the wedge of an edge if its cosine with the inward directions in both faces is
 // at most this.
 constexpr double kWedge = 1e-6;
@@ -68,13 +66,13 @@ struct TerrainContacts::Query {
     return terrain.vertices[terrain.triangles[t].vertices[k % 3]];
   }
   // True for points over a triangle, or beyond its edges by at most `slack`, plus `level_slack` at
-  // flat edges. Beyond a concave edge the face continues below its neighbour, within the solid, so
-  // that a fast body meets a face that stands across its path.
-  bool is_over(int t, const Vector3& p, double slack, double level_slack) const {
+  // flat edges. Beyond a concave edge the face continues below its neighbour, so that a fast body
+  // meets a face that stands across its path; `continued`, if given, is set there.
+  bool is_over(int t, const Vector3& p, double slack, double level_slack,
+               bool* continued = nullptr) const {
     const Terrain::Triangle& triangle = terrain.triangles[t];
     const Vector3& n = triangle.normal;
     double reach = 0.0;  // largest slack beyond an edge that the point passes
-    bool continued = false;
     for (int k = 0; k < 3; ++k) {
       double beyond = slack;
       // Avoids a gap between two faces that are not quite in one plane.
@@ -84,14 +82,13 @@ struct TerrainContacts::Query {
         if (triangle.edges[k] != Terrain::Edge::kConcave || !std::isfinite(margin)) return false;
         beyond += margin;
         if (inside < -beyond) return false;
-        continued = true;
+        if (continued) *continued = true;
       }
       if (inside < 0.0) reach = std::max(reach, beyond);
     }
     // Near a sharp corner of the triangle points far from it are near the lines of its edges.
-    if (reach > 0.0 && distance_in_plane({vertex(t, 0), vertex(t, 1), vertex(t, 2)}, n, p) > reach)
-      return false;
-    return !continued || covers(p - (n.dot(p - vertex(t, 0)) + kBelow * size) * n, n);
+    return reach == 0.0 ||
+           distance_in_plane({vertex(t, 0), vertex(t, 1), vertex(t, 2)}, n, p) <= reach;
   }
   // True if a point is inside the solid, or under the ground, seen along n. The ray leans, lest it
   // pass through an edge or corner that touches, where no side is defined.
@@ -127,12 +124,18 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
   const double rounding = 1e-9 * query.size;
   const auto take = [&](const ContactPoint& point) {
     const Vector3 corner = point.position + 0.5 * point.gap * n;
-    const bool over = query.is_over(t, corner, rounding, kFlatSlack * query.size);
+    bool continued = false;
+    const bool over = query.is_over(t, corner, rounding, kFlatSlack * query.size, &continued);
     // The point where the path from the shape's centre to the corner crosses the face's plane.
     const auto crossing = [&]() -> Vector3 {
       return query.center + height / (height - point.gap) * (corner - query.center);
     };
     if (point.gap >= -kShallow * query.thickness) {
+      // The face continues within the solid, not in the open beside its neighbour, unless the shape
+      // may move past that within the step.
+      const bool slow = query.margin < query.size;
+      const Vector3 below = corner - (std::max(point.gap, 0.0) + rounding) * n;
+      if (over && continued && (slow || point.gap < 0.0) && !query.covers(below, n)) return;
       // A shape behind the face: a corner that came through the face is ignored, one that reaches
       // over it from beyond its edges rests on it.
       if (over && !(behind && query.is_over(t, crossing(), 0.0, 0.0))) add(query, point);
