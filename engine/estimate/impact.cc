@@ -95,7 +95,7 @@ void ImpactSolver::Impl::touch() {
     for (int k = 0; k < 2; ++k) bounce.slide[k] = v[k + 1];
     pair.law = make_contact_law(LawOptions{options.contact}, kInstant,
                                 {surface, alpha, 0.0, 0.0, v, bounce});
-    if (pair.law.rows >= 3) pair.law.bias[1] = belt[1], pair.law.bias[2] = belt[2];
+    for (int k = 1; k < std::min(pair.law.rows, 3); ++k) pair.law.bias[k] = belt[k];
     contacts.push_back(c);
     pairs.push_back(pair);
   }
