@@ -11,6 +11,7 @@
 #include "counterpoint/model/geometry.h"
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
+#include "support/shapes/solids.h"
 
 namespace counterpoint::test::terrain_test {
 namespace {
@@ -249,31 +250,6 @@ TEST(Terrain, WhatReachesOverAThinWallIsNotHeldByIt) {
   }
 }
 
-// A cup with the axis z: outer radius 50 mm, height 100 mm, wall and bottom 5 mm, of `sides` sides.
-TriangleMesh cup(int sides) {
-  TriangleMesh mesh;
-  const double profile[4][2] = {{0.05, 0.0}, {0.05, 0.1}, {0.045, 0.1}, {0.045, 0.005}};
-  for (const auto& [radius, z] : profile)
-    for (int i = 0; i < sides; ++i) {
-      const double angle = 2.0 * std::numbers::pi * i / sides;
-      mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
-    }
-  const int below = 4 * sides, above = below + 1;
-  mesh.vertices.emplace_back(0.0, 0.0, 0.0);
-  mesh.vertices.emplace_back(0.0, 0.0, 0.005);
-  for (int i = 0; i < sides; ++i) {
-    const int j = (i + 1) % sides;
-    mesh.triangles.push_back({below, j, i});
-    for (int ring = 0; ring < 3; ++ring) {
-      const int low = ring * sides, high = low + sides;
-      mesh.triangles.push_back({low + i, low + j, high + j});
-      mesh.triangles.push_back({low + i, high + j, high + i});
-    }
-    mesh.triangles.push_back({above, 3 * sides + i, 3 * sides + j});
-  }
-  return mesh;
-}
-
 // Whether a point is inside a closed mesh: the solid angles of its triangles sum to 4 pi (van
 // Oosterom and Strackee 1983).
 bool is_inside(const TriangleMesh& mesh, const Vector3& p) {
@@ -294,7 +270,7 @@ TEST(Terrain, DeepPointsAreInsideTheSolid) {
   constexpr double kDeep = 0.05;         // share of the half thickness (terrain_contacts.h)
   const Vector3 kOff(3e-9, 2e-9, 1e-9);  // points may lie on the surface, to round-off [m]
   std::mt19937 rng(8);
-  const TriangleMesh mesh = cup(32);
+  const TriangleMesh mesh = cup(0.05, 0.1, 0.005, 32);
   const Shape solid = terrain_shape(mesh);
   const std::vector<Shape> shapes = {sphere_shape(0.03),           box_shape({0.03, 0.02, 0.05}),
                                      capsule_shape(0.008, 0.05),   cylinder_shape(0.03, 0.03),

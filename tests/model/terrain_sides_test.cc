@@ -4,34 +4,13 @@
 
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/scene.h"
+#include "support/shapes/solids.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint::terrain_sides_test {
 namespace {
 
 constexpr double kRounding = 1e-12;  // round-off of volumes near 1 m^3
-
-/// A box low ... high whose faces point outwards or inwards; `lid`: with the top face.
-TriangleMesh box(const Vector3& low, const Vector3& high, bool outwards = true, bool lid = true) {
-  TriangleMesh mesh;
-  for (int i = 0; i < 8; ++i)
-    mesh.vertices.emplace_back(i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(),
-                               i & 4 ? high.z() : low.z());
-  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7},
-                    {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}, {4, 5, 6}, {5, 7, 6}};
-  if (!lid) mesh.triangles.resize(10);
-  if (!outwards)
-    for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
-  return mesh;
-}
-
-TriangleMesh both(TriangleMesh a, const TriangleMesh& b) {
-  const int first = static_cast<int>(a.vertices.size());
-  a.vertices.insert(a.vertices.end(), b.vertices.begin(), b.vertices.end());
-  for (const auto& t : b.triangles)
-    a.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  return a;
-}
 
 /// A model with the terrain and a ball that starts at `ball`.
 Model model_with(const TriangleMesh& mesh, const Vector3& ball) {
@@ -61,10 +40,10 @@ const TriangleMesh kUp = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{{0, 1,
 const TriangleMesh kDown = {kUp.vertices, {{{0, 2, 1}}, {{1, 2, 3}}}};
 
 TEST(TerrainSides, ClosedMeshesInsideOutAreTurnedAndNoted) {
-  const Model right = model_with(box({0, 0, 0}, {1, 1, 1}), kAbove);
+  const Model right = model_with(test::box_mesh({0, 0, 0}, {1, 1, 1}), kAbove);
   EXPECT_TRUE(right.notes().empty());
   EXPECT_NEAR(volume(right), 1.0, kRounding);
-  const Model turned = model_with(box({0, 0, 0}, {1, 1, 1}, false), kAbove);
+  const Model turned = model_with(test::box_mesh({0, 0, 0}, {1, 1, 1}, false), kAbove);
   EXPECT_NEAR(volume(turned), 1.0, kRounding);
   ASSERT_EQ(turned.notes().size(), 1u);
   EXPECT_NE(turned.notes()[0].message.find("inside out"), std::string::npos);
@@ -75,7 +54,8 @@ TEST(TerrainSides, HollowsStayHollowAndRoomsStayRooms) {
   // A house whose inner walls face the room, given correctly or inverted as a whole; both end up
   // correct.
   const auto house = [](bool outwards) {
-    return both(box({-1, -1, -1}, {2, 2, 2}, outwards), box({0, 0, 0}, {1, 1, 1}, !outwards));
+    return test::both(test::box_mesh({-1, -1, -1}, {2, 2, 2}, outwards),
+                      test::box_mesh({0, 0, 0}, {1, 1, 1}, !outwards));
   };
   for (const Vector3& ball : {kWithin, Vector3(0.5, 0.5, 4)})
     for (const bool outwards : {true, false}) {
@@ -84,14 +64,15 @@ TEST(TerrainSides, HollowsStayHollowAndRoomsStayRooms) {
       EXPECT_EQ(model.notes().size(), outwards ? 0u : 1u);
     }
   // A room without outer walls that contains all moving bodies.
-  const Model room = model_with(box({0, 0, 0}, {1, 1, 1}, false), kWithin);
+  const Model room = model_with(test::box_mesh({0, 0, 0}, {1, 1, 1}, false), kWithin);
   EXPECT_NEAR(volume(room), -1.0, kRounding);
   EXPECT_TRUE(room.notes().empty());
 }
 
 TEST(TerrainSides, OnlyThePartsThatAreInsideOutAreTurned) {
-  const Model model =
-      model_with(both(box({0, 0, 0}, {1, 1, 1}), box({3, 0, 0}, {4, 1, 1}, false)), kAbove);
+  const Model model = model_with(
+      test::both(test::box_mesh({0, 0, 0}, {1, 1, 1}), test::box_mesh({3, 0, 0}, {4, 1, 1}, false)),
+      kAbove);
   EXPECT_NEAR(volume(model), 2.0, 2.0 * kRounding);
   EXPECT_EQ(model.notes().size(), 1u);
 }
@@ -99,9 +80,11 @@ TEST(TerrainSides, OnlyThePartsThatAreInsideOutAreTurned) {
 TEST(TerrainSides, OpenMeshesThatLookAwayFromAllThatMovesAreNoted) {
   EXPECT_TRUE(model_with(kUp, kAbove).notes().empty());
   EXPECT_TRUE(model_with(kDown, {0.5, 0.5, -1}).notes().empty());
-  EXPECT_TRUE(model_with(box({0, 0, 0}, {1, 1, 1}, false, false), kWithin).notes().empty());
-  for (const Model& model : {model_with(kDown, kAbove), model_with(kUp, {0.5, 0.5, -1}),
-                             model_with(box({0, 0, 0}, {1, 1, 1}, true, false), kWithin)}) {
+  EXPECT_TRUE(
+      model_with(test::box_mesh({0, 0, 0}, {1, 1, 1}, false, false), kWithin).notes().empty());
+  for (const Model& model :
+       {model_with(kDown, kAbove), model_with(kUp, {0.5, 0.5, -1}),
+        model_with(test::box_mesh({0, 0, 0}, {1, 1, 1}, true, false), kWithin)}) {
     ASSERT_EQ(model.notes().size(), 1u);
     EXPECT_NE(model.notes()[0].message.find("behind its faces"), std::string::npos);
   }

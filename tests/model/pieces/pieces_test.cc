@@ -53,23 +53,8 @@ double depth_in(const Pieces& pieces, const Vector3& p) {
 }
 
 /// A cube of half edge `half`; `hollow`: its faces look inwards.
-TriangleMesh box(double half, bool hollow) {
-  std::vector<Vector3> corners;
-  for (int k = 0; k < 8; ++k)
-    corners.emplace_back(half * (k & 1 ? 1 : -1), half * (k & 2 ? 1 : -1), half * (k & 4 ? 1 : -1));
-  const auto hull = make_convex_hull(corners);
-  TriangleMesh mesh{hull->vertices, {}};
-  for (const auto& f : hull->faces)
-    for (std::size_t i = 2; i < f.size(); ++i)
-      mesh.triangles.push_back({f[0], hollow ? f[i] : f[i - 1], hollow ? f[i - 1] : f[i]});
-  return mesh;
-}
-
-void append(const TriangleMesh& part, TriangleMesh& whole) {
-  const int first = static_cast<int>(whole.vertices.size());
-  whole.vertices.insert(whole.vertices.end(), part.vertices.begin(), part.vertices.end());
-  for (const auto& t : part.triangles)
-    whole.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+TriangleMesh cube(double half, bool hollow) {
+  return test::box_mesh(Vector3::Constant(-half), Vector3::Constant(half), !hollow);
 }
 
 void expect_within_tolerance(const Pieces& pieces) {
@@ -92,7 +77,7 @@ TEST(Pieces, AConvexMeshIsOnePiece) {
 
 // Rounding does not lift the distance of a convex mesh, none, above the tolerance.
 TEST(Pieces, AConvexMeshIsOnePieceAtAnyTolerance) {
-  const TriangleMesh mesh = box(1.0, false);
+  const TriangleMesh mesh = cube(1.0, false);
   for (int k = 1; k <= 100; ++k) EXPECT_EQ(cut(mesh, 1e-3 * k / 7.0).pieces.size(), 1U) << k;
 }
 
@@ -153,8 +138,7 @@ TEST(Pieces, WorkEndsAndTheDistanceReachedIsGiven) {
 
 // A hollow that cannot be entered is solid: a closed box with thick walls is one box.
 TEST(Pieces, AClosedHollowIsFilled) {
-  TriangleMesh mesh = box(1.0, false);
-  append(box(0.6, true), mesh);
+  const TriangleMesh mesh = test::both(cube(1.0, false), cube(0.6, true));
   const Pieces pieces = cut(mesh, 0.05);
   ASSERT_EQ(pieces.pieces.size(), 1U);
   EXPECT_NEAR(volume_of(pieces), 8.0, kRound);

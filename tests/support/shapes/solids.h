@@ -1,4 +1,4 @@
-// Closed meshes with known volumes that are not convex.
+// Meshes with known volumes, most of them closed and not convex.
 #pragma once
 
 #include <array>
@@ -56,6 +56,30 @@ inline TriangleMesh extruded(const Outline& outline, double height) {
     mesh.triangles.push_back({count, count + i - 1, count + i});
   }
   return mesh;
+}
+
+/// A box low ... high whose faces point outwards or inwards; `lid`: with the top face.
+inline TriangleMesh box_mesh(const Vector3& low, const Vector3& high, bool outwards = true,
+                             bool lid = true) {
+  TriangleMesh mesh;
+  for (int i = 0; i < 8; ++i)
+    mesh.vertices.emplace_back(i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(),
+                               i & 4 ? high.z() : low.z());
+  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7},
+                    {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}, {4, 5, 6}, {5, 7, 6}};
+  if (!lid) mesh.triangles.resize(10);
+  if (!outwards)
+    for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
+  return mesh;
+}
+
+/// Two meshes as one.
+inline TriangleMesh both(TriangleMesh a, const TriangleMesh& b) {
+  const int first = static_cast<int>(a.vertices.size());
+  a.vertices.insert(a.vertices.end(), b.vertices.begin(), b.vertices.end());
+  for (const auto& t : b.triangles)
+    a.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  return a;
 }
 
 /// Torus about z: radius of its circle, radius of its tube.
