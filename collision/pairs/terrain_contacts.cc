@@ -133,9 +133,9 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
     if (point.gap >= -kShallow * query.thickness) {
       // The face continues within the solid, not in the open beside its neighbour, unless the shape
       // may move past that within the step.
-      const bool slow = query.margin < query.size;
-      const Vector3 below = corner - (std::max(point.gap, 0.0) + rounding) * n;
-      if (over && continued && (slow || point.gap < 0.0) && !query.covers(below, n)) return;
+      if (over && continued && (query.margin < query.size || point.gap < 0.0) &&
+          !query.covers(corner - (std::max(point.gap, 0.0) + rounding) * n, n))
+        return;
       // A shape behind the face: a corner that came through the face is ignored, one that reaches
       // over it from beyond its edges rests on it.
       if (over && !(behind && query.is_over(t, crossing(), 0.0, 0.0))) add(query, point);

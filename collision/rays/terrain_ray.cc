@@ -94,9 +94,9 @@ std::optional<RayHit> cast_terrain_ray(const Terrain& terrain, const Vector3& or
 
 bool is_behind(const Terrain& terrain, const Vector3& point, const Vector3& direction,
                double max_distance) {
-  const double back = first_crossing(terrain, point, direction, max_distance, Shows::kBack).at;
-  const double front = first_crossing(terrain, point, direction, max_distance, Shows::kFront).at;
-  return back < front;
+  const Crossing back = first_crossing(terrain, point, direction, max_distance, Shows::kBack);
+  return back.triangle >= 0 &&
+         first_crossing(terrain, point, direction, back.at, Shows::kFront).triangle < 0;
 }
 
 }  // namespace counterpoint::collision
