@@ -6,19 +6,13 @@
 
 #include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/scene.h"
+#include "support/shapes/find_geometry.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint::mjcf_forces_test {
 namespace {
 
 constexpr double kRoundOff = 1e-14;
-
-/// Index of a geometry by name; -1 if there is none.
-int find_geometry(const Model& model, const std::string& name) {
-  for (size_t i = 0; i < model.geometries().size(); ++i)
-    if (model.geometries()[i].name == name) return static_cast<int>(i);
-  return -1;
-}
 
 class MjcfForcesTest : public testing::Test {
  protected:
@@ -121,10 +115,10 @@ TEST_F(MjcfForcesTest, GeomsTouchAsTheirMasksSay) {
   const auto touch = [&](const char* a, const char* b) {
     const auto& excluded = s.model.excluded_geometry_pairs();
     const std::pair<int, int> pair =
-        std::minmax(find_geometry(s.model, a), find_geometry(s.model, b));
+        std::minmax(test::find_geometry(s.model, a), test::find_geometry(s.model, b));
     return std::find(excluded.begin(), excluded.end(), pair) == excluded.end();
   };
-  EXPECT_EQ(find_geometry(s.model, "v/visual"), -1);
+  EXPECT_EQ(test::find_geometry(s.model, "v/visual"), -1);
   EXPECT_TRUE(touch("world/floor", "a/g"));
   EXPECT_TRUE(touch("a/g", "b/h"));
   EXPECT_FALSE(touch("a/g", "c/g2"));          // connected by a joint
@@ -132,7 +126,9 @@ TEST_F(MjcfForcesTest, GeomsTouchAsTheirMasksSay) {
   EXPECT_FALSE(touch("world/floor", "d/g3"));  // masks differ
   EXPECT_TRUE(touch("a/g", "d/g3"));           // explicit pair
   EXPECT_EQ(
-      s.model.pair_material(find_geometry(s.model, "a/g"), find_geometry(s.model, "d/g3")).friction,
+      s.model
+          .pair_material(test::find_geometry(s.model, "a/g"), test::find_geometry(s.model, "d/g3"))
+          .friction,
       0.0);
 }
 
@@ -142,7 +138,7 @@ TEST_F(MjcfForcesTest, FrictionOfAPairIsTheLargerOrOfTheOneThatGoesFirst) {
     <body name='b' pos='1 0 1'><freejoint/><geom name='h' size='0.1' friction='0.2' priority='1'/></body>
     </worldbody>)");
   const auto pair = [&](const char* a, const char* b) {
-    return s.model.pair_material(find_geometry(s.model, a), find_geometry(s.model, b));
+    return s.model.pair_material(test::find_geometry(s.model, a), test::find_geometry(s.model, b));
   };
   EXPECT_EQ(pair("world/floor", "a/g").friction, 0.9);
   EXPECT_EQ(pair("world/floor", "a/g").torsional_friction, 0.01);

@@ -10,6 +10,7 @@
 #include "counterpoint/model/scene.h"
 #include "counterpoint/model/spatial.h"
 #include "support/mass_matrix.h"
+#include "support/shapes/find_geometry.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint::mjcf_test {
@@ -19,13 +20,6 @@ using test::mass_matrix;
 
 constexpr double kRoundOff = 1e-14;  // round-off of a few operations on numbers near one
 constexpr double kPi = 3.14159265358979323846;
-
-/// Index of a geometry by name; -1 if there is none.
-int find_geometry(const Model& model, const std::string& name) {
-  for (size_t i = 0; i < model.geometries().size(); ++i)
-    if (model.geometries()[i].name == name) return static_cast<int>(i);
-  return -1;
-}
 
 class MjcfTest : public testing::Test {
  protected:
@@ -314,7 +308,7 @@ TEST_F(MjcfTest, ScenesPlaceThem) {
 )"));
   EXPECT_EQ(s.q, (VectorX(3) << 0.1, 0.2, 0.0).finished());
   EXPECT_LT((frame(s, "arm/b").translation - Vector3(1, 0, 2)).norm(), kRoundOff);
-  EXPECT_GE(find_geometry(s.model, "arm/world/floor"), 0);
+  EXPECT_GE(test::find_geometry(s.model, "arm/world/floor"), 0);
 }
 
 }  // namespace
