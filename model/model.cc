@@ -42,6 +42,16 @@ ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB) {
   return gap;
 }
 
+double tendon_length(const Model& model, const Tendon& tendon, const VectorRef& q,
+                     const std::vector<Pose>& X_WB) {
+  double length = 0.0;
+  for (const TendonJoint& term : tendon.joints)
+    length += term.coefficient * q[model.body(term.joint + 1).q_index];
+  for (const TendonSegment& segment : tendon.path)
+    length += segment.share * place_segment(tendon, segment, X_WB, false).length.length;
+  return length;
+}
+
 double mimic_error(const Model& model, const Mimic& mimic, const VectorRef& q) {
   return q[model.body(mimic.joint + 1).q_index] -
          mimic.multiplier * q[model.body(mimic.master + 1).q_index] - mimic.offset;
@@ -74,6 +84,12 @@ int Model::find_joint(const std::string& name) const {
   const auto it = std::find_if(joints_.begin(), joints_.end(),
                                [&](const JointInfo& j) { return j.name == name; });
   return it == joints_.end() ? -1 : static_cast<int>(it - joints_.begin());
+}
+
+int Model::find_tendon(const std::string& name) const {
+  const auto it = std::find_if(tendons_.begin(), tendons_.end(),
+                               [&](const Tendon& t) { return t.name == name; });
+  return it == tendons_.end() ? -1 : static_cast<int>(it - tendons_.begin());
 }
 
 int Model::find_frame(const std::string& name) const {

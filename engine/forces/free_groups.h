@@ -54,7 +54,7 @@ class FreeGroups {
 
   explicit FreeGroups(const Model& model);
 
-  /// Finds the groups of a step: floating trees that contacts, closures and mimic joints join with
+  /// Finds the groups of a step: floating trees that contacts, closures, mimic joints and tendons join with
   /// each other, and that have no drag and are neither touched by nor close to another tree or the
   /// world. Groups of only single bodies whose origin is their centre of mass need no correction
   /// and are left out. Needs compute_poses and compute_velocities.

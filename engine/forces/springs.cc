@@ -1,4 +1,5 @@
 #include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/forces/tendons.h"
 
 namespace counterpoint {
 
@@ -27,6 +28,7 @@ double spring_energy(const Model& model, const VectorRef& q) {
     const double stretch = q[model.body(spring.joint + 1).q_index] - spring.reference;
     energy += 0.5 * spring.stiffness * stretch * stretch;
   }
+  if (!model.tendons().empty()) energy += tendon_energy(model, q, body_poses(model, q));
   return energy;
 }
 
