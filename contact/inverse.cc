@@ -63,9 +63,8 @@ void check_law(const Law& law, const double* y, const double* f, Residuals& out)
       return;
     case LawType::kDryFriction:
       out.primal = std::max(out.primal, std::abs(f[0] - law.center) - law.bound);
-      out.complementarity =
-          std::max(out.complementarity,
-                   std::abs(law.bound * std::abs(y[0]) + (f[0] - law.center) * y[0]));
+      out.complementarity = std::max(
+          out.complementarity, std::abs(law.bound * std::abs(y[0]) + (f[0] - law.center) * y[0]));
       return;
   }
 }

@@ -62,9 +62,9 @@ Circle find_circle(double r, const Vector3& a, const Vector3& b, const Vector3* 
   if (sine > kOneLine) {
     n /= sine;
   } else {  // any plane through both, towards the side if it is given
-    n = axis                                                     ? *axis
+    n = axis                                                          ? *axis
         : side && c.e_a.cross(*side).norm() > kOneLine * side->norm() ? c.e_a.cross(*side)
-                                                                 : c.e_a.unitOrthogonal();
+                                                                      : c.e_a.unitOrthogonal();
     n.normalize();
   }
   c.n = n;

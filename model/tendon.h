@@ -49,10 +49,10 @@ struct TendonSegment {
 /// Servo of a tendon: force stiffness (target - L) + damping (speed - dL/dt), together with the
 /// force of the input within [least, most], both finite or both infinite.
 struct TendonServo {
-  double stiffness = 0.0;  ///< [N/m]
-  double damping = 0.0;    ///< [N s/m]
-  double target = 0.0;     ///< [m]
-  double speed = 0.0;      ///< [m/s]
+  double stiffness = 0.0;                                   ///< [N/m]
+  double damping = 0.0;                                     ///< [N s/m]
+  double target = 0.0;                                      ///< [m]
+  double speed = 0.0;                                       ///< [m/s]
   double least = -std::numeric_limits<double>::infinity();  ///< bounds of the force [N]
   double most = std::numeric_limits<double>::infinity();
   bool any() const { return stiffness > 0.0 || damping > 0.0; }
@@ -65,10 +65,11 @@ struct Tendon {
   std::vector<TendonJoint> joints;  ///< fixed tendon
   std::vector<TendonSegment> path;  ///< spatial tendon
   std::vector<TendonWrap> wraps;
-  double stiffness = 0.0;                      ///< of its spring [N/m]
-  double rest_shortest = 0.0, rest_longest = 0.0;  ///< lengths between which the spring is slack [m]
-  double damping = 0.0;                        ///< [N s/m]
-  double dry_friction = 0.0;                   ///< [N]
+  double stiffness = 0.0;  ///< of its spring [N/m]
+  double rest_shortest = 0.0,
+         rest_longest = 0.0;  ///< lengths between which the spring is slack [m]
+  double damping = 0.0;       ///< [N s/m]
+  double dry_friction = 0.0;  ///< [N]
   double lower = -std::numeric_limits<double>::infinity();  ///< limits of the length [m]
   double upper = std::numeric_limits<double>::infinity();
   TendonServo servo;
@@ -78,9 +79,9 @@ struct Tendon {
 /// Length of a segment as a function of the positions a, b of its ends, in world axes, relative to
 /// an origin that is fixed in the frame of the wrap (or in any frame, if straight).
 struct SegmentLength {
-  double length = 0.0;                         ///< [m]
-  Vector3 by_a, by_b;                          ///< gradient [-]
-  Matrix3 by_aa, by_ab, by_bb;                 ///< second derivatives [1/m]; by_ba = by_ab'
+  double length = 0.0;          ///< [m]
+  Vector3 by_a, by_b;           ///< gradient [-]
+  Matrix3 by_aa, by_ab, by_bb;  ///< second derivatives [1/m]; by_ba = by_ab'
 };
 
 /// Returns the length of a straight segment from a to b, with derivatives if `second`.
@@ -100,7 +101,7 @@ SegmentLength wrapped_length(const TendonWrap& wrap, const Matrix3& R_WG, const 
 /// Returns the end positions of a segment relative to its wrap (else to the body of its start), in
 /// world axes, and its length: X_WB are the poses of all bodies.
 struct PlacedSegment {
-  int reference = 0;  ///< body in which the origin is fixed
+  int reference = 0;   ///< body in which the origin is fixed
   Vector3 start, end;  ///< the ends in W [m]
   SegmentLength length;
 };

@@ -167,8 +167,8 @@ void add_pair(const Model& model, const PairConstraint& pair, const Kinematics& 
 void add_joint_row(const Model& model, const contact::Law& law, std::span<const RowTerm> terms,
                    const std::vector<int>& block_of_tree, contact::Problem& problem) {
   const auto [first, second] = trees_of(model, terms);
-  const int constraint = problem.add_constraint(law, block_of_tree[first],
-                                                second < 0 ? -1 : block_of_tree[second]);
+  const int constraint =
+      problem.add_constraint(law, block_of_tree[first], second < 0 ? -1 : block_of_tree[second]);
   for (const RowTerm& term : terms) {
     const int tree = model.tree_of_velocity(term.v_index);
     problem.jacobian(constraint, tree == first ? 0 : 1)(

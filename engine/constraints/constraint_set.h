@@ -78,9 +78,7 @@ struct JointConstraint {
   double along = 1.0;  ///< -1: a positive impulse shortens the tendon
   /// Springs and servos of tendons: derivative of the bias by the length along the row [1/s].
   double bias_by_length = 0.0;
-  bool has_given_gains() const {
-    return part >= TendonPart::kSpring && part <= TendonPart::kServo;
-  }
+  bool has_given_gains() const { return part >= TendonPart::kSpring && part <= TendonPart::kServo; }
   /// Joint limit: gap [rad or m], and the bias as in PairConstraint [rad/s or m/s]; NaN if there is
   /// no gap.
   double gap = std::numeric_limits<double>::quiet_NaN();

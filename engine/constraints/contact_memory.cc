@@ -59,7 +59,8 @@ void for_each_identity(const ConstraintSet& constraints, const Kinematics& data,
   for (size_t i = 0; i < constraints.pairs.size(); ++i)
     visit(c++, i < constraints.contacts.size() ? identify_contact(constraints, i, data)
                                                : identify_closure(constraints, i));
-  for (const JointConstraint& row : constraints.joints) visit(c++, identify_joint(row, constraints.terms(row)));
+  for (const JointConstraint& row : constraints.joints)
+    visit(c++, identify_joint(row, constraints.terms(row)));
 }
 
 bool is_idle(const Model& model, const RememberedForce& r, SleepMask idle) {

@@ -24,8 +24,8 @@ void climb(const Model& model, int from, int other, Visit visit) {
 
 /// Velocity of a point at p (in W) by a coordinate of a body: the linear part of its axis there.
 Vector3 point_velocity(const Kinematics& at, int body, int v_index, const Vector3& p) {
-  return at.axis[static_cast<size_t>(v_index)].at(
-      p - at.X_WB[static_cast<size_t>(body)].translation);
+  return at.axis[static_cast<size_t>(v_index)].at(p -
+                                                  at.X_WB[static_cast<size_t>(body)].translation);
 }
 
 JointConstraint row_of(int tendon, TendonPart part) {
@@ -135,36 +135,42 @@ void Tendons::find(const Model& model, const VectorRef& q, const Kinematics& at,
 }
 
 void Tendons::find_curvature(const Model& model, int tendon, const Kinematics& at,
-                             MatrixX& out) const {
-  const auto i = static_cast<size_t>(tendon);
-  const auto n = static_cast<Eigen::Index>(arms_[i].size());
-  out.setZero(n, n);
-  Columns by_q[2];
-  for (size_t s = 0; s < chains_[i].size(); ++s) {
-    const TendonSegment& segment = model.tendons()[i].path[s];
-    const PlacedSegment placed = place_segment(model.tendons()[i], segment, at.X_WB, true);
+                             TendonCurvature& out) const {
+  const auto t = static_cast<size_t>(tendon);
+  out.arms = static_cast<int>(arms_[t].size());
+  out.entries.assign(arms_[t].size() * arms_[t].size(), 0.0);
+  for (size_t s = 0; s < chains_[t].size(); ++s) {
+    const TendonSegment& segment = model.tendons()[t].path[s];
+    const PlacedSegment placed = place_segment(model.tendons()[t], segment, at.X_WB, true);
     const SegmentLength& l = placed.length;
-    for (int e = 0; e < 2; ++e) {
-      const Chain& chain = chains_[i][s][static_cast<size_t>(e)];
-      const Vector3& p = e == 0 ? placed.start : placed.end;
-      const Vector3& by = e == 0 ? l.by_a : l.by_b;
-      by_q[e].setZero(3, n);
+    for (size_t e = 0; e < 2; ++e) {
+      const Chain& chain = chains_[t][s][e];
+      out.by_q[e].assign(arms_[t].size(), Vector3::Zero());
       for (const Step& step : chain.steps)
-        by_q[e].col(step.arm) = step.sign * point_velocity(at, step.body, step.v_index, p);
-      add_turning(model, chain, at, segment.share * by, by_q[e], out);
+        out.by_q[e][static_cast<size_t>(step.arm)] =
+            step.sign *
+            point_velocity(at, step.body, step.v_index, e == 0 ? placed.start : placed.end);
+      add_turning(model, chain, at, segment.share * (e == 0 ? l.by_a : l.by_b), out.by_q[e], out);
     }
-    out.noalias() += segment.share * (by_q[0].transpose() * (l.by_aa * by_q[0] + l.by_ab * by_q[1]) +
-                                      by_q[1].transpose() *
-                                          (l.by_ab.transpose() * by_q[0] + l.by_bb * by_q[1]));
+    for (int i = 0; i < out.arms; ++i) {
+      const Vector3 &a = out.by_q[0][static_cast<size_t>(i)],
+                    &b = out.by_q[1][static_cast<size_t>(i)];
+      const Vector3 with_a = segment.share * (l.by_aa * a + l.by_ab * b);
+      const Vector3 with_b = segment.share * (l.by_ab.transpose() * a + l.by_bb * b);
+      for (int j = 0; j < out.arms; ++j)
+        out(i, j) += with_a.dot(out.by_q[0][static_cast<size_t>(j)]) +
+                     with_b.dot(out.by_q[1][static_cast<size_t>(j)]);
+    }
   }
 }
 
 /// Adds by . d(columns)/dq: joints nearer to the reference turn the columns of those farther out.
 void Tendons::add_turning(const Model& model, const Chain& chain, const Kinematics& at,
-                          const Vector3& by, const Columns& columns, MatrixX& out) const {
+                          const Vector3& by, const std::vector<Vector3>& columns,
+                          TendonCurvature& out) const {
   const auto turn = [&](const Step& step, const Step& column) {
-    return by.dot((step.sign * at.axis[static_cast<size_t>(step.v_index)].angular)
-                      .cross(Vector3(columns.col(column.arm))));
+    const Vector3 spin = step.sign * at.axis[static_cast<size_t>(step.v_index)].angular;
+    return by.dot(spin.cross(columns[static_cast<size_t>(column.arm)]));
   };
   const auto is_angular = [&](const Step& step) {
     const Body& body = model.body(step.body);
@@ -254,9 +260,9 @@ void add_tendon_servos(const StepContext& at, const Tendons& tendons, const Inpu
     const bool bounded = std::isfinite(servo.most);
     if (servo.any()) {
       law.regularizer = 1.0 / (h * gain);
-      law.bias[0] = (servo.stiffness * (tendons.length(i) - target) -
-                     servo.damping * servo.speed - given) /
-                    gain;
+      law.bias[0] =
+          (servo.stiffness * (tendons.length(i) - target) - servo.damping * servo.speed - given) /
+          gain;
       row.bias_by_length = servo.stiffness / gain;
     } else {
       law.regularizer = 1.0;
@@ -278,8 +284,7 @@ double tendon_energy(const Model& model, const VectorRef& q, const std::vector<P
   for (const Tendon& tendon : model.tendons()) {
     if (!(tendon.stiffness > 0.0)) continue;
     const double length = tendon_length(model, tendon, q, X_WB);
-    const double stretch =
-        length - std::clamp(length, tendon.rest_shortest, tendon.rest_longest);
+    const double stretch = length - std::clamp(length, tendon.rest_shortest, tendon.rest_longest);
     energy += 0.5 * tendon.stiffness * stretch * stretch;
   }
   return energy;

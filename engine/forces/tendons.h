@@ -1,5 +1,5 @@
-// Forces of tendons (model/tendon.h), each a row on the coordinates with y = dL/dt = J w+, J = dL/dq
-// at the start of the step:
+// Forces of tendons (model/tendon.h), each a row on the coordinates with y = dL/dt = J w+, J =
+// dL/dq at the start of the step:
 //
 //   spring, damper   f = -h (k (L + h y - L0) + d y)
 //   slack spring     the same spring, pulling only below or above its rest lengths
@@ -21,6 +21,15 @@
 
 namespace counterpoint {
 
+/// Second derivatives of a tendon's length [m/rad^2, ...], and scratch memory that only grows.
+struct TendonCurvature {
+  /// Derivative of arm i by the displacement of the coordinate of arm j.
+  double& operator()(int i, int j) { return entries[static_cast<size_t>(i * arms + j)]; }
+  int arms = 0;
+  std::vector<double> entries;
+  std::vector<Vector3> by_q[2];  ///< per arm: velocities of the two ends of a segment
+};
+
 /// Lengths and moment arms of a model's tendons in one configuration.
 class Tendons {
  public:
@@ -31,15 +40,13 @@ class Tendons {
 
   double length(int tendon) const { return length_[static_cast<size_t>(tendon)]; }  ///< [m]
   /// Moment arms dL/dq [m/rad, -]: coordinates that can change the length, ascending.
-  std::span<const RowTerm> arms(int tendon) const {
-    return arms_[static_cast<size_t>(tendon)];
-  }
+  std::span<const RowTerm> arms(int tendon) const { return arms_[static_cast<size_t>(tendon)]; }
   /// Whether find() left it out, since its bodies are idle.
   bool is_idle(int tendon) const { return idle_[static_cast<size_t>(tendon)] != 0; }
 
-  /// Computes d2L/dq2 of a spatial tendon [m/rad^2, ...]: entry (i, j) is the derivative of arm i
-  /// by the displacement of the coordinate of arm j.
-  void find_curvature(const Model& model, int tendon, const Kinematics& at, MatrixX& out) const;
+  /// Computes d2L/dq2 of a spatial tendon.
+  void find_curvature(const Model& model, int tendon, const Kinematics& at,
+                      TendonCurvature& out) const;
 
  private:
   /// A coordinate on the way from the reference body of a segment to the body of its end.
@@ -52,9 +59,8 @@ class Tendons {
     int end = -1;             ///< body of the end, or -1: nothing moves it
     std::vector<Step> steps;  ///< from the reference outwards
   };
-  using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic>;
   void add_turning(const Model& model, const Chain& chain, const Kinematics& at, const Vector3& by,
-                   const Columns& columns, MatrixX& out) const;
+                   const std::vector<Vector3>& columns, TendonCurvature& out) const;
   Chain make_chain(const Model& model, int reference, int end, const std::vector<int>& arms) const;
 
   std::vector<double> length_;

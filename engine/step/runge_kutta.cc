@@ -40,8 +40,7 @@ void compute_acceleration(const StepContext& at, const Input& input, Workspace::
                           VectorX& acceleration, StepReport& report) {
   // A time step of zero makes the implicit terms vanish.
   CoordinateForces& forces = ws.motion.forces;
-  set_motor_forces(at, 0.0, input, ws.sleepers.sleep_mask(), forces, ws.constraints,
-                   ws.counts);
+  set_motor_forces(at, 0.0, input, ws.sleepers.sleep_mask(), forces, ws.constraints, ws.counts);
   add_joint_forces(at, 0.0, forces.diagonal, forces.tau, ws.counts);
   const Vector3 gravity = set_forces_at(at.model, at.effects, at.q, at.v, input.wrenches,
                                         ws.taut_links, ws.stage, ws.motion.external, ws.counts);

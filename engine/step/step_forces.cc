@@ -88,8 +88,7 @@ Vector3 set_forces_at(const Model& model, EffectSet effects, const VectorRef& q,
 }
 
 void set_motor_forces(const StepContext& at, double h, const Input& input, SleepMask idle,
-                      CoordinateForces& forces, ConstraintSet& constraints,
-                      EffectCounts& counts) {
+                      CoordinateForces& forces, ConstraintSet& constraints, EffectCounts& counts) {
   const EffectSet effects = at.effects;
   forces.tau.setZero();
   forces.diagonal.setZero();

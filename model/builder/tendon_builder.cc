@@ -35,8 +35,7 @@ void check_forces(const TendonSpec& spec) {
   if (spec.rest && !(spec.rest->first <= spec.rest->second && std::isfinite(spec.rest->first) &&
                      std::isfinite(spec.rest->second)))
     fail(spec, "the rest lengths must be finite and ascending");
-  if ((spec.servo_target && !std::isfinite(*spec.servo_target)) ||
-      !std::isfinite(spec.servo.speed))
+  if ((spec.servo_target && !std::isfinite(*spec.servo_target)) || !std::isfinite(spec.servo.speed))
     fail(spec, "the targets of the servo must be finite");
 }
 
@@ -80,8 +79,7 @@ class PathMaker {
         return;
       }
       default:
-        if (!last_ || wrap_ >= 0)
-          fail(spec_, "a sphere or cylinder must stand between two points");
+        if (!last_ || wrap_ >= 0) fail(spec_, "a sphere or cylinder must stand between two points");
         wrap_ = static_cast<int>(tendon_.wraps.size());
         tendon_.wraps.push_back({body, X_BL * place.X_LG, place.radius,
                                  place.kind == Place::Kind::kCylinder, place.side});

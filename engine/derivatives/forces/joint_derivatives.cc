@@ -26,8 +26,8 @@ RowSlopes row_slopes(const SimulationOptions& options, const JointConstraint& ro
   }
   if (std::isnan(row.gap_bias) || row.law.type != contact::LawType::kUnilateral) return {};
   const double gap = row.gap;
-  const double alpha = row.tendon < 0 ? weights.dof[first.v_index]
-                                      : weights.tendon[static_cast<size_t>(row.tendon)];
+  const double alpha =
+      row.tendon < 0 ? weights.dof[first.v_index] : weights.tendon[static_cast<size_t>(row.tendon)];
   const double bias = displacing ? gap_bias_slope(options.contact, h, gap)
                                  : law_bias_slope(law_options(options), h, gap);
   return {bias, limit_smoothing_slope(options.contact, alpha, gap)};
@@ -81,28 +81,29 @@ void add_joint_row_derivatives(const SimulationOptions& options, const Constrain
 }
 
 void add_tendon_curvature(const InvertedStep& inverted, const Model& model, double h,
-                          const VectorRef& v_next, InverseDerivatives& d) {
+                          const VectorRef& v_next, TendonCurvature& scratch,
+                          InverseDerivatives& d) {
   const ConstraintSet& constraints = *inverted.constraints;
-  MatrixX curvature;
   int of = -1;
   for (const JointConstraint& row : constraints.joints) {
     if (row.tendon < 0 || !model.tendons()[static_cast<size_t>(row.tendon)].is_spatial()) continue;
-    if (row.tendon != of) inverted.finder.tendons().find_curvature(model, row.tendon, inverted.at(), curvature);
+    if (row.tendon != of)
+      inverted.finder.tendons().find_curvature(model, row.tendon, inverted.at(), scratch);
     of = row.tendon;
     const std::span<const RowTerm> terms = constraints.terms(row);
-    const auto entry = [&](size_t i, size_t j) {
-      return curvature(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-    };
     const double y = row_velocity(terms, v_next) + row.law.bias[0];
     double f = 0.0, G = 0.0;
     contact::evaluate(row.law, &y, &f, &G);
     for (size_t j = 0; j < terms.size(); ++j) {
       double y_by_q = 0.0;
       for (size_t m = 0; m < terms.size(); ++m)
-        y_by_q += row.along * entry(m, j) * v_next[terms[m].v_index];
+        y_by_q += row.along * scratch(static_cast<int>(m), static_cast<int>(j)) *
+                  v_next[terms[m].v_index];
       for (size_t i = 0; i < terms.size(); ++i)
         d.dq(terms[i].v_index, terms[j].v_index) +=
-            (terms[i].coefficient * G * y_by_q - row.along * f * entry(i, j)) / h;
+            (terms[i].coefficient * G * y_by_q -
+             row.along * f * scratch(static_cast<int>(i), static_cast<int>(j))) /
+            h;
     }
   }
 }

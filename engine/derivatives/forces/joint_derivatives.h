@@ -19,6 +19,6 @@ void add_joint_row_derivatives(const SimulationOptions& options, const Constrain
 
 /// Adds what the moment arms of spatial tendons, the coefficients of their rows, change with q.
 void add_tendon_curvature(const InvertedStep& inverted, const Model& model, double h,
-                          const VectorRef& v_next, InverseDerivatives& d);
+                          const VectorRef& v_next, TendonCurvature& scratch, InverseDerivatives& d);
 
 }  // namespace counterpoint

@@ -291,8 +291,7 @@ void ParameterConstraints::add_joint_rows(const PreparedParameter& p,
         p.has(terms[0].v_index))
       change.bound = options.time_step;
     const double df = impulse_change(row.law, y, contact::Rows::Zero(1), change)[0];
-    for (const RowTerm& term : terms)
-      du[term.v_index] -= term.coefficient * df / options.time_step;
+    for (const RowTerm& term : terms) du[term.v_index] -= term.coefficient * df / options.time_step;
   }
 }
 

@@ -20,8 +20,8 @@ WeightChange weight_change(const StepParameter& parameter, const Model& model) {
   };
   WeightChange out;
   const auto vector = [](const std::vector<double>& numbers) {
-    return VectorX(Eigen::Map<const VectorX>(numbers.data(),
-                                             static_cast<Eigen::Index>(numbers.size())));
+    return VectorX(
+        Eigen::Map<const VectorX>(numbers.data(), static_cast<Eigen::Index>(numbers.size())));
   };
   out.contact = by([&](const InverseWeights& w) { return vector(w.contact); });
   out.tendon = by([&](const InverseWeights& w) { return vector(w.tendon); });

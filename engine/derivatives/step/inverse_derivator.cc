@@ -301,7 +301,7 @@ bool InverseDerivator::compute_impulses(const InverseArguments& of, const Vector
   bool closed = add_contacts(at_w, inverted);
   closed = sweep_trees(at_w, inverted, d) && closed;
   add_joint_row_derivatives(of.options, *inverted.constraints, w, inverted.finder.weights(), d);
-  add_tendon_curvature(inverted, of.model, of.h(), w, d);
+  add_tendon_curvature(inverted, of.model, of.h(), w, curvature_, d);
   return closed;
 }
 
@@ -331,7 +331,7 @@ bool InverseDerivator::compute_displacing(Displacing part, const InverseArgument
   if (part != Displacing::kLateImpulses) {
     add_joint_row_derivatives(of.options, *inverted.constraints, w, inverted.finder.weights(), d,
                               true);
-    add_tendon_curvature(inverted, model, h, w, d);
+    add_tendon_curvature(inverted, model, h, w, curvature_, d);
   }
   displacing_.reset();
   return known;
@@ -350,9 +350,9 @@ bool InverseDerivator::compute(const InverseArguments& of, const InvertedStep& i
   bool closed = add_contacts(of, inverted);
   closed = sweep_trees(of, inverted, d) && closed;
   add_joint_force_derivatives(model, of.effects, of.h(), d);
-  add_joint_row_derivatives(of.options, *inverted.constraints, of.v_next,
-                            inverted.finder.weights(), d);
-  add_tendon_curvature(inverted, model, of.h(), of.v_next, d);
+  add_joint_row_derivatives(of.options, *inverted.constraints, of.v_next, inverted.finder.weights(),
+                            d);
+  add_tendon_curvature(inverted, model, of.h(), of.v_next, curvature_, d);
   return closed;
 }
 

@@ -103,9 +103,7 @@ template <class F>
 auto derivative(F f) -> decltype(f(0.0)) {
   using Value = decltype(f(0.0));
   constexpr double h = 1e-4;
-  const auto central = [&](double step) -> Value {
-    return (f(step) - f(-step)) / (2.0 * step);
-  };
+  const auto central = [&](double step) -> Value { return (f(step) - f(-step)) / (2.0 * step); };
   return (4.0 * central(h) - central(2.0 * h)) / 3.0;
 }
 
@@ -135,8 +133,7 @@ TEST(Tendons, LengthAroundACylinderIsThatOfItsUnrolledPath) {
   cylinder.radius = r;
   const Vector3 a = R * Vector3(s, 0, 0.1);
   const Vector3 b = R * Vector3(s * std::cos(angle), s * std::sin(angle), 0.1 + z);
-  const double flat =
-      2.0 * std::sqrt(s * s - r * r) + r * (angle - 2.0 * std::acos(r / s));
+  const double flat = 2.0 * std::sqrt(s * s - r * r) + r * (angle - 2.0 * std::acos(r / s));
   EXPECT_NEAR(wrapped_length(cylinder, R, a, b, false).length, std::hypot(flat, z), kRoundoff);
 }
 
@@ -166,7 +163,7 @@ TEST(Tendons, ArmsAndCurvaturesAreTheDerivativesOfLengthsAndArms) {
     const Model model = test::make_random_model(seed, o);
     const VectorX q = test::random_configuration(model, 40 + seed);
     const At at(model, q);
-    MatrixX curvature;
+    TendonCurvature curvature;
     for (int t = 0; t < static_cast<int>(model.tendons().size()); ++t) {
       const Tendon& tendon = model.tendons()[static_cast<size_t>(t)];
       EXPECT_NEAR(at.tendons.length(t), length_at(model, t, q), kRoundoff);
@@ -187,7 +184,7 @@ TEST(Tendons, ArmsAndCurvaturesAreTheDerivativesOfLengthsAndArms) {
           return At(model, moved(model, q, terms[j].v_index, s)).arms(model, t);
         });
         for (size_t i = 0; i < terms.size(); ++i) {
-          const auto entry = curvature(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+          const auto entry = curvature(static_cast<int>(i), static_cast<int>(j));
           ASSERT_NEAR(entry, by_j[terms[i].v_index], 1e-8 * (1.0 + std::abs(entry)))
               << seed << " tendon " << t << " arm " << i << " by " << j;
           ++compared;
@@ -220,8 +217,7 @@ TEST(Tendons, SpringAndDamperOverTwoJointsAsByHand) {
     const State before = sim.state();
     ASSERT_TRUE(sim.step().succeeded());
     const double pull = tendon.stiffness * (c.dot(q) - 0.1);
-    const Eigen::Vector2d b =
-        mass.cwiseProduct(w) - h * (kStandardGravity * mass + c * pull);
+    const Eigen::Vector2d b = mass.cwiseProduct(w) - h * (kStandardGravity * mass + c * pull);
     w = A.ldlt().solve(b);
     const double force = -pull - (tendon.damping + h * tendon.stiffness) * c.dot(w);
     q += h * w;
@@ -287,7 +283,7 @@ TEST(Tendons, AtwoodsMachine) {
   TendonSpec rope;
   rope.path = {point("block0", {0, 0, 0}), wrap(Kind::kCylinder, "world", {0.5, 0, 2}, 0.5),
                point("block1", {0, 0, 0})};
-  rope.path[1].side = Vector3(0, 1, 0);  // above
+  rope.path[1].side = Vector3(0, 1, 0);                      // above
   rope.path[1].X_LG.rotation << 1, 0, 0, 0, 0, -1, 0, 1, 0;  // z of the cylinder across the plane
   // Both ends hang tangentially: the rope is 2 + pi r + 2 long.
   rope.lower = rope.upper = 4.0 + M_PI * 0.5;
