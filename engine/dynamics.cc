@@ -11,6 +11,7 @@
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/dynamics/rnea.h"
+#include "counterpoint/engine/forces/tendons.h"
 #include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
@@ -55,7 +56,9 @@ std::vector<FrameMotion> frame_motions(const Model& model, const State& state) {
 }
 
 struct Dynamics::Impl {
-  explicit Impl(const Model& m) : model(&m), data(m), v(VectorX::Zero(m.nv())) {}
+  explicit Impl(const Model& m) : model(&m), data(m), v(VectorX::Zero(m.nv())) {
+    if (!m.tendons().empty()) tendons.emplace(m);
+  }
 
   void set(const VectorRef& q, const VectorRef* velocity) {
     if (q.size() != model->nq() || (velocity && velocity->size() != model->nv()))
@@ -69,6 +72,7 @@ struct Dynamics::Impl {
       v.setZero();
     }
     compute_poses(*model, q, data);
+    if (tendons) tendons->find(*model, q, data, {});
     has_velocities = has_inertias = false;
   }
 
@@ -92,6 +96,7 @@ struct Dynamics::Impl {
   Data data;
   VectorX v, acceleration;
   bool has_velocities = false, has_inertias = false;
+  std::optional<Tendons> tendons;  // if the model has some
   // Created at first use.
   std::optional<RneaDerivator> of_rnea;
   std::optional<AbaDerivator> of_aba;
@@ -149,6 +154,13 @@ Pose Dynamics::geometry_pose(int index) const {
 
 ClosureGap Dynamics::closure_opening(int index) const {
   return closure_gap(model().closures()[static_cast<std::size_t>(index)], impl_->data.X_WB);
+}
+
+double Dynamics::tendon_length(int index) const { return impl_->tendons->length(index); }
+
+void Dynamics::tendon_arms(int index, VectorOut arms) const {
+  arms.setZero();
+  for (const RowTerm& arm : impl_->tendons->arms(index)) arms[arm.v_index] = arm.coefficient;
 }
 
 double Dynamics::total_mass() const { return counterpoint::total_mass(model()); }

@@ -149,6 +149,11 @@ class Dynamics {
   Pose geometry_pose(int index) const;
   /// Returns how far the closure of this index in Model::closures() is open.
   ClosureGap closure_opening(int index) const;
+  /// Returns the length of the tendon of this index in Model::tendons() [m, or rad].
+  double tendon_length(int index) const;
+  /// Computes its moment arms dL/dq into `arms` (nv) [m/rad, -]: its speed is arms . v, and a force
+  /// F along it acts as F arms.
+  void tendon_arms(int index, VectorOut arms) const;
 
   // Mass, energy and momentum.
 

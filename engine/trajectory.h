@@ -23,15 +23,17 @@ namespace counterpoint {
 // For the child link of a planar, spherical or floating joint the names are L.wrench.fx ..., since
 // L.fx ... are the applied forces of that joint.
 
-/// The set of these columns in a table: all servos or none, and some links. The values of one row
-/// form a vector with as many entries as names().
+/// The set of these columns in a table: all servos or none, some links, all tendons or none. The
+/// values of one row form a vector with as many entries as names().
 struct InputColumns {
   bool targets = false;
   std::vector<int> links;  ///< indices into Model::frames, ascending
+  bool tendons = false;
 
-  bool empty() const { return !targets && links.empty(); }
+  bool empty() const { return !targets && links.empty() && !tendons; }
   std::vector<std::string> names(const Model& model) const;
-  /// Sets the servo targets of `input` if `targets` is true, and replaces its wrenches.
+  /// Sets the servo targets of `input` if `targets` is true, forces and targets of its tendons if
+  /// `tendons` is, and replaces its wrenches.
   void set(const Model& model, const VectorRef& values, Input& input) const;
   /// Returns the vector of values of `input`, the inverse of set(); input.wrenches must be in the
   /// order of `links`. The model's targets replace missing ones.

@@ -98,9 +98,9 @@ struct TendonSpec {
     Kind kind = Kind::kPoint;
     std::string link;  ///< name with prefix; "world" is the world unless a link has this name
     Pose X_LG;  ///< in the frame of the link: a point's position, the frame of a wrap (TendonWrap)
-    double radius = 0.0;          ///< of a sphere or cylinder [m]
+    double radius = 0.0;          ///< radius of a sphere or cylinder [m]
     std::optional<Vector3> side;  ///< TendonWrap::side, in the frame of the wrap [m]
-    double divisor = 1.0;         ///< of a pulley: the next branch carries the force over this [-]
+    double divisor = 1.0;         ///< pulley: the next branch carries the force over this [-]
   };
   std::vector<Place> path;
   double stiffness = 0.0, damping = 0.0, dry_friction = 0.0;  ///< Tendon

@@ -79,6 +79,7 @@ struct ModelParts {
 
   std::vector<Environment> environment;
   std::vector<ClosureSpec> closures;
+  std::vector<TendonSpec> tendons;
   std::vector<Exclusion> exclusions;
   std::vector<std::pair<std::string, std::string>> inclusions;  ///< see ModelBuilder::include_pair
   std::vector<Surface> surfaces;
@@ -148,8 +149,10 @@ struct MjcfModel : ModelParts {
   /// An actuator with control u: the force on its joint is gain u + bias - stiffness q - damping w.
   struct Actuator {
     std::string name;
-    /// Joint of one coordinate; "": the actuator has no counterpart and acts only with a control.
+    /// Joint of one coordinate; "": it acts on a tendon, or has no counterpart and acts only with a
+    /// control.
     std::string joint;
+    std::string tendon;  ///< in `tendons`; the force is along it, L and dL/dt in place of q and w
     double gain = 0.0, bias = 0.0, stiffness = 0.0, damping = 0.0;
     std::optional<double> least, most;  ///< bounds of u
     std::string where;

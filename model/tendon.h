@@ -43,7 +43,7 @@ struct TendonWrap {
 struct TendonSegment {
   TendonPoint from, to;
   int wrap = -1;       ///< index into Tendon::wraps, or -1
-  double share = 1.0;  ///< of the tendon's force: 1 over the divisor of a pulley [-]
+  double share = 1.0;  ///< part of the force that it carries: 1 over a divisor [-]
 };
 
 /// Servo of a tendon: force stiffness (target - L) + damping (speed - dL/dt), together with the
@@ -65,7 +65,7 @@ struct Tendon {
   std::vector<TendonJoint> joints;  ///< fixed tendon
   std::vector<TendonSegment> path;  ///< spatial tendon
   std::vector<TendonWrap> wraps;
-  double stiffness = 0.0;  ///< of its spring [N/m]
+  double stiffness = 0.0;  ///< stiffness of the spring [N/m]
   double rest_shortest = 0.0,
          rest_longest = 0.0;  ///< lengths between which the spring is slack [m]
   double damping = 0.0;       ///< [N s/m]

@@ -37,6 +37,7 @@ AppliedInputs::AppliedInputs(const InputArguments& arguments, const Simulator& s
 InputColumns AppliedInputs::columns(const Model& model) const {
   InputColumns columns = schedule_ ? schedule_->columns() : InputColumns();
   columns.targets = !model.servos().empty();
+  columns.tendons = !model.tendons().empty();
   return columns;
 }
 

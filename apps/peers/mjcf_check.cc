@@ -118,13 +118,14 @@ struct Counts {
   int robots = 0, loaded = 0, ran = 0, reduced = 0, scenes_ran = 0, same = 0, near = 0;
 };
 
-/// Differences from MuJoCo, as eight cells of a table.
+/// Differences from MuJoCo, as nine cells of a table.
 std::string metrics_of(const MjcfComparison& c, const fs::path& folder) {
-  if (!c.refused.empty()) return " | | | | | | | ";
-  if (!c.unreadable.empty()) return cell(c.unreadable, folder) + " | | | | | | | ";
-  return fmt::format("{} | {} | {} | {} | {} | {} | {} | {}", metric(c.pose), metric(c.mass),
-                     metric(c.bias), metric(c.joint_force), metric(c.inertia),
-                     metric(c.mass_with_theirs), metric(c.bias_with_theirs), c.notes);
+  if (!c.refused.empty()) return " | | | | | | | | ";
+  if (!c.unreadable.empty()) return cell(c.unreadable, folder) + " | | | | | | | | ";
+  return fmt::format("{} | {} | {} | {} | {} | {} | {} | {} | {}", metric(c.pose), metric(c.mass),
+                     metric(c.bias), metric(c.joint_force), c.tendons == 0 ? "-" : metric(c.tendon),
+                     metric(c.inertia), metric(c.mass_with_theirs), metric(c.bias_with_theirs),
+                     c.notes);
 }
 
 /// Loads, compares and simulates one robot; returns its row.
@@ -177,16 +178,18 @@ bool write_page(const fs::path& out, const std::string& summary, int states,
       << fmt::format(
              "\nFigures: the largest differences at {} random states. Poses of all named bodies\n"
              "[m, or of the rotation matrix]; mass matrix, M_ij over sqrt(M_ii M_jj); bias forces\n"
-             "over the largest; joint forces: servos, springs and dampers, of each joint. Bounds\n"
+             "over the largest; joint forces: servos, springs and dampers, of joints and tendons.\n"
+             "Tendons: their lengths and moment arms [m, m/rad]. Bounds\n"
              "of the first three: 1e-12, 1e-9, 1e-9. Rotational inertia of a body, over its norm:\n"
              "MuJoCo's search for principal axes ends with up to 1e-12 off the diagonal; and the\n"
              "mass matrix and bias forces again with its inertias in place of those in the file. "
              "\\*:\n"
              "meshes that the stored snapshot lacks are stood in for by boxes.\n\n",
              states)
-      << "| robot | file | nv | poses | mass matrix | bias forces | joint forces | inertia | mass "
+      << "| robot | file | nv | poses | mass matrix | bias forces | joint forces | tendons | "
+         "inertia | mass "
          "matrix, its axes | bias forces, its axes | notes | simulates | its scene |\n"
-         "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n"
+         "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n"
       << rows;
   return static_cast<bool>(stream);
 }

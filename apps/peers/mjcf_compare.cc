@@ -112,10 +112,60 @@ class Pair {
     return scale > 0.0 ? worst / scale : 0.0;
   }
 
+  /// MuJoCo's Jacobian of a tendon, by its coordinate; dense or sparse as the model has it.
+  VectorX peer_arms(int id) const {
+    VectorX arms = VectorX::Zero(m_.nv);
+    if (!mj_isSparse(&m_)) {
+      for (int k = 0; k < m_.nv; ++k) arms[k] = d_->ten_J[id * m_.nv + k];
+      return arms;
+    }
+    for (int n = 0; n < d_->ten_J_rownnz[id]; ++n) {
+      const int at = d_->ten_J_rowadr[id] + n;
+      arms[d_->ten_J_colind[at]] = d_->ten_J[at];
+    }
+    return arms;
+  }
+
+  double tendon_error() const {
+    double worst = 0.0;
+    VectorX arms(model_.nv());
+    const auto compare = [&](double a, double b) {
+      worst = std::max(worst, std::abs(a - b) / std::max(1.0, std::abs(b)));
+    };
+    for (std::size_t i = 0; i < model_.tendons().size(); ++i) {
+      const int id = mj_name2id(&m_, mjOBJ_TENDON, model_.tendons()[i].name.c_str());
+      if (id < 0) continue;
+      compare(dynamics_.tendon_length(static_cast<int>(i)), d_->ten_length[id]);
+      dynamics_.tendon_arms(static_cast<int>(i), arms);
+      const VectorX theirs = peer_arms(id);
+      for (const auto& [ours, peer] : v_) compare(arms[ours], theirs[peer]);
+    }
+    return worst;
+  }
+
+  /// Forces of tendons on the coordinates, without friction and limits.
+  VectorX tendon_forces() const {
+    VectorX sum = VectorX::Zero(model_.nv()), arms(model_.nv());
+    for (std::size_t i = 0; i < model_.tendons().size(); ++i) {
+      const Tendon& tendon = model_.tendons()[i];
+      const TendonServo& servo = tendon.servo;
+      const double length = dynamics_.tendon_length(static_cast<int>(i));
+      dynamics_.tendon_arms(static_cast<int>(i), arms);
+      const double speed = arms.dot(v_now_);
+      const double rest = std::clamp(length, tendon.rest_shortest, tendon.rest_longest);
+      const double pull =
+          servo.stiffness * (servo.target - length) + servo.damping * (servo.speed - speed);
+      sum += arms * (std::clamp(pull, servo.least, servo.most) -
+                     tendon.stiffness * (length - rest) - tendon.damping * speed);
+    }
+    return sum;
+  }
+
   double joint_force_error() const {
     constexpr double kSmall = 1e-6;  // lower bound of the scale [N, N m]
     double worst = 0.0;
     int v = 0;
+    const VectorX of_tendons = tendon_forces();
     for (const MjcfModel::Coordinate& c : read_.coordinates) {
       const int at = v, joint = model_.find_joint(c.joint);
       v += joint_nv(c.type);
@@ -127,7 +177,7 @@ class Pair {
         continue;
       const Body& body = model_.body(joint + 1);
       const double q = q_now_[body.q_index], w = v_now_[body.v_index];
-      double force = -model_.damping()[body.v_index] * w;
+      double force = of_tendons[body.v_index] - model_.damping()[body.v_index] * w;
       for (const JointSpring& spring : model_.springs())
         if (spring.joint == joint) force -= spring.stiffness * (q - spring.reference);
       if (const int i = model_.find_servo(joint); i >= 0) {
@@ -200,6 +250,7 @@ MjcfComparison compare_with_mujoco(const std::filesystem::path& file, int states
     out.bodies = model.num_bodies() - 1;
     out.nv = model.nv();
     out.notes = static_cast<int>(model.notes().size());
+    out.tendons = static_cast<int>(model.tendons().size());
     if (!m) return out;
     Pair pair(read, model, *m);
     if (!pair.same_coordinates()) {
@@ -213,6 +264,7 @@ MjcfComparison compare_with_mujoco(const std::filesystem::path& file, int states
       if (model.nv() == 0) continue;
       out.mass = std::max(out.mass, pair.mass_error());
       out.joint_force = std::max(out.joint_force, pair.joint_force_error());
+      out.tendon = std::max(out.tendon, pair.tendon_error());
       out.bias = std::max(out.bias, pair.bias_error());
     }
     MjcfModel theirs = read;

@@ -17,6 +17,10 @@ struct MjcfComparison {
   /// Largest difference of joint forces (servos without control, springs, dampers), relative to the
   /// force; for hinges and slides without mimic joints.
   double joint_force = 0.0;
+  /// Largest differences of a tendon's length and moment arms, relative to 1 m and 1 m/rad or to
+  /// the value if it is larger. `joint_force` includes the forces of tendons.
+  double tendon = 0.0;
+  int tendons = 0;       ///< number of tendons compared
   double inertia = 0.0;  ///< largest difference of a body's rotational inertia, over its norm
   double bias = 0.0;     ///< largest difference of bias forces, over the largest bias force of the
                          ///< state

@@ -54,18 +54,18 @@ Tendons::Tendons(const Model& model) {
   chains_.resize(n);
   for (size_t i = 0; i < n; ++i) {
     const Tendon& tendon = model.tendons()[i];
-    std::map<int, double> arms;  // by coordinate
-    int mover = 0;
+    std::map<int, double> arms;  // keys: coordinates
+    int moved = 0;
     for (const TendonJoint& term : tendon.joints) {
-      mover = term.joint + 1;
-      arms[model.body(mover).v_index] += term.coefficient;
+      moved = term.joint + 1;
+      arms[model.body(moved).v_index] += term.coefficient;
     }
     const auto reference_of = [&](const TendonSegment& segment) {
       return segment.wrap < 0 ? segment.from.body
                               : tendon.wraps[static_cast<size_t>(segment.wrap)].body;
     };
     const auto add_coordinates = [&](int body) {
-      mover = body;
+      moved = body;
       const Body& b = model.body(body);
       for (int k = b.v_index; k < b.v_index + joint_nv(b.joint_type); ++k) arms[k] = 0.0;
     };
@@ -75,7 +75,7 @@ Tendons::Tendons(const Model& model) {
         climb(model, reference_of(segment), end, add_coordinates);
       }
     }
-    mover_.push_back(mover);
+    moved_.push_back(moved);
     std::vector<int> coordinates;
     for (const auto& [v_index, coefficient] : arms) {
       coordinates.push_back(v_index);
@@ -112,7 +112,7 @@ void Tendons::find(const Model& model, const VectorRef& q, const Kinematics& at,
   for (size_t i = 0; i < length_.size(); ++i) {
     const Tendon& tendon = model.tendons()[i];
     std::vector<RowTerm>& arms = arms_[i];
-    idle_[i] = idle(mover_[i]);  // the others are in the same island
+    idle_[i] = idle(moved_[i]);  // the others are in the same island
     if (idle_[i]) continue;
     length_[i] = 0.0;
     for (const TendonJoint& term : tendon.joints)

@@ -66,7 +66,7 @@ class Tendons {
   std::vector<double> length_;
   std::vector<std::vector<RowTerm>> arms_;
   std::vector<char> idle_;
-  std::vector<int> mover_;  ///< per tendon: a body that changes its length
+  std::vector<int> moved_;  ///< per tendon: a body that changes its length
   /// Per tendon and segment: the ways to its start and to its end.
   std::vector<std::vector<std::array<Chain, 2>>> chains_;
 };

@@ -15,6 +15,9 @@ std::string target_velocity_name(const Model& model, const JointServo& servo) {
   return model.joint(servo.joint).name + ".target_velocity";
 }
 
+std::string tendon_force_name(const Tendon& tendon) { return tendon.name + ".tendon_force"; }
+std::string tendon_target_name(const Tendon& tendon) { return tendon.name + ".tendon_target"; }
+
 /// Returns the first part of the names of a link's wrench columns.
 std::string wrench_stem(const Model& model, int frame) {
   const Frame& link = model.frames()[frame];
@@ -54,6 +57,11 @@ std::vector<std::string> InputColumns::names(const Model& model) const {
     const std::string stem = wrench_stem(model, link);
     for (const char* component : kComponents) names.push_back(stem + component);
   }
+  for (const Tendon& tendon : model.tendons()) {
+    if (!tendons) break;
+    names.push_back(tendon_force_name(tendon));
+    names.push_back(tendon_target_name(tendon));
+  }
   return names;
 }
 
@@ -78,11 +86,21 @@ void InputColumns::set(const Model& model, const VectorRef& values, Input& input
     input.wrenches.push_back(wrench);
     next += 6;
   }
+  if (!tendons) return;
+  const auto count = static_cast<Eigen::Index>(model.tendons().size());
+  input.tendon_force.resize(count);
+  input.tendon_target.resize(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    input.tendon_force[i] = values[next++];
+    input.tendon_target[i] = values[next++];
+  }
 }
 
 VectorX InputColumns::values(const Model& model, const Input& input) const {
   const Eigen::Index servos = targets ? static_cast<Eigen::Index>(model.servos().size()) : 0;
-  VectorX values = VectorX::Zero(2 * servos + 6 * static_cast<Eigen::Index>(links.size()));
+  const size_t count = tendons ? model.tendons().size() : 0;
+  VectorX values = VectorX::Zero(2 * servos + 6 * static_cast<Eigen::Index>(links.size()) +
+                                 2 * static_cast<Eigen::Index>(count));
   Eigen::Index next = 0;
   for (Eigen::Index i = 0; i < servos; ++i) {
     const JointServo& servo = model.servos()[i];
@@ -91,11 +109,18 @@ VectorX InputColumns::values(const Model& model, const Input& input) const {
   }
   for (size_t i = 0; i < links.size() && i < input.wrenches.size(); ++i, next += 6)
     values.segment<6>(next) << input.wrenches[i].wrench.force, input.wrenches[i].wrench.torque;
+  next = values.size() - 2 * static_cast<Eigen::Index>(count);
+  for (size_t i = 0; i < count; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    values[next++] = input.tendon_force.size() > 0 ? input.tendon_force[k] : 0.0;
+    values[next++] =
+        input.tendon_target.size() > 0 ? input.tendon_target[k] : model.tendons()[i].servo.target;
+  }
   return values;
 }
 
 bool is_input_column(const Model& model, const std::string& name) {
-  const std::vector<std::string> all = InputColumns{true, moving_links(model)}.names(model);
+  const std::vector<std::string> all = InputColumns{true, moving_links(model), true}.names(model);
   return std::find(all.begin(), all.end(), name) != all.end();
 }
 
@@ -105,6 +130,9 @@ InputColumns find_input_columns(const Table& table, const Model& model) {
     columns.targets = columns.targets || table.find_column(target_name(model, servo)) >= 0 ||
                       table.find_column(target_velocity_name(model, servo)) >= 0;
   }
+  for (const Tendon& tendon : model.tendons())
+    columns.tendons = columns.tendons || table.find_column(tendon_force_name(tendon)) >= 0 ||
+                      table.find_column(tendon_target_name(tendon)) >= 0;
   for (const int link : moving_links(model))
     if (has_wrench_column(table, wrench_stem(model, link))) columns.links.push_back(link);
   return columns;

@@ -105,6 +105,36 @@ void add_joint_effects(const Model& model, Hash& hash) {
   }
 }
 
+void add_tendons(const Model& model, Hash& hash) {
+  for (const Tendon& tendon : model.tendons()) {
+    for (const TendonJoint& term : tendon.joints) {
+      hash.add(term.joint);
+      hash.add(term.coefficient);
+    }
+    for (const TendonSegment& segment : tendon.path) {
+      for (const TendonPoint& point : {segment.from, segment.to}) {
+        hash.add(point.body);
+        hash.add(point.position);
+      }
+      hash.add(segment.wrap);
+      hash.add(segment.share);
+    }
+    for (const TendonWrap& wrap : tendon.wraps) {
+      hash.add(wrap.body);
+      add(wrap.X_BG, hash);
+      hash.add(wrap.radius);
+      hash.add(static_cast<int>(wrap.cylinder));
+      hash.add(wrap.side.value_or(Vector3::Zero()));
+    }
+    const TendonServo& servo = tendon.servo;
+    for (const double x :
+         {tendon.stiffness, tendon.rest_shortest, tendon.rest_longest, tendon.damping,
+          tendon.dry_friction, tendon.lower, tendon.upper, servo.stiffness, servo.damping,
+          servo.target, servo.speed, servo.least, servo.most})
+      hash.add(x);
+  }
+}
+
 void add_drags_and_closures(const Model& model, Hash& hash) {
   for (const BodyDrag& drag : model.drags()) {
     hash.add(drag.body);
@@ -215,6 +245,7 @@ std::uint64_t model_hash(const Model& model) {
   add_geometries(model, hash);
   add_joint_effects(model, hash);
   add_drags_and_closures(model, hash);
+  add_tendons(model, hash);
   return hash.value();
 }
 

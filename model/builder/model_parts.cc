@@ -56,6 +56,12 @@ void add_parts(const ModelParts& parts, const Pose& X_WL, const std::string& pre
     closure.link_b = prefix + closure.link_b;
     builder.add_closure(closure);
   }
+  for (TendonSpec tendon : parts.tendons) {
+    tendon.name = prefix + tendon.name;
+    for (auto& [joint, coefficient] : tendon.joints) joint = prefix + joint;
+    for (TendonSpec::Place& place : tendon.path) place.link = prefix + place.link;
+    builder.add_tendon(tendon);
+  }
 }
 
 }  // namespace counterpoint

@@ -6,6 +6,7 @@
 
 #include "counterpoint/model/mjcf/bodies/contacts.h"
 #include "counterpoint/model/mjcf/forces/actuators.h"
+#include "counterpoint/model/mjcf/forces/damping_ratio.h"
 #include "counterpoint/model/mjcf/options.h"
 #include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/text_files.h"
@@ -28,7 +29,8 @@ MjcfModel load_mjcf(const std::filesystem::path& file, const MjcfOptions& option
   if (document.faults.broken()) document.faults.throw_if_any();
   mjcf::read_inertias(document, assets, bodies, model);
   mjcf::read_air(document, bodies, model);
-  const mjcf::Tendons tendons = mjcf::read_tendons(document, bodies);
+  mjcf::apply_spring_dampers(bodies, model);
+  const mjcf::Tendons tendons = mjcf::read_tendons(document, bodies, model);
   mjcf::Couplings couplings(model.robot);
   if (!switches.constraint_off("equality"))
     mjcf::read_equalities(document, defaults, bodies, tendons, couplings, model);

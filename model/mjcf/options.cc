@@ -139,6 +139,15 @@ void switch_off(const Switches& switches, MjcfModel& model) {
     if (off("spring")) joint.stiffness = 0.0;
     if (off("damper")) joint.damping = 0.0;
   }
+  for (TendonSpec& tendon : model.tendons) {
+    if (switches.constraint_off("limit")) {
+      tendon.lower = -kInfinity;
+      tendon.upper = kInfinity;
+    }
+    if (switches.constraint_off("frictionloss")) tendon.dry_friction = 0.0;
+    if (off("spring")) tendon.stiffness = 0.0;
+    if (off("damper")) tendon.damping = 0.0;
+  }
   for (MjcfModel::Actuator& a : model.actuators)
     if (off("clampctrl")) a.least = a.most = std::nullopt;
   if (!off("spring") || !off("damper")) return;

@@ -38,6 +38,12 @@ void InputHandle::assign(const Input& other) {
     input_->servo_position = other.servo_position;
   if (other.servo_velocity.size() == input_->servo_velocity.size())
     input_->servo_velocity = other.servo_velocity;
+  if (other.tendon_force.size() == input_->tendon_force.size())
+    input_->tendon_force = other.tendon_force;
+  else
+    input_->tendon_force.setZero();
+  if (other.tendon_target.size() == input_->tendon_target.size())
+    input_->tendon_target = other.tendon_target;
   input_->wrenches = other.wrenches;
   input_->softening = other.softening;
   input_->taut_links = other.taut_links;
@@ -89,6 +95,14 @@ void bind_inputs(py::module_& m) {
           "servo_velocity", [](const InputHandle& i) { return i.servo_velocity; },
           [](InputHandle& i, const Array& x) { set(i.servo_velocity, x, "servo_velocity"); },
           "Targets [rad/s or m/s], in the order of model.servos, a view.")
+      .def_property(
+          "tendon_force", [](const InputHandle& i) { return i.tendon_force; },
+          [](InputHandle& i, const Array& x) { set(i.tendon_force, x, "tendon_force"); },
+          "[N] along tendons, pulling is negative, in the order of model.tendons, a view.")
+      .def_property(
+          "tendon_target", [](const InputHandle& i) { return i.tendon_target; },
+          [](InputHandle& i, const Array& x) { set(i.tendon_target, x, "tendon_target"); },
+          "Lengths [m] that servos of tendons aim at, in the order of model.tendons, a view.")
       .def(
           "__getitem__", [](const InputHandle& i, const std::string& name) { return i.at(name); },
           py::arg("name"), "input['elbow.u'], input['cube.fx'], input['elbow.target'].")

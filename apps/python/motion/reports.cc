@@ -185,6 +185,9 @@ void bind_inverse(py::module_& m) {
           "contact_force", [all](const Self& i) { return all(i, i->inverse.contact_force); },
           "J' f / h of all constraints [N, N m], shape (nv,).")
       .def_property_readonly(
+          "tendon_force", [all](const Self& i) { return all(i, i->inverse.tendon_force); },
+          "Force along each tendon [N], mean over the step; a part of contact_force.")
+      .def_property_readonly(
           "servo_force", [all](const Self& i) { return all(i, i->inverse.servo_force); },
           "What the servos asked for at v_next [N, N m], in the order of model.servos.")
       .def_property_readonly("force_scale", through(&I::inverse, &Inverse::force_scale),

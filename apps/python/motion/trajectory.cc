@@ -102,7 +102,8 @@ links : sequence of str
 )")
       .def(py::init([](const std::filesystem::path& file, const ModelPtr& model,
                        const std::vector<std::string>& links) {
-             InputColumns columns{!model->model.servos().empty(), {}};
+             InputColumns columns{
+                 !model->model.servos().empty(), {}, !model->model.tendons().empty()};
              for (const std::string& link : links) {
                const int frame = model->model.find_frame(link);
                if (frame < 0) throw py::key_error("no link '" + link + "'");

@@ -110,7 +110,14 @@ InputHandle::InputHandle(ModelPtr m) : model(std::move(m)), input_(std::make_sha
     input_->servo_position[i] = servos[static_cast<size_t>(i)].position;
     input_->servo_velocity[i] = servos[static_cast<size_t>(i)].velocity;
   }
+  const auto& tendons = model->model.tendons();
+  input_->tendon_force = input_->tendon_target =
+      VectorX::Zero(static_cast<Eigen::Index>(tendons.size()));
+  for (size_t i = 0; i < tendons.size(); ++i)
+    input_->tendon_target[static_cast<Eigen::Index>(i)] = tendons[i].servo.target;
   const py::capsule owner = keep(input_);
+  tendon_force = view(input_->tendon_force, owner, true);
+  tendon_target = view(input_->tendon_target, owner, true);
   applied_force = view(input_->applied_force, owner, true);
   servo_position = view(input_->servo_position, owner, true);
   servo_velocity = view(input_->servo_velocity, owner, true);
@@ -129,7 +136,14 @@ double& InputHandle::at(const std::string& name) const {
     if (name == joint + ".target_velocity") return input_->servo_velocity[index];
     names.push_back(joint + ".target");
   }
-  throw_unknown("applied force or servo target", name, names);
+  for (size_t i = 0; i < m.tendons().size(); ++i) {
+    const std::string& tendon = m.tendons()[i].name;
+    const auto index = static_cast<Eigen::Index>(i);
+    if (name == tendon + ".tendon_force") return input_->tendon_force[index];
+    if (name == tendon + ".tendon_target") return input_->tendon_target[index];
+    names.push_back(tendon + ".tendon_force");
+  }
+  throw_unknown("applied force, servo target or force of a tendon", name, names);
 }
 
 const Input& input_of(const InputPtr& input, const Input& none) {

@@ -28,6 +28,7 @@ InputMap::InputMap(const ModelHandle& handle, const std::vector<std::string>& na
     : size_(static_cast<int>(names.size())) {
   const Model& model = handle.model;
   columns_.targets = !model.servos().empty();
+  columns_.tendons = !model.tendons().empty();
   if (names.empty()) {
     plain_ = true;
     size_ = model.nv();

@@ -260,6 +260,20 @@ void bind_lists(py::class_<ModelHandle, ModelPtr>& model) {
       .def_property_readonly(
           "closures", [](const ModelHandle& m) { return names_of(m.model.closures()); },
           "Names of what closes loops.")
+      .def_property_readonly(
+          "tendons", [](const ModelHandle& m) { return names_of(m.model.tendons()); },
+          "Names of the tendons.")
+      .def(
+          "tendon_lengths",
+          [](const ModelHandle& m, const Array& q) {
+            const VectorX at = vector(q, m.model.nq(), "q");
+            const std::vector<Pose> X_WB = body_poses(m.model, at);
+            std::vector<double> lengths;
+            for (const Tendon& tendon : m.model.tendons())
+              lengths.push_back(tendon_length(m.model, tendon, at, X_WB));
+            return lengths;
+          },
+          py::arg("q"), "Lengths of the tendons at q [m], in the order of model.tendons.")
       .def("pair_material", &pair_material, py::arg("geometry_a"), py::arg("geometry_b"),
            "Material that two geometries, by name, have where they touch: combined, or given to "
            "the pair.")

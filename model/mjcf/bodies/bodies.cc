@@ -160,8 +160,8 @@ class TreeReader {
     const bool ends_here = last && read.anchor.isZero(0.0);
     spec.child = ends_here ? node.link : free_name(node.link + "." + spec.name);
     const int index = static_cast<int>(out_.joints.size());
-    out_.joints.push_back(
-        {&element, spec.name, static_cast<int>(model_.robot.joints.size()), body, read.reference});
+    out_.joints.push_back({&element, spec.name, static_cast<int>(model_.robot.joints.size()), body,
+                           read.reference, read.spring_damper});
     if (!given.empty()) out_.joint_names[given] = index;
     MjcfModel::Coordinate coordinate{spec.name, spec.type, {read.reference}};
     if (is_free) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "counterpoint/model/mjcf/bodies/geoms.h"
+#include "counterpoint/model/mjcf/bodies/joints.h"
 
 namespace counterpoint::mjcf {
 
@@ -15,6 +16,7 @@ struct Joint {
   int spec = 0;      ///< index into RobotSpec::joints
   int body = 0;
   double reference = 0.0;  ///< coordinate in the reference pose [rad or m]
+  std::optional<SpringDamper> spring_damper = std::nullopt;
 };
 
 struct BodyNode {

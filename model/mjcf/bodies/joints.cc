@@ -100,9 +100,11 @@ JointRead read_joint(Document& document, const Defaults& defaults, const Element
         "actuatorgravcomp: compensation for gravity does not count towards actuatorfrcrange");
   const double stiffness = v.number("stiffness", 0.0);
   if (const auto s = v.numbers("springdamper", 2, 2); !s.empty() && s[0] > 0.0 && s[1] > 0.0)
-    document.refuse(element, LeaveOut::kJointForces,
-                    "springdamper is not supported: give stiffness and damping");
+    out.spring_damper = SpringDamper{s[0], s[1]};
   if (joint_nv(spec.type) != 1) {
+    if (out.spring_damper)
+      document.refuse(element, LeaveOut::kJointForces,
+                      fmt::format("springdamper of a {} joint is not supported", type));
     if (stiffness > 0.0)
       document.refuse(element, LeaveOut::kJointForces,
                       fmt::format("stiffness of a {} joint is not supported", type));

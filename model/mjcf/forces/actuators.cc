@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <tuple>
 
 #include "counterpoint/model/mjcf/forces/damping_ratio.h"
 #include "counterpoint/model/special_values.h"
@@ -141,10 +143,13 @@ class ActuatorReader {
       return;
     }
     Couplings::Reduced length;
-    const std::string lacks = what_lacks(e, law, length);
+    TendonSpec* tendon = nullptr;
+    const std::string lacks = what_lacks(e, law, length, tendon);
     bound_control(e, law, actuator);
     if (!lacks.empty()) {
       no_counterpart(e, law, lacks);
+    } else if (tendon) {
+      place_on_tendon(e, law, *tendon, actuator);
     } else {
       place(e, law, length, actuator);
     }
@@ -171,8 +176,9 @@ class ActuatorReader {
   }
 
   /// Returns the feature that the engine lacks for this actuator, or "" with the length of the
-  /// transmission in joint coordinates.
-  std::string what_lacks(const Element& e, const Law& law, Couplings::Reduced& length) const {
+  /// transmission in joint coordinates, or with the tendon.
+  std::string what_lacks(const Element& e, const Law& law, Couplings::Reduced& length,
+                         TendonSpec*& on) const {
     const Values v(document_, e);
     if (!law.unsupported.empty()) return law.unsupported;
     if (e.Attribute("plugin")) return "a plugin";
@@ -184,7 +190,12 @@ class ActuatorReader {
       const auto tendon = tendons_.find(v.text("tendon"));
       if (tendon == tendons_.end())
         document_.fail(e, fmt::format("there is no tendon '{}'", v.text("tendon")));
-      if (!tendon->second.fixed) return "a tendon through space";
+      const auto own = std::find_if(model_.tendons.begin(), model_.tendons.end(),
+                                    [&](const TendonSpec& t) { return t.name == tendon->first; });
+      if (own != model_.tendons.end()) {
+        on = &*own;
+        return "";
+      }
       length = couplings_.reduce(tendon->second.sum);
     } else if (const char* joint = e.Attribute("joint"); joint || e.Attribute("jointinparent")) {
       const std::string name = joint ? joint : e.Attribute("jointinparent");
@@ -233,6 +244,43 @@ class ActuatorReader {
       document_.fail(e, "ctrlrange: the first number must be less");
     actuator.least = range->first;
     actuator.most = range->second;
+  }
+
+  /// The actuator's length is gear times that of the tendon, its force on the tendon gear times its
+  /// own.
+  void place_on_tendon(const Element& e, const Law& law, TendonSpec& tendon,
+                       MjcfModel::Actuator& actuator) {
+    const double g = law.gear;
+    const bool affine = law.bias_type == "affine";
+    if (law.damping_ratio > 0.0 || (affine && (law.bias[1] > 0.0 || law.bias[2] > 0.0)))
+      return document_.refuse(e, LeaveOut::kActuators,
+                              "a damping ratio, or a bias that pushes on, is not supported on a "
+                              "tendon: give kv");
+    actuator.tendon = tendon.name;
+    actuator.gain = g * law.gain[0];
+    actuator.bias = affine ? g * law.bias[0] : 0.0;
+    actuator.stiffness = affine ? -law.bias[1] * g * g : 0.0;
+    actuator.damping = affine ? -law.bias[2] * g * g : 0.0;
+    TendonServo& servo = tendon.servo;
+    servo.stiffness += actuator.stiffness;
+    servo.damping += actuator.damping;
+    const bool limited = law.force_limited == "true" ||
+                         (law.force_limited == "auto" && document_.compiler(e).auto_limits);
+    double least = -kInfinity, most = kInfinity;
+    if (law.force_range && limited)
+      std::tie(least, most) =
+          std::minmax({g * law.force_range->first, g * law.force_range->second});
+    if (affine == false &&
+        actuator.least) {  // a motor's largest force is at a bound of its control
+      const auto [low, high] =
+          std::minmax({actuator.gain * *actuator.least, actuator.gain * *actuator.most});
+      least = std::max(least, low);
+      most = std::min(most, high);
+    }
+    // Several actuators of a tendon pull with the sum of their forces.
+    const bool first = pulled_.insert(tendon.name).second;
+    servo.least = first ? least : servo.least + least;
+    servo.most = first ? most : servo.most + most;
   }
 
   void place(const Element& e, const Law& law, const Couplings::Reduced& length,
@@ -298,6 +346,7 @@ class ActuatorReader {
   const Couplings& couplings_;
   MjcfModel& model_;
   std::map<int, double> effort_;  // sum of limits [N or N m]; key: joint index
+  std::set<std::string> pulled_;  // tendons with actuators
   std::vector<DampingRatio> ratios_;
 };
 

@@ -1,5 +1,6 @@
 #include "counterpoint/model/mjcf/forces/damping_ratio.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -24,6 +25,24 @@ void apply_damping_ratios(const std::vector<DampingRatio>& ratios, MjcfModel& mo
         2.0 * r.ratio * std::sqrt(std::max(r.stiffness, 0.0) * inertia / lever2) * lever2;
     joint.servo.damping += damping;
     model.actuators[r.actuator].damping += damping;
+  }
+}
+
+void apply_spring_dampers(const Bodies& bodies, MjcfModel& model) {
+  const auto given = [](const Joint& joint) { return joint.spring_damper.has_value(); };
+  if (std::none_of(bodies.joints.begin(), bodies.joints.end(), given)) return;
+  const Model built = reference_model(model);
+  for (const Joint& joint : bodies.joints) {
+    if (!joint.spring_damper) continue;
+    JointSpec& spec = model.robot.joints[static_cast<std::size_t>(joint.spec)];
+    if (joint_nv(spec.type) != 1) continue;
+    const Body& body = built.body(built.find_joint(spec.name) + 1);
+    const MatrixX M = reference_mass_matrix(built, body.tree, built.default_q());
+    const auto k = body.v_index - built.trees()[static_cast<std::size_t>(body.tree)].v_begin;
+    const double inertia = 1.0 / M.llt().solve(VectorX::Unit(M.rows(), k))[k];
+    const auto& [time, ratio] = *joint.spring_damper;
+    spec.stiffness = inertia / (time * time * ratio * ratio);
+    spec.damping = 2.0 * inertia / time;
   }
 }
 

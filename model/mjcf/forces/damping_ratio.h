@@ -1,9 +1,9 @@
-// Servo damping given as a ratio of critical damping.
+// Damping given as a ratio of critical damping: of servos, of springs in joints.
 #pragma once
 
 #include <vector>
 
-#include "counterpoint/model/robot_files.h"
+#include "counterpoint/model/mjcf/bodies/bodies.h"
 
 namespace counterpoint::mjcf {
 
@@ -18,5 +18,10 @@ struct DampingRatio {
 /// Adds the damping 2 ratio sqrt(stiffness m) per transmission length, with the inertia m that the
 /// actuator feels in the reference pose: the diagonal entry of the mass matrix over lever^2.
 void apply_damping_ratios(const std::vector<DampingRatio>& ratios, MjcfModel& model);
+
+/// Sets the springs and dampers of joints with a springdamper of time constant T and ratio z:
+/// stiffness m / (T z)^2, damping 2 m / T, with m the inverse of the joint's entry of inv(M) in the
+/// reference pose. Call after read_inertias.
+void apply_spring_dampers(const Bodies& bodies, MjcfModel& model);
 
 }  // namespace counterpoint::mjcf

@@ -124,7 +124,7 @@ class EqualityReader {
 
   void tendons(const Values& v) {
     const Element& e = v.element();
-    const auto find = [&](const char* key) -> const Tendon& {
+    const auto find = [&](const char* key) -> const TendonElement& {
       const auto found = tendons_.find(v.text(key));
       if (found != tendons_.end()) return found->second;
       document_.fail(e, fmt::format("{}: there is no tendon '{}'", key, v.text(key)));
@@ -132,8 +132,8 @@ class EqualityReader {
     std::vector<double> p = v.numbers("polycoef", 1, 5);
     if (p.empty()) p = {0, 1};
     p.resize(5);
-    const Tendon& first = find("tendon1");
-    const Tendon* second = v.has("tendon2") ? &find("tendon2") : nullptr;
+    const TendonElement& first = find("tendon1");
+    const TendonElement* second = v.has("tendon2") ? &find("tendon2") : nullptr;
     if (!first.fixed || (second && !second->fixed) || p[2] != 0.0 || p[3] != 0.0 || p[4] != 0.0)
       return document_.refuse(e, LeaveOut::kEqualities,
                               "only sums of joints (<fixed>) can be coupled, and linearly");

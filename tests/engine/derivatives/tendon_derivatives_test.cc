@@ -25,7 +25,8 @@ int count_exact(Integrator integrator) {
   int checked = 0;
   for (int seed = 0; seed < 40; ++seed) {
     test::Random random(300 + seed);
-    Scene scene = test::make_random_scene(static_cast<std::uint64_t>(seed), random_options(seed), random);
+    Scene scene =
+        test::make_random_scene(static_cast<std::uint64_t>(seed), random_options(seed), random);
     test::soften(scene);
     scene.options.integrator = integrator;
     Input input;
