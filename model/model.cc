@@ -4,18 +4,6 @@
 
 namespace counterpoint {
 
-const char* closure_type_name(ClosureType type) {
-  switch (type) {
-    case ClosureType::kBall:
-      return "ball";
-    case ClosureType::kWeld:
-      return "weld";
-    case ClosureType::kDistance:
-      return "distance";
-  }
-  return "?";
-}
-
 CoordinateRange coordinates(const Model& model, const Tree& tree) {
   const int begin = model.body(tree.body_begin).q_index;
   const Body& last = model.body(tree.body_end - 1);
@@ -29,17 +17,6 @@ std::vector<Pose> body_poses(const Model& model, const VectorX& q) {
     X_WB[i] = joint_pose(X_WB[body.parent] * body.X_PJ, body.joint_type, q.data() + body.q_index);
   }
   return X_WB;
-}
-
-ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB) {
-  const Pose X_WA = X_WB[closure.body_a] * closure.X_AC;
-  const Pose X_WC = X_WB[closure.body_b] * closure.X_BC;
-  ClosureGap gap;
-  gap.distance = (X_WC.translation - X_WA.translation).norm();
-  if (closure.type == ClosureType::kDistance) gap.distance -= closure.length;
-  if (closure.type == ClosureType::kWeld)
-    gap.angle = Quaternion(X_WA.rotation).angularDistance(Quaternion(X_WC.rotation));
-  return gap;
 }
 
 double mimic_error(const Model& model, const Mimic& mimic, const VectorRef& q) {
