@@ -57,10 +57,14 @@ void check_law(const Law& law, const double* y, const double* f, Residuals& out)
     case LawType::kEquality:
       for (int i = 0; i < law.rows; ++i) out.dual = std::max(out.dual, std::abs(y[i]));
       return;
+    case LawType::kSpring:
+      for (int i = 0; i < law.rows; ++i)
+        out.dual = std::max(out.dual, std::abs(y[i] + law.regularizer * f[i]));
+      return;
     case LawType::kDryFriction:
-      out.primal = std::max(out.primal, std::abs(f[0]) - law.bound);
-      out.complementarity =
-          std::max(out.complementarity, std::abs(law.bound * std::abs(y[0]) + f[0] * y[0]));
+      out.primal = std::max(out.primal, std::abs(f[0] - law.center) - law.bound);
+      out.complementarity = std::max(
+          out.complementarity, std::abs(law.bound * std::abs(y[0]) + (f[0] - law.center) * y[0]));
       return;
   }
 }

@@ -102,10 +102,11 @@ void find_impulse(const Law& law, const LawNumbers<Real>& numbers, const double*
       if (!law.coulomb) return cone_impulse<ConvexCone>(law, numbers, y, f);
       return cone_impulse<CoulombCone>(law, numbers, y, f);
     case LawType::kEquality:
+    case LawType::kSpring:
       for (int i = 0; i < law.rows; ++i) f[i] = -y[i] / numbers.r;
       return;
     case LawType::kDryFriction:
-      f[0] = DryFriction<Real>(numbers, y[0]).impulse();
+      f[0] = DryFriction<Real>(numbers, y[0]).impulse() + law.center;
       return;
   }
 }
@@ -128,10 +129,11 @@ void evaluate_friction(const Law& law, const double* y, double* f, double* hessi
   write_hessian(law, A, e, hessian);
 }
 
-// Returns whether the law is a motor, that is dry friction without smoothing: a servo with a
-// bounded impulse, whose regularizer is the inverse of its gains.
-bool is_motor(const Law& law) {
-  return law.type == LawType::kDryFriction && !(law.smoothing > 0.0);
+// Returns whether the regularizer is the inverse of given gains: a spring with a damper, or a servo
+// with a bounded impulse (dry friction without smoothing).
+bool has_given_gains(const Law& law) {
+  return law.type == LawType::kSpring ||
+         (law.type == LawType::kDryFriction && !(law.smoothing > 0.0));
 }
 
 }  // namespace
@@ -160,6 +162,7 @@ bool is_valid(const Law& law) {
     case LawType::kDryFriction:
       return law.rows == 1 && law.bound >= 0.0;
     case LawType::kEquality:
+    case LawType::kSpring:
       return true;
     case LawType::kFrictionCone:
       if (leans(law) && (!law.coulomb || law.rows < 3)) return false;
@@ -172,7 +175,8 @@ bool is_valid(const Law& law) {
 bool is_finite(const Law& law) {
   // x - x is zero for finite x, else NaN; the sum needs no branches.
   double sum = (law.regularizer - law.regularizer) + (law.normal - law.normal) +
-               (law.smoothing - law.smoothing) + (law.bound - law.bound);
+               (law.smoothing - law.smoothing) + (law.bound - law.bound) +
+               (law.center - law.center);
   for (const double mu : law.friction) sum += mu - mu;
   for (const double b : law.bias) sum += b - b;
   for (const double share : law.lean) sum += share - share;
@@ -181,7 +185,7 @@ bool is_finite(const Law& law) {
 
 Law soften(const Law& law, const Softness& softness) {
   Law out = law;
-  if (is_motor(law)) return out;
+  if (has_given_gains(law)) return out;
   out.regularizer *= softness.factor;
   out.normal *= softness.factor;
   out.coulomb = law.coulomb && !softness.convex;
@@ -224,6 +228,7 @@ void evaluate(const Law& law, const double* y, double* f, double* hessian) {
     case LawType::kFrictionCone:
       return evaluate_friction(law, y, f, hessian);
     case LawType::kEquality:
+    case LawType::kSpring:
       std::fill(hessian, hessian + law.rows * law.rows, 0.0);
       for (int i = 0; i < law.rows; ++i) {
         f[i] = -y[i] / law.regularizer;
@@ -232,7 +237,7 @@ void evaluate(const Law& law, const double* y, double* f, double* hessian) {
       return;
     case LawType::kDryFriction: {
       const DryFriction<double> dry(numbers_of(law), y[0]);
-      f[0] = dry.impulse();
+      f[0] = dry.impulse() + law.center;
       hessian[0] = dry.hessian(law);
       return;
     }
@@ -253,13 +258,14 @@ double potential(const Law& law, const double* y) {
       return 0.5 * (scalar_potential(y[0] + t, cone.plus, rho, k) +
                     scalar_potential(y[0] - t, cone.minus, rho, k));
     }
-    case LawType::kEquality: {
+    case LawType::kEquality:
+    case LawType::kSpring: {
       double square = 0.0;
       for (int i = 0; i < law.rows; ++i) square += y[i] * y[i];
       return square / (2.0 * r);
     }
     case LawType::kDryFriction:
-      return DryFriction<double>(numbers_of(law), y[0]).potential(law);
+      return DryFriction<double>(numbers_of(law), y[0]).potential(law) - law.center * y[0];
   }
   return 0.0;
 }

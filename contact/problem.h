@@ -33,7 +33,8 @@ enum class LawType : unsigned char {
   kUnilateral,    ///< f >= 0: joint limit, frictionless contact (1 row)
   kFrictionCone,  ///< normal row first, then friction rows: 2 sliding [, 1 torsional [, 2 rolling]]
   kEquality,      ///< f = -y / r on every row: weld, loop closure, mimic (1 ... 6 rows)
-  kDryFriction,   ///< |f| <= bound, opposing motion: dry joint friction (1 row)
+  kSpring,        ///< same law, of a spring and damper: r is their strength, no compliance
+  kDryFriction,   ///< |f - center| <= bound, opposing motion: dry joint friction, motor (1 row)
 };
 
 /// Law f(y) of one constraint: impulse f [N s] (torsional, rolling and angular rows: [N m s]) as a
@@ -52,6 +53,8 @@ struct Law {
   /// coulomb: friction reaches its bound at this much more slip [m/s], independent of the load.
   double slip_speed = 0.0;
   double bound = 0.0;  ///< kDryFriction: largest impulse F [N s]
+  /// kDryFriction: middle of the range of impulses, added to f [N s]: a motor's given part.
+  double center = 0.0;
   /// kFrictionCone: friction[i] is the coefficient of row i + 1; sliding [-], torsional and rolling
   /// [m].
   std::array<double, kMaxRows - 1> friction{};

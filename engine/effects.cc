@@ -82,6 +82,16 @@ std::string carried_weight(const Model& model) {
   return found.count == 0 ? "" : found.text(", compensated links");
 }
 
+/// Returns the largest number of rows of a tendon (engine/forces/tendons.h).
+int num_rows(const Tendon& tendon) {
+  const bool slack = tendon.stiffness > 0.0 && tendon.rest_shortest < tendon.rest_longest;
+  const bool passive = tendon.damping > 0.0 || (tendon.stiffness > 0.0 && !slack);
+  return static_cast<int>(passive) + 2 * static_cast<int>(slack) +
+         static_cast<int>(tendon.dry_friction > 0.0) +
+         static_cast<int>(std::isfinite(tendon.lower)) +
+         static_cast<int>(std::isfinite(tendon.upper)) + 1;  // servo or input
+}
+
 struct Call {
   bool called = false;
   std::string why;
@@ -130,6 +140,15 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
       Found found;
       for (const Mimic& mimic : model.mimics()) found.add(model.joint(mimic.joint).name);
       return call(found, "joints", found.count);
+    }
+    case Effect::kTendons: {
+      Found found;
+      int rows = 0;
+      for (const Tendon& tendon : model.tendons()) {
+        found.add(tendon.name);
+        rows += num_rows(tendon);
+      }
+      return call(found, "tendons", rows);
     }
     case Effect::kClosures: {
       Found found;

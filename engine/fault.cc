@@ -17,6 +17,8 @@ std::string constraint_name(const Model& model, const Fault& fault) {
                        model.geometries()[fault.geometry_b].name);
     case ConstraintKind::kClosure:
       return model.closures()[fault.index].name;
+    case ConstraintKind::kTendon:
+      return model.tendons()[static_cast<size_t>(fault.index)].name;
     case ConstraintKind::kMimic:
       return pair_name(joint_name(model, fault.body), joint_name(model, fault.other_body));
     case ConstraintKind::kLimit:
@@ -40,6 +42,8 @@ const char* constraint_words(ConstraintKind kind) {
       return "mimic joint";
     case ConstraintKind::kJointFriction:
       return "dry friction or motor of joint";
+    case ConstraintKind::kTendon:
+      return "tendon";
     case ConstraintKind::kNone:
       break;
   }
@@ -77,6 +81,9 @@ std::string element(const Model& model, const Fault& fault) {
       return servo_name(model, fault, ".target");
     case FaultKind::kServoVelocity:
       return servo_name(model, fault, ".target_velocity");
+    case FaultKind::kTendonForce:
+    case FaultKind::kTendonTarget:
+      return model.tendons()[static_cast<size_t>(fault.index)].name;
     case FaultKind::kSingularInertia:
       return joint_name(model, fault.body);
     case FaultKind::kConstraint:
@@ -109,6 +116,10 @@ std::string reason(const Fault& fault, const std::string& name) {
     case FaultKind::kServoPosition:
     case FaultKind::kServoVelocity:
       return is("servo target");
+    case FaultKind::kTendonForce:
+      return is("force of tendon");
+    case FaultKind::kTendonTarget:
+      return is("target length of tendon");
     case FaultKind::kSingularInertia:
       return fmt::format("joint '{}' moves no inertia in this pose ({:.3g})", name, fault.value);
     case FaultKind::kConstraint:
@@ -164,6 +175,8 @@ std::string advice(const Fault& fault) {
     case FaultKind::kWrench:
     case FaultKind::kServoPosition:
     case FaultKind::kServoVelocity:
+    case FaultKind::kTendonForce:
+    case FaultKind::kTendonTarget:
       return "check what computes it";
     case FaultKind::kQuaternion:
       return fmt::format("normalize it (to {:g})", kQuaternionTolerance);
@@ -242,6 +255,10 @@ const char* fault_kind_name(FaultKind kind) {
       return "servo_position";
     case FaultKind::kServoVelocity:
       return "servo_velocity";
+    case FaultKind::kTendonForce:
+      return "tendon_force";
+    case FaultKind::kTendonTarget:
+      return "tendon_target";
     case FaultKind::kSingularInertia:
       return "singular_inertia";
     case FaultKind::kConstraint:

@@ -16,10 +16,12 @@ enum class FaultKind : unsigned char {
   kPosition,      ///< a coordinate of q, not finite
   kQuaternion,    ///< not of unit length, see kQuaternionTolerance
   kVelocity,      ///< a coordinate of v, not finite
-  kAppliedForce,  ///< not finite, like the next three
+  kAppliedForce,  ///< not finite, like the next five
   kWrench,
   kServoPosition,  ///< target
   kServoVelocity,  ///< target
+  kTendonForce,
+  kTendonTarget,
   // in the step
   kSingularInertia,  ///< the bodies that a joint moves have no inertia along it
   kConstraint,       ///< a constraint whose law is not finite, or not valid
@@ -42,6 +44,7 @@ enum class ConstraintKind : unsigned char {
   kLimit,  ///< position or speed limit of a joint
   kMimic,
   kJointFriction,  ///< dry friction of a joint, or a servo with an effort limit
+  kTendon,
 };
 
 /// Why a coordinate is too fast, for kSpeed.
@@ -60,7 +63,8 @@ struct Fault {
   int other_body = -1;  ///< other body of a contact, closure or mimic; 0: the world
   int coordinate = -1;  ///< index into q for positions, else into v
   int geometry_a = -1, geometry_b = -1;  ///< geometries of a contact
-  int index = -1;  ///< closure in Model::closures, wrench in Input, servo in Model::servos
+  int index = -1;  ///< closure in Model::closures, wrench in Input, servo in Model::servos,
+                   ///< tendon in Model::tendons
   /// Value of the named quantity, SI. kUnsolved: error of the velocity there [m/s, rad/s]; kSpeed:
   /// speed of the mass moved [m/s]; kSingularInertia: inertia; kTolerance: error over the allowed
   /// one [-]; kStaysOpen: opening [m or rad].

@@ -78,6 +78,9 @@ struct Input {
   std::vector<ExternalWrench> wrenches;  ///< optional
   VectorX servo_position = {};  ///< targets, by Model::servos [rad or m]; empty: the model's
   VectorX servo_velocity = {};  ///< targets [rad/s or m/s]; empty: the model's
+  /// Forces along tendons, by Model::tendons [N]: pulling is negative; empty: none.
+  VectorX tendon_force = {};
+  VectorX tendon_target = {};  ///< lengths that their servos aim at [m]; empty: the model's
   /// Softening reported by a step that is to be inverted or repeated.
   Softening softening = {};
   /// Taut links of such a step, sorted by body (find_taut_links). If it is not empty, the step uses

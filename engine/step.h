@@ -84,6 +84,9 @@ struct Inverse {
   std::vector<ContactForce> contacts;
   std::vector<ClosureForce> closures;  ///< in the order of Model::closures
   std::vector<JointForce> joints;      ///< joints held by a limit, friction or another joint
+  /// Per tendon (Model::tendons): force of its spring, damper, friction, limits, servo and input
+  /// together, mean over the step [N]; it is part of contact_force.
+  VectorX tendon_force;
   /// Per servo (Model::servos): force that the servo demands at v_next [N, N m]. Its sum with the
   /// applied force is the force of the motor, within its effort limit.
   VectorX servo_force;

@@ -28,6 +28,8 @@ const char* effect_name(Effect effect) {
       return "velocity_limits";
     case Effect::kMimics:
       return "mimics";
+    case Effect::kTendons:
+      return "tendons";
     case Effect::kClosures:
       return "closures";
     case Effect::kContacts:

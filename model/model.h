@@ -11,6 +11,7 @@
 #include "counterpoint/model/closure.h"
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/spatial.h"
+#include "counterpoint/model/tendon.h"
 
 namespace counterpoint {
 
@@ -257,6 +258,7 @@ class Model {
     return gravity_compensations_;
   }
   const std::vector<Closure>& closures() const { return closures_; }
+  const std::vector<Tendon>& tendons() const { return tendons_; }
   const std::vector<Note>& notes() const { return notes_; }
 
   const Vector3& gravity() const { return gravity_; }  ///< [m/s^2] in W
@@ -270,9 +272,10 @@ class Model {
   /// Returns the tree of a velocity coordinate.
   int tree_of_velocity(int v_index) const;
 
-  /// Return the index of the named joint or frame; -1 if there is none.
+  /// Return the index of the named joint, frame or tendon; -1 if there is none.
   int find_joint(const std::string& name) const;
   int find_frame(const std::string& name) const;
+  int find_tendon(const std::string& name) const;
   /// Pairs of geometries (first < second), ascending, that never collide: named by the scene file
   /// or an SRDF, or connected by a closure.
   const std::vector<std::pair<int, int>>& excluded_geometry_pairs() const {
@@ -304,6 +307,7 @@ class Model {
   std::vector<BodyDrag> drags_;
   std::vector<GravityCompensation> gravity_compensations_;
   std::vector<Closure> closures_;
+  std::vector<Tendon> tendons_;
   std::vector<Note> notes_;
   std::vector<std::pair<int, int>> excluded_pairs_, included_pairs_;
   std::vector<std::string> exclusion_reasons_;
@@ -329,6 +333,10 @@ inline BodyRange moving_bodies(const Model& model) { return {1, model.num_bodies
 /// Returns X_WB of every body at q (nq), the world first. It allocates: meant for loading and
 /// tests; steps use engine/dynamics/kinematics.h.
 std::vector<Pose> body_poses(const Model& model, const VectorX& q);
+
+/// Returns the length of a tendon at q (nq) and the poses of all bodies [m, or rad].
+double tendon_length(const Model& model, const Tendon& tendon, const VectorRef& q,
+                     const std::vector<Pose>& X_WB);
 
 /// Returns q[joint] - multiplier q[master] - offset at q (nq) [m or rad].
 double mimic_error(const Model& model, const Mimic& mimic, const VectorRef& q);

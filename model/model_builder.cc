@@ -308,6 +308,7 @@ Model ModelBuilder::build() {
   sort_pairs();
   check_inertias();
   place_closures();
+  place_tendons();
   orient_terrains();
   say_once_of_meshes(model_.notes_);
   Model model = std::move(model_);

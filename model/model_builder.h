@@ -94,6 +94,33 @@ struct ClosureSpec {
   std::string where;
 };
 
+/// A tendon as a file describes it: fixed (`joints`) or spatial (`path`).
+struct TendonSpec {
+  std::string name;  ///< empty: "tendon0", "tendon1" ...
+  /// Joints by name, with their coefficients; each has one coordinate.
+  std::vector<std::pair<std::string, double>> joints;
+  /// A place of a path. It starts and ends with points, and so do the branches between pulleys; a
+  /// sphere or cylinder stands between two points.
+  struct Place {
+    enum class Kind { kPoint, kSphere, kCylinder, kPulley };
+    Kind kind = Kind::kPoint;
+    std::string link;  ///< name with prefix; "world" is the world unless a link has this name
+    Pose X_LG;  ///< in the frame of the link: a point's position, the frame of a wrap (TendonWrap)
+    double radius = 0.0;          ///< of a sphere or cylinder [m]
+    std::optional<Vector3> side;  ///< TendonWrap::side, in the frame of the wrap [m]
+    double divisor = 1.0;         ///< of a pulley: the next branch carries the force over this [-]
+  };
+  std::vector<Place> path;
+  double stiffness = 0.0, damping = 0.0, dry_friction = 0.0;  ///< Tendon
+  /// Lengths between which the spring is slack; default: the length in the initial configuration.
+  std::optional<std::pair<double, double>> rest;
+  double lower = -std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();
+  TendonServo servo;                   ///< its target is `target`
+  std::optional<double> servo_target;  ///< default: the length in the initial configuration
+  std::string where;
+};
+
 /// Surface values of a pair of geometries; those not given follow from combine_materials.
 struct PairSurface {
   std::optional<double> friction, restitution, torsional_friction, rolling_friction;
@@ -173,6 +200,11 @@ class ModelBuilder {
   /// InputError when a link is unknown, both belong to one rigid body, or a value is invalid.
   void add_closure(const ClosureSpec& closure);
 
+  /// Adds a tendon; call it after all robots with its joints and links. @throws InputError when a
+  /// joint or link is unknown, the path is no path, it moves more than two trees, or a value is
+  /// invalid.
+  void add_tendon(const TendonSpec& tendon);
+
   /// Returns the geometries added so far that have this name, are pieces of the mesh of this name
   /// (themselves NAME#0, NAME#1 ...) or belong to the link of this name.
   /// @throws InputError if there is neither.
@@ -206,6 +238,7 @@ class ModelBuilder {
   };
   Anchor find_anchor(const ClosureSpec& spec, const std::string& link) const;
   void place_closures();
+  void place_tendons();
   void add_joint_forces(const JointSpec& joint, int index);
   void add_exclusion(int a, int b, const std::string& reason);
   void sort_pairs();
@@ -232,6 +265,7 @@ class ModelBuilder {
     Anchor a, b;
   };
   std::vector<PlacedClosure> closure_specs_;  // in the order of Model::closures
+  std::vector<TendonSpec> tendon_specs_;      // in the order of Model::tendons
 };
 
 // ---- Copies of a model with other parameters: same bodies, joints and names, so that a state of
@@ -272,7 +306,7 @@ class ModelEditor {
   static auto parts(Model& m) {
     return std::tie(m.nq_, m.nv_, m.bodies_, m.trees_, m.joints_, m.frames_, m.geometries_,
                     m.pair_materials_, m.mimics_, m.springs_, m.servos_, m.drags_,
-                    m.gravity_compensations_, m.closures_, m.notes_, m.excluded_pairs_,
+                    m.gravity_compensations_, m.closures_, m.tendons_, m.notes_, m.excluded_pairs_,
                     m.exclusion_reasons_, m.included_pairs_, m.gravity_, m.default_q_, m.damping_,
                     m.armature_, m.dry_friction_);
   }

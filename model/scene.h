@@ -36,6 +36,7 @@ enum class Effect : unsigned char {
   kEffortLimits,
   kVelocityLimits,
   kMimics,
+  kTendons,  ///< springs, dampers, friction, limits and servos of tendons
   // between bodies
   kClosures,
   kContacts,

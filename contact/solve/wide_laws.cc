@@ -103,6 +103,7 @@ COUNTERPOINT_INTO_EACH void WideLaw::find(double extra_smoothing, double* x, dou
   const double k = law->smoothing + extra_smoothing;
   switch (law->type) {
     case LawType::kEquality:
+    case LawType::kSpring:
       for (int i = 0; i < rows; ++i) x[i] /= -sigma;
       slopes = {1.0 / sigma, 1.0 / sigma, 1.0 / sigma};
       return;

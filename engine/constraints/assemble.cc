@@ -166,16 +166,15 @@ void add_pair(const Model& model, const PairConstraint& pair, const Kinematics& 
                        problem.jacobian(constraint, block_b == first ? 0 : 1));
 }
 
-void add_joint_row(const Model& model, const JointConstraint& row,
+void add_joint_row(const Model& model, const contact::Law& law, std::span<const RowTerm> terms,
                    const std::vector<int>& block_of_tree, contact::Problem& problem) {
-  int tree[2] = {model.tree_of_velocity(row.v_index[0]), -1};
-  if (row.v_index[1] >= 0) tree[1] = model.tree_of_velocity(row.v_index[1]);
-  const int second = tree[1] >= 0 && tree[1] != tree[0] ? block_of_tree[tree[1]] : -1;
-  const int constraint = problem.add_constraint(row.law, block_of_tree[tree[0]], second);
-  for (int k = 0; k < 2 && row.v_index[k] >= 0; ++k) {
-    const int side = tree[k] == tree[0] ? 0 : 1;
-    problem.jacobian(constraint, side)(0, row.v_index[k] - model.trees()[tree[k]].v_begin) +=
-        row.coefficient[k];
+  const auto [first, second] = trees_of(model, terms);
+  const int constraint =
+      problem.add_constraint(law, block_of_tree[first], second < 0 ? -1 : block_of_tree[second]);
+  for (const RowTerm& term : terms) {
+    const int tree = model.tree_of_velocity(term.v_index);
+    problem.jacobian(constraint, tree == first ? 0 : 1)(
+        0, term.v_index - model.trees()[tree].v_begin) += term.coefficient;
   }
 }
 
@@ -209,7 +208,7 @@ void assemble_problem(const Model& model, const ConstraintSet& constraints, cons
   for (const PairConstraint& pair : constraints.pairs)
     add_pair(model, pair, bodies.at, block_of_tree, problem);
   for (const JointConstraint& j : constraints.joints)
-    add_joint_row(model, j, block_of_tree, problem);
+    add_joint_row(model, j.law, constraints.terms(j), block_of_tree, problem);
 }
 
 void pair_velocity(const Model& model, const PairConstraint& pair, const Kinematics& data,
@@ -226,12 +225,6 @@ void pair_velocity(const Model& model, const PairConstraint& pair, const Kinemat
     y[i] = rows[row < 3 ? row : row + 1] + pair.law.bias[static_cast<std::size_t>(i)];
     if (pair.lead != 0.0) y[i] += pair.lead * rows[row + 4];
   }
-}
-
-double joint_row_velocity(const JointConstraint& row, const VectorRef& v) {
-  double y = row.coefficient[0] * v[row.v_index[0]];
-  if (row.v_index[1] >= 0) y += row.coefficient[1] * v[row.v_index[1]];
-  return y + row.law.bias[0];
 }
 
 Force pair_impulse(const PairConstraint& pair, const double* impulse) {

@@ -33,8 +33,6 @@ struct PairChain {
 /// return.
 void pair_velocity(const Model& model, const PairConstraint& pair, const Kinematics& data,
                    const VectorRef& v, PairChain& chain, double* y);
-/// Returns y = J v + b of a joint row [m/s, rad/s].
-double joint_row_velocity(const JointConstraint& row, const VectorRef& v);
 
 /// Returns the impulse and angular impulse of a pair on body B [N s, N m s], in W, at the pair's
 /// position.

@@ -1,7 +1,8 @@
-// The constraints of one step: contacts, closures, joint limits, speed limits, dry joint friction
-// and mimic joints, with their laws.
+// The constraints of one step: contacts, closures, joint limits, speed limits, dry joint friction,
+// mimic joints and tendons, with their laws.
 #pragma once
 
+#include <initializer_list>
 #include <limits>
 #include <span>
 #include <utility>
@@ -62,13 +63,36 @@ struct PairConstraint {
   bool has_belt() const { return law.bias[1] != 0.0 || law.bias[2] != 0.0; }
 };
 
-/// One row on joint coordinates: y = sum of coefficient[k] w[v_index[k]] over k = 0, 1, plus the
-/// bias b.
+/// A coordinate of v in a row on joint coordinates.
+struct RowTerm {
+  int v_index = 0;
+  double coefficient = 1.0;
+};
+
+/// The part of a tendon that a row belongs to; springs and servos have given gains.
+enum class TendonPart : unsigned char {
+  kNone,
+  kSpring,
+  kShortSpring,  ///< acts below the shortest rest length
+  kLongSpring,   ///< acts above the longest one
+  kServo,
+  kFriction,
+  kLowerLimit,
+  kUpperLimit,
+};
+
+/// One row on the coordinates of one or two trees: y = sum of coefficient w[v_index] over its terms
+/// (ConstraintSet::terms), plus the bias b.
 struct JointConstraint {
   Effect effect = Effect::kLimits;  ///< the effect that the row belongs to
   contact::Law law;
-  int v_index[2] = {-1, -1};  ///< the second is -1 for limits and dry friction
-  double coefficient[2] = {1.0, 0.0};
+  int first_term = 0, num_terms = 0;  ///< in ConstraintSet::row_terms
+  int tendon = -1;                    ///< index into Model::tendons, or -1
+  TendonPart part = TendonPart::kNone;
+  double along = 1.0;  ///< -1: a positive impulse shortens the tendon
+  /// Springs and servos of tendons: derivative of the bias by the length along the row [1/s].
+  double bias_by_length = 0.0;
+  bool has_given_gains() const { return part >= TendonPart::kSpring && part <= TendonPart::kServo; }
   /// Joint limit: gap [rad or m], and the bias as in PairConstraint [rad/s or m/s]; NaN if there is
   /// no gap.
   double gap = std::numeric_limits<double>::quiet_NaN();
@@ -110,9 +134,26 @@ struct ConstraintSet {
   std::vector<PairConstraint> pairs;
   std::vector<int> closures;  ///< index into Model::closures, one for each pair behind the contacts
   std::vector<JointConstraint> joints;
+  std::vector<RowTerm> row_terms;     ///< the terms of all rows in `joints`, each at least one
   std::vector<ParkedContact> parked;  ///< sorted by pair of geometries
   std::vector<FarPair> far;      ///< sorted; the contacts of these pairs have not been computed
   double max_penetration = 0.0;  ///< [m]
+
+  /// Returns the terms of a row of this set.
+  std::span<const RowTerm> terms(const JointConstraint& row) const {
+    return std::span(row_terms).subspan(static_cast<size_t>(row.first_term),
+                                        static_cast<size_t>(row.num_terms));
+  }
+  /// Appends a row with these terms, which must not be in row_terms.
+  void add(JointConstraint row, std::span<const RowTerm> with) {
+    row.first_term = static_cast<int>(row_terms.size());
+    row.num_terms = static_cast<int>(with.size());
+    row_terms.insert(row_terms.end(), with.begin(), with.end());
+    joints.push_back(row);
+  }
+  void add(const JointConstraint& row, std::initializer_list<RowTerm> with) {
+    add(row, std::span(with.begin(), with.size()));
+  }
 
   bool empty() const { return pairs.empty() && joints.empty(); }
   void clear() {
@@ -120,6 +161,7 @@ struct ConstraintSet {
     pairs.clear();
     closures.clear();
     joints.clear();
+    row_terms.clear();
     parked.clear();
     far.clear();
     max_penetration = 0.0;
@@ -129,14 +171,31 @@ struct ConstraintSet {
 /// Returns whether there are closures or mimic joints.
 bool has_equalities(const ConstraintSet& constraints);
 
+/// Returns the trees of a row's coordinates; the second is -1 if there is one only.
+inline std::pair<int, int> trees_of(const Model& model, std::span<const RowTerm> terms) {
+  const int first = model.tree_of_velocity(terms[0].v_index);
+  for (const RowTerm& term : terms.subspan(1)) {
+    const int tree = model.tree_of_velocity(term.v_index);
+    if (tree != first) return {first, tree};
+  }
+  return {first, -1};
+}
+
+/// Returns the velocity y of a row at w (nv), without its bias.
+inline double row_velocity(std::span<const RowTerm> terms, const VectorRef& w) {
+  double y = 0.0;
+  for (const RowTerm& term : terms) y += term.coefficient * w[term.v_index];
+  return y;
+}
+
 /// Calls visit(tree_a, tree_b) for every constraint; -1 for the world or a missing second tree.
 template <class Visit>
 void for_each_constraint(const Model& model, const ConstraintSet& constraints, Visit visit) {
   for (const PairConstraint& pair : constraints.pairs)
     visit(model.body(pair.body_a).tree, model.body(pair.body_b).tree);
   for (const JointConstraint& joint : constraints.joints) {
-    visit(model.tree_of_velocity(joint.v_index[0]),
-          joint.v_index[1] < 0 ? -1 : model.tree_of_velocity(joint.v_index[1]));
+    const auto [tree_a, tree_b] = trees_of(model, constraints.terms(joint));
+    visit(tree_a, tree_b);
   }
 }
 

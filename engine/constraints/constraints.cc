@@ -31,8 +31,7 @@ void find_dry_friction(const Model& model, const SimulationOptions& options,
     row.effect = Effect::kDryFriction;
     row.law = make_dry_friction_law(options.contact, options.time_step, weights.dof[i],
                                     model.dry_friction()[i]);
-    row.v_index[0] = i;
-    out.joints.push_back(row);
+    out.add(row, {{i}});
   }
 }
 
@@ -48,10 +47,7 @@ void find_mimics(const Model& model, const SimulationOptions& options, const Vec
     JointConstraint row;
     row.effect = Effect::kMimics;
     row.law = make_mimic_law(options.contact, options.time_step, alpha, error);
-    row.v_index[0] = follower.v_index;
-    row.v_index[1] = master.v_index;
-    row.coefficient[1] = -mimic.multiplier;
-    out.joints.push_back(row);
+    out.add(row, {{follower.v_index}, {master.v_index, -mimic.multiplier}});
   }
 }
 
@@ -71,6 +67,7 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       holds_much_(holds_much(weights_)),
       limited_(list_limited_coordinates(model)),
       speed_limits_(list_speed_limits(model)),
+      tendons_(model),
       acceleration_(model.closures().empty() ? 0 : model.num_bodies()) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
@@ -99,6 +96,10 @@ void ConstraintFinder::find(const StepContext& at, const Kinematics& data, Const
     find_velocity_limits(options, speed_limits_, v, weights_, idle, out);
   if (runs(Effect::kDryFriction)) find_dry_friction(model, options, dry_, weights_, idle, out);
   if (runs(Effect::kMimics)) find_mimics(model, options, q, weights_, idle, out);
+  if (runs(Effect::kTendons)) {
+    tendons_.find(model, q, data, idle);
+    add_tendon_rows(at, tendons_, weights_, out);
+  }
   if (holds_much_) stiffen_closures(model, out);
 }
 

@@ -39,15 +39,16 @@ RememberedForce identify_closure(const ConstraintSet& constraints, size_t i) {
 }
 
 /// Identifies the kind of a joint row: limits of position and of speed on either side, dry
-/// friction, a servo, a mimic joint.
-RememberedForce identify_joint(const JointConstraint& row) {
+/// friction, a servo, a mimic joint, the rows of a tendon.
+RememberedForce identify_joint(const JointConstraint& row, std::span<const RowTerm> terms) {
   RememberedForce out;
   out.kind = RememberedForce::Kind::kJoint;
-  out.a = row.v_index[0];
-  out.b = 8 * (row.v_index[1] + 1) +
-          4 * static_cast<int>(row.law.type == contact::LawType::kUnilateral) +
-          2 * static_cast<int>(std::isnan(row.gap_bias)) +
-          static_cast<int>(row.coefficient[0] > 0.0);
+  out.a = terms[0].v_index;
+  const int kind = 4 * static_cast<int>(row.law.type == contact::LawType::kUnilateral) +
+                   2 * static_cast<int>(std::isnan(row.gap_bias)) +
+                   static_cast<int>(terms[0].coefficient > 0.0);
+  const int partner = terms.size() > 1 ? terms[1].v_index + 1 : 0;
+  out.b = row.tendon < 0 ? 8 * partner + kind : -1 - (8 * row.tendon + static_cast<int>(row.part));
   return out;
 }
 
@@ -58,7 +59,8 @@ void for_each_identity(const ConstraintSet& constraints, const Kinematics& data,
   for (size_t i = 0; i < constraints.pairs.size(); ++i)
     visit(c++, i < constraints.contacts.size() ? identify_contact(constraints, i, data)
                                                : identify_closure(constraints, i));
-  for (const JointConstraint& row : constraints.joints) visit(c++, identify_joint(row));
+  for (const JointConstraint& row : constraints.joints)
+    visit(c++, identify_joint(row, constraints.terms(row)));
 }
 
 bool is_idle(const Model& model, const RememberedForce& r, SleepMask idle) {
@@ -141,6 +143,9 @@ void remember_impulses(const Model& model, const PosedConstraints& posed, const 
     }
     memory.push_back(own);
   });
+  // Rows on joints have one key each, so no stable sort, which allocates, is needed.
+  const auto joints = memory.end() - static_cast<std::ptrdiff_t>(constraints.joints.size());
+  if (!std::is_sorted(joints, memory.end(), by_key)) std::sort(joints, memory.end(), by_key);
   if (!idle.bodies.empty())
     for (const RememberedForce& r : before)
       if (is_idle(model, r, idle)) memory.push_back(r);

@@ -50,9 +50,7 @@ void add_row(const Side& side, const SimulationOptions& options, const InverseWe
   row.law = make_limit_law(law_options(options), h, alpha, side.gap);
   row.gap = side.gap;
   row.gap_bias = gap_bias(options.contact, h, side.gap);
-  row.v_index[0] = side.v_index;
-  row.coefficient[0] = side.sign;
-  out.joints.push_back(row);
+  out.add(row, {{side.v_index, side.sign}});
 }
 
 }  // namespace
@@ -83,11 +81,11 @@ bool find_overrun_limits(const StepContext& at, const std::vector<LimitedCoordin
   const auto overrun = [&](int i, double sign) { return kEndMargin - h * sign * w[i]; };
   for_each_side(limited, at.q, idle, overrun, [&](const Side& side) {
     if (side.gap < near_gap(at.v[side.v_index], h)) return;
-    // Rows of an earlier call are among the last; rows of limits have a gap bias and a single
-    // coordinate.
+    // Rows of an earlier call are among the last; rows of limits have a gap bias.
     const auto same = [&](const JointConstraint& row) {
-      return row.v_index[0] == side.v_index && row.coefficient[0] == side.sign &&
-             !std::isnan(row.gap_bias);
+      if (row.effect != Effect::kLimits || std::isnan(row.gap_bias)) return false;
+      const RowTerm& term = out.terms(row)[0];
+      return term.v_index == side.v_index && term.coefficient == side.sign;
     };
     if (std::any_of(out.joints.rbegin(), out.joints.rend(), same)) return;
     add_row(side, at.options, weights, out);
@@ -118,9 +116,7 @@ void find_velocity_limits(const SimulationOptions& options, const std::vector<Sp
     JointConstraint row;
     row.effect = Effect::kVelocityLimits;
     row.law = make_speed_limit_law(options.contact, weights.dof[limit.v_index], limit.limit);
-    row.v_index[0] = limit.v_index;
-    row.coefficient[0] = speed > 0.0 ? -1.0 : 1.0;
-    out.joints.push_back(row);
+    out.add(row, {{limit.v_index, speed > 0.0 ? -1.0 : 1.0}});
   }
 }
 

@@ -13,6 +13,7 @@ namespace counterpoint {
 namespace {
 
 ConstraintKind joint_row_kind(const JointConstraint& row) {
+  if (row.tendon >= 0) return ConstraintKind::kTendon;
   switch (row.law.type) {
     case contact::LawType::kEquality:
       return ConstraintKind::kMimic;
@@ -43,9 +44,11 @@ Fault constraint_fault(FaultKind kind, const Model& model, const ConstraintSet& 
   }
   const JointConstraint& row = set.joints[i - set.pairs.size()];
   fault.constraint = joint_row_kind(row);
-  fault.coordinate = row.v_index[0];
-  fault.body = body_of_velocity(model, row.v_index[0]);
-  if (row.v_index[1] >= 0) fault.other_body = body_of_velocity(model, row.v_index[1]);
+  const std::span<const RowTerm> terms = set.terms(row);
+  if (row.tendon >= 0) fault.index = row.tendon;
+  fault.coordinate = terms.front().v_index;
+  fault.body = body_of_velocity(model, terms.front().v_index);
+  if (terms.size() > 1) fault.other_body = body_of_velocity(model, terms.back().v_index);
   return fault;
 }
 

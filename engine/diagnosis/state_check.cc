@@ -55,7 +55,8 @@ Fault target_fault(FaultKind kind, const Model& model, const VectorX& targets) {
   Fault fault;
   fault.kind = kind;
   fault.index = find_not_finite(targets);
-  fault.body = model.servos()[fault.index].joint + 1;
+  const bool servo = kind == FaultKind::kServoPosition || kind == FaultKind::kServoVelocity;
+  if (servo) fault.body = model.servos()[fault.index].joint + 1;
   fault.value = targets[fault.index];
   return fault;
 }
@@ -69,11 +70,14 @@ void check_size(const char* what, Eigen::Index found, Eigen::Index expected) {
   if (found != expected) refuse_size(what, found, expected);
 }
 
-/// Checks the sizes of servo targets and the bodies of wrenches.
+/// Checks the sizes of the inputs of servos and tendons, and the bodies of wrenches.
 void check_known(const Model& model, const Input& input) {
   const auto servos = static_cast<Eigen::Index>(model.servos().size());
   for (const VectorX* targets : {&input.servo_position, &input.servo_velocity})
     if (targets->size() != 0) check_size("servo targets", targets->size(), servos);
+  const auto tendons = static_cast<Eigen::Index>(model.tendons().size());
+  for (const VectorX* numbers : {&input.tendon_force, &input.tendon_target})
+    if (numbers->size() != 0) check_size("tendons", numbers->size(), tendons);
   for (const ExternalWrench& w : input.wrenches) {
     if (w.body >= 0 && w.body < model.num_bodies()) continue;
     throw InputError(fmt::format("a wrench acts on body {}; the model has bodies 0 to {}", w.body,
@@ -102,6 +106,10 @@ Fault of_known(const Model& model, const Input& input) {
     return target_fault(FaultKind::kServoPosition, model, input.servo_position);
   if (!all_finite(input.servo_velocity))
     return target_fault(FaultKind::kServoVelocity, model, input.servo_velocity);
+  if (!all_finite(input.tendon_force))
+    return target_fault(FaultKind::kTendonForce, model, input.tendon_force);
+  if (!all_finite(input.tendon_target))
+    return target_fault(FaultKind::kTendonTarget, model, input.tendon_target);
   return of_wrenches(input.wrenches);
 }
 

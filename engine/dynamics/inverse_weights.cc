@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "counterpoint/engine/dynamics/aba.h"
 #include "counterpoint/engine/dynamics/energy.h"
@@ -197,6 +198,19 @@ ClosureWeight closure_weight(const Model& model, const Closure& closure, Respons
 
 }  // namespace
 
+double tendon_weight(const Tendon& tendon, const Model& model, const std::vector<double>& contact,
+                     const VectorX& dof) {
+  double sum = 0.0;
+  for (const TendonJoint& term : tendon.joints)
+    sum += term.coefficient * term.coefficient * dof[model.body(term.joint + 1).v_index];
+  std::set<int> bodies;
+  for (const TendonSegment& segment : tendon.path)
+    bodies.insert({segment.from.body, segment.to.body});
+  for (const TendonWrap& wrap : tendon.wraps) bodies.insert(wrap.body);
+  for (const int body : bodies) sum += contact[static_cast<size_t>(body)];
+  return sum;
+}
+
 InverseWeights compute_inverse_weights(const Model& model, Data& data) {
   InverseWeights weights;
   Response response(model, data);
@@ -212,6 +226,8 @@ InverseWeights compute_inverse_weights(const Model& model, Data& data) {
       response.tau[j] = 0.0;
     }
   }
+  for (const Tendon& tendon : model.tendons())
+    weights.tendon.push_back(tendon_weight(tendon, model, weights.contact, weights.dof));
   return weights;
 }
 

@@ -23,7 +23,13 @@ struct InverseWeights {
   std::vector<double> contact;
   std::vector<ClosureWeight> closure;  ///< per closure of Model::closures
   VectorX dof;                         ///< diagonal of inv(M) [1/kg or 1/(kg m^2)]
+  std::vector<double> tendon;          ///< per tendon (tendon_weight)
 };
+
+/// Returns the inverse mass that a tendon moves [1/kg]: the sum over the joints of a fixed one, of
+/// coefficient^2 times `dof`; over the bodies of a spatial one, of `contact` (their entries above).
+double tendon_weight(const Tendon& tendon, const Model& model, const std::vector<double>& contact,
+                     const VectorX& dof);
 
 /// Computes the weights, O(bodies in a tree squared). @throws InputError naming the joint whose
 /// inertia is not positive, or the closure whose anchors cannot move.

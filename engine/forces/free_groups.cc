@@ -81,6 +81,17 @@ void FreeGroups::join_touched(const StepContext& at, const ConstraintSet& constr
     for (const Closure& closure : model.closures()) touch_bodies(closure.body_a, closure.body_b);
   if (at.effects.has(Effect::kMimics))
     for (const Mimic& mimic : model.mimics()) touch_bodies(mimic.joint + 1, mimic.master + 1);
+  if (at.effects.has(Effect::kTendons)) {
+    for (const Tendon& tendon : model.tendons()) {
+      for (const TendonJoint& term : tendon.joints)
+        touch_bodies(tendon.joints[0].joint + 1, term.joint + 1);
+      for (const TendonSegment& segment : tendon.path) {
+        touch_bodies(tendon.path[0].from.body, segment.from.body);
+        touch_bodies(tendon.path[0].from.body, segment.to.body);
+      }
+      for (const TendonWrap& wrap : tendon.wraps) touch_bodies(tendon.path[0].from.body, wrap.body);
+    }
+  }
   if (at.effects.has(Effect::kDrag))
     for (const BodyDrag& drag : model.drags()) touch(model.body(drag.body).tree, -1);
 }

@@ -54,10 +54,10 @@ class FreeGroups {
 
   explicit FreeGroups(const Model& model);
 
-  /// Finds the groups of a step: floating trees that contacts, closures and mimic joints join with
-  /// each other, and that have no drag and are neither touched by nor close to another tree or the
-  /// world. Groups of only single bodies whose origin is their centre of mass need no correction
-  /// and are left out. Needs compute_poses and compute_velocities.
+  /// Finds the groups of a step: floating trees that contacts, closures, mimic joints and tendons
+  /// join with each other, and that have no drag and are neither touched by nor close to another
+  /// tree or the world. Groups of only single bodies whose origin is their centre of mass need no
+  /// correction and are left out. Needs compute_poses and compute_velocities.
   void find(const StepContext& at, const ConstraintSet& constraints, SleepMask idle,
             const Kinematics& data);
   std::span<const Group> groups() const { return {groups_.data(), count_}; }

@@ -48,7 +48,7 @@ void add_servos(const StepContext& at, double h, const Input& input, VectorOut d
 }
 
 void add_servo_rows(const StepContext& at, double h, const Input& input, SleepMask idle,
-                    VectorOut tau, std::vector<JointConstraint>& rows) {
+                    VectorOut tau, ConstraintSet& constraints) {
   const Model& model = at.model;
   for (int i = 0; i < num_servos(model); ++i) {
     const JointServo& servo = model.servos()[i];
@@ -64,8 +64,7 @@ void add_servo_rows(const StepContext& at, double h, const Input& input, SleepMa
     row.law.bias[0] = (demand.kp * (at.q[demand.q_index] - demand.q_target) -
                        demand.kd * demand.w_target - applied) /
                       gain;
-    row.v_index[0] = demand.v_index;
-    rows.push_back(row);
+    constraints.add(row, {{demand.v_index}});
     applied = 0.0;
   }
 }

@@ -36,7 +36,7 @@ void add_servos(const StepContext& at, double h, const Input& input, VectorOut d
 /// Appends a row for each servo with a limit, except on idle bodies. Moves the applied forces of
 /// these joints from `tau` (nv), which holds no other forces yet, into the rows.
 void add_servo_rows(const StepContext& at, double h, const Input& input, SleepMask idle,
-                    VectorOut tau, std::vector<JointConstraint>& rows);
+                    VectorOut tau, ConstraintSet& constraints);
 
 /// Computes s(w_next) of every servo into `force` (one per servo) [N, N m].
 void compute_servo_forces(const Model& model, double h, const VectorRef& q, const VectorRef& w_next,

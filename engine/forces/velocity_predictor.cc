@@ -129,7 +129,10 @@ void VelocityPredictor::gather_equalities(const Model& model, const ConstraintSe
         equalities_.pairs.push_back(constraints.pairs[i]);
         equality_closures_.push_back(static_cast<int>(i - constraints.contacts.size()));
       }
-      if (i >= pairs) equalities_.joints.push_back(constraints.joints[i - pairs]);
+      if (i >= pairs) {
+        const JointConstraint& row = constraints.joints[i - pairs];
+        equalities_.add(row, constraints.terms(row));
+      }
     }
     ++i;
   });

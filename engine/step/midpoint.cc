@@ -46,8 +46,7 @@ void solve_middle(const StepArguments& step, Workspace::Impl& ws, VectorX& middl
   const double half = 0.5 * step.h();
   CoordinateForces& forces = ws.motion.forces;
   VectorX& next_middle = ws.midpoint.next_w_m;
-  set_motor_forces(at, half, input, ws.sleepers.sleep_mask(), forces, ws.constraints.joints,
-                   ws.counts);
+  set_motor_forces(at, half, input, ws.sleepers.sleep_mask(), forces, ws.constraints, ws.counts);
   add_joint_forces(at, half, forces.diagonal, forces.tau, ws.counts);
   double last = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kMaxIterations; ++i) {

@@ -17,7 +17,7 @@ void refuse_constraints(const Model& model, EffectSet effects) {
                          "' is a spring or a rope: use implicit_midpoint or semi_implicit_euler");
   std::string found;
   for (const Effect effect : {Effect::kDryFriction, Effect::kLimits, Effect::kEffortLimits,
-                              Effect::kVelocityLimits, Effect::kContacts}) {
+                              Effect::kVelocityLimits, Effect::kTendons, Effect::kContacts}) {
     if (effects.has(effect))
       found += (found.empty() ? "" : ", ") + std::string(effect_name(effect));
   }
@@ -45,8 +45,7 @@ void compute_acceleration(const StepContext& at, const Input& input, Workspace::
                           VectorX& acceleration, StepReport& report) {
   // A time step of zero makes the implicit terms vanish.
   CoordinateForces& forces = ws.motion.forces;
-  set_motor_forces(at, 0.0, input, ws.sleepers.sleep_mask(), forces, ws.constraints.joints,
-                   ws.counts);
+  set_motor_forces(at, 0.0, input, ws.sleepers.sleep_mask(), forces, ws.constraints, ws.counts);
   add_joint_forces(at, 0.0, forces.diagonal, forces.tau, ws.counts);
   const Vector3 gravity = set_forces_at(at.model, at.effects, at.q, at.v, input.wrenches,
                                         ws.taut_links, ws.stage, ws.motion.external, ws.counts);

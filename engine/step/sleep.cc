@@ -86,6 +86,9 @@ void Sleepers::begin(const Model& model, const SimulationOptions& options,
                               same(input.servo_velocity, last_input_.servo_velocity);
     for (const JointServo& servo : model.servos())
       if (!same_targets) island_awake_[islands_.root(model.body(servo.joint + 1).tree)] = 1;
+    const bool same_tendons = same(input.tendon_force, last_input_.tendon_force) &&
+                              same(input.tendon_target, last_input_.tendon_target);
+    if (!same_tendons) std::fill(island_awake_.begin(), island_awake_.end(), 1);
     for (const ExternalWrench& w : input.wrenches)
       if (w.body != 0) island_awake_[islands_.root(model.body(w.body).tree)] = 1;
     for (int t = 0; t < model.num_trees(); ++t) asleep_[t] = island_awake_[islands_.root(t)] == 0;
@@ -177,6 +180,8 @@ void Sleepers::end(const Model& model, const State& state, const Input& input,
   last_input_.applied_force = input.applied_force;
   last_input_.servo_position = input.servo_position;
   last_input_.servo_velocity = input.servo_velocity;
+  last_input_.tendon_force = input.tendon_force;
+  last_input_.tendon_target = input.tendon_target;
   for (int t = 0; t < model.num_trees(); ++t) {
     if (asleep_[t]) continue;
     const Tree& tree = model.trees()[t];

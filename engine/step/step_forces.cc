@@ -88,8 +88,7 @@ Vector3 set_forces_at(const Model& model, EffectSet effects, const VectorRef& q,
 }
 
 void set_motor_forces(const StepContext& at, double h, const Input& input, SleepMask idle,
-                      CoordinateForces& forces, std::vector<JointConstraint>& joints,
-                      EffectCounts& counts) {
+                      CoordinateForces& forces, ConstraintSet& constraints, EffectCounts& counts) {
   const EffectSet effects = at.effects;
   forces.tau.setZero();
   forces.diagonal.setZero();
@@ -99,7 +98,7 @@ void set_motor_forces(const StepContext& at, double h, const Input& input, Sleep
   }
   if (effects.has(Effect::kServos)) {
     counts.add(Effect::kServos);
-    add_servo_rows(at, h, input, idle, forces.tau, joints);
+    add_servo_rows(at, h, input, idle, forces.tau, constraints);
   }
   if (effects.has(Effect::kEffortLimits)) {
     counts.add(Effect::kEffortLimits);
@@ -136,7 +135,7 @@ void find_free_velocity(const StageInput& in, FreeMotion& motion, ConstraintSet&
   const Kinematics& at = in.start.kinematics();
   const VelocityForces& velocity = in.start.velocity_forces();
   auto& [tau, diagonal] = motion.forces;
-  set_motor_forces(context, h, input, in.sleepers.sleep_mask(), motion.forces, constraints.joints,
+  set_motor_forces(context, h, input, in.sleepers.sleep_mask(), motion.forces, constraints,
                    in.counts);
   add_joint_forces(context, h, diagonal, tau, in.counts);
   set_external(input.wrenches, effects, in.taut_links, at, motion.external, in.counts);

@@ -71,8 +71,7 @@ Vector3 set_forces_at(const Model& model, EffectSet effects, const VectorRef& q,
 /// Sets forces.tau and forces.diagonal to applied forces, within the limits of the motors, and
 /// servos that act over h [s]; servos that can be at their limit become rows of `joints`.
 void set_motor_forces(const StepContext& at, double h, const Input& input, SleepMask idle,
-                      CoordinateForces& forces, std::vector<JointConstraint>& joints,
-                      EffectCounts& counts);
+                      CoordinateForces& forces, ConstraintSet& constraints, EffectCounts& counts);
 
 /// w_free = w + h inv(M + motion.forces.diagonal) (motion.forces.tau + gravity, velocity-dependent
 /// forces and motion.external) of the awake trees, and w elsewhere. Overwrites motion.acceleration

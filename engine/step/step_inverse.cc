@@ -59,6 +59,7 @@ void recover_impulses(const Model& model, double h, const ConstraintSet& constra
   inverse.tau.setZero();
   out.contacts.clear();
   out.joints.clear();
+  out.tendon_force.setZero(static_cast<Eigen::Index>(model.tendons().size()));
   out.closures.assign(model.closures().size(), {});
   for (Force& f : inverse.body_impulse) {  // per member: a copied zero would wait for its stores
     f.torque.setZero();
@@ -86,12 +87,16 @@ void recover_impulses(const Model& model, double h, const ConstraintSet& constra
   }
   project_on_joints(model, at, inverse.body_impulse, inverse.tau);
   for (const JointConstraint& j : constraints.joints) {
-    contact::Rows velocity(1);
-    velocity[0] = joint_row_velocity(j, inverse.contact_velocity);
-    const double f = contact::impulse(j.law, velocity)[0];
-    out.joints.push_back({j.effect, j.v_index[0], j.coefficient[0] * f / h});
-    for (int k = 0; k < 2; ++k)
-      if (j.v_index[k] >= 0) inverse.tau[j.v_index[k]] += j.coefficient[k] * f;
+    const std::span<const RowTerm> terms = constraints.terms(j);
+    const double speed = row_velocity(terms, inverse.contact_velocity) + j.law.bias[0];
+    double f = 0.0;
+    contact::impulse(j.law, &speed, &f);
+    if (j.tendon < 0) {
+      out.joints.push_back({j.effect, terms[0].v_index, terms[0].coefficient * f / h});
+    } else {
+      out.tendon_force[j.tendon] += j.along * f / h;
+    }
+    for (const RowTerm& term : terms) inverse.tau[term.v_index] += term.coefficient * f;
   }
 }
 
@@ -105,7 +110,7 @@ void soften_constraints(const Model& model, const Softening& softening, Softened
     if (softened.holds(model.body(pair.body_a).tree, model.body(pair.body_b).tree))
       pair.law = contact::soften(pair.law, softness);
   for (JointConstraint& row : constraints.joints)
-    if (softened.holds(model.tree_of_velocity(row.v_index[0]), -1))
+    if (softened.holds(model.tree_of_velocity(constraints.terms(row)[0].v_index), -1))
       row.law = contact::soften(row.law, softness);
 }
 
@@ -130,6 +135,7 @@ void void_inverse(const Model& model, Inverse& out) {
   out.contacts.clear();
   out.closures.clear();
   out.joints.clear();
+  out.tendon_force.setConstant(static_cast<Eigen::Index>(model.tendons().size()), kNaN);
 }
 
 /// Recovers the applied force u of a semi-implicit step, given out.contact_force.
@@ -195,6 +201,8 @@ void find_constraints(const InverseArguments& step, const StepStart& start,
     inverse.contact_velocity = 0.5 * (v + v_next);  // holds without constraints
   }
   constraints = start.constraints();
+  if (effects.has(Effect::kTendons))
+    add_tendon_servos(step.context(), finder.tendons(), known, constraints);
   compute_body_velocities(model, inverse.contact_velocity, start.kinematics(),
                           inverse.body_velocity);
   finder.find_overrun(step.context(), {inverse.contact_velocity, &inverse.body_velocity},

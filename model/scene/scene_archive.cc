@@ -8,7 +8,7 @@ namespace counterpoint {
 namespace {
 
 /// Mark with the version of the format; increase it with every change of the content.
-constexpr std::string_view kMark = "counterpoint scene 5\n";
+constexpr std::string_view kMark = "counterpoint scene 6\n";
 constexpr const char* kWhat = "scene archive";
 
 }  // namespace
@@ -96,6 +96,38 @@ void visit(A& a, Closure& x) {
   a(name, type, body_a, body_b, X_AC, X_BC, length, pitch);
   a.plain(rope);
   a(linear, angular);
+}
+template <class A>
+void visit(A& a, TendonJoint& x) {
+  auto& [joint, coefficient] = x;
+  a(joint, coefficient);
+}
+template <class A>
+void visit(A& a, TendonPoint& x) {
+  auto& [body, position] = x;
+  a(body, position);
+}
+template <class A>
+void visit(A& a, TendonWrap& x) {
+  auto& [body, X_BG, radius, cylinder, side] = x;
+  a(body, X_BG, radius, cylinder, side);
+}
+template <class A>
+void visit(A& a, TendonSegment& x) {
+  auto& [from, to, wrap, share] = x;
+  a(from, to, wrap, share);
+}
+template <class A>
+void visit(A& a, TendonServo& x) {
+  auto& [stiffness, damping, target, speed, least, most] = x;
+  a(stiffness, damping, target, speed, least, most);
+}
+template <class A>
+void visit(A& a, Tendon& x) {
+  auto& [name, joints, path, wraps, stiffness, shortest, longest, damping, friction, lower, upper,
+         servo] = x;
+  a(name, joints, path, wraps, stiffness, shortest, longest, damping, friction, lower, upper,
+    servo);
 }
 template <class A>
 void visit(A& a, Note& x) {

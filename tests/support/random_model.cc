@@ -129,6 +129,77 @@ void add_closures(Random& random, int count, bool any, const std::vector<std::st
   }
 }
 
+/// Adds a path of up to four points with up to two pulleys, spheres or cylinders.
+void add_path(Random& random, const std::vector<std::string>& links, TendonSpec& tendon) {
+  using Kind = TendonSpec::Place::Kind;
+  const auto last = static_cast<int>(links.size()) - 1;
+  const int a = random.integer(0, last), b = random.integer(0, last);
+  const std::string ends[] = {a == b ? "world" : links[static_cast<size_t>(a)],
+                              links[static_cast<size_t>(b)], "world"};
+  const auto place = [&](Kind kind) {
+    TendonSpec::Place& p = tendon.path.emplace_back();
+    p.kind = kind;
+    p.link = ends[tendon.path.size() == 1 ? 0 : random.integer(0, 2)];
+    p.X_LG = random_pose(random, 0.3);
+    p.radius = random.uniform(0.05, 0.3);
+    if (kind != Kind::kPoint && random.integer(0, 1) == 1)
+      p.side = Vector3(1.5 * p.radius, random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2));
+    p.divisor = random.integer(1, 3);
+  };
+  place(Kind::kPoint);
+  const int points = random.integer(1, 3);
+  for (int i = 0; i < points; ++i) {
+    const int between = random.integer(0, 3);
+    if (between == 1) place(Kind::kSphere);
+    if (between == 2) place(Kind::kCylinder);
+    if (between == 3) {
+      place(Kind::kPulley);
+      place(Kind::kPoint);
+    }
+    place(Kind::kPoint);
+  }
+  tendon.path.back().link = ends[1];
+  if (tendon.path[1].kind == Kind::kPulley) tendon.path.insert(tendon.path.begin(), tendon.path[0]);
+}
+
+/// Adds tendons to a robot; joints of several coordinates take no fixed tendon.
+void add_tendons(Random& random, const RandomModelOptions& options, const RobotSpec& robot,
+                 const std::string& prefix, ModelBuilder& builder) {
+  std::vector<std::string> links, joints;
+  for (size_t k = 1; k < robot.links.size(); ++k) links.push_back(prefix + robot.links[k].name);
+  for (const JointSpec& joint : robot.joints)
+    if (!joint.fixed && joint_nv(joint.type) == 1) joints.push_back(prefix + joint.name);
+  for (int i = 0; i < options.tendons; ++i) {
+    TendonSpec tendon;
+    tendon.name = prefix + "tendon" + std::to_string(i);
+    if (i % 2 == 0 && !joints.empty()) {
+      for (const std::string& joint : joints)
+        if (random.integer(0, 1) == 1) tendon.joints.push_back({joint, random.uniform(-1.0, 1.0)});
+      if (tendon.joints.empty()) tendon.joints.push_back({joints[0], 0.5});
+    } else {
+      add_path(random, links, tendon);
+    }
+    tendon.stiffness = random.uniform(0.0, 60.0);
+    tendon.damping = random.uniform(0.0, 3.0);
+    if (random.integer(0, 2) == 0) tendon.rest = std::pair(0.2, random.uniform(0.3, 0.8));
+    if (random.integer(0, 1) == 0) {
+      tendon.servo = {random.uniform(0.0, 40.0), random.uniform(0.1, 3.0)};
+      tendon.servo.speed = random.uniform(-0.2, 0.2);
+      tendon.servo_target = random.uniform(0.1, 1.0);
+    }
+    if (options.tendon_friction) {
+      tendon.dry_friction = random.uniform(0.0, 2.0);
+      tendon.servo.least = -random.uniform(0.0, 5.0);
+      tendon.servo.most = random.uniform(0.0, 5.0);
+    }
+    if (options.tendon_limits) {
+      tendon.lower = random.uniform(0.1, 0.5);
+      tendon.upper = tendon.lower + random.uniform(0.1, 0.5);
+    }
+    builder.add_tendon(tendon);
+  }
+}
+
 }  // namespace
 
 RobotSpec make_random_robot(std::uint64_t seed, const RandomModelOptions& options) {
@@ -190,6 +261,10 @@ Model make_random_model(std::uint64_t seed, const RandomModelOptions& options) {
     const Pose X_WL{Matrix3::Identity(), Vector3(10.0 * i, 0, 0)};
     const std::string prefix = options.robots == 1 ? "" : std::to_string(i) + "/";
     builder.add_robot(robot, options.base, X_WL, prefix);
+    if (options.tendons > 0 && robot.links.size() > 1) {
+      Random random(seed + 99);
+      add_tendons(random, options, robot, prefix, builder);
+    }
     // Skips the root, which may be fixed to the world.
     for (size_t k = 1; k < robot.links.size(); ++k) links.push_back(prefix + robot.links[k].name);
   }

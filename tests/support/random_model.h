@@ -42,6 +42,10 @@ struct RandomModelOptions {
   bool mimics = false;         ///< some joints with one coordinate follow others of their robot
   int closures = 0;            ///< balls, welds and distances, closed in the default pose
   bool any_closures = false;   ///< closures of all types but screws; springs and ropes among them
+  /// Tendons of random kind, with springs, dampers and servos; they need fixed_share 0.
+  int tendons = 0;
+  bool tendon_friction = false;  ///< dry friction and bounded servos of tendons
+  bool tendon_limits = false;    ///< limits near the lengths in the default pose
 };
 
 /// Up to 13 links on up to three robots, alternately with fixed and floating bases.

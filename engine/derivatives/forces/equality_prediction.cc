@@ -118,7 +118,7 @@ void EqualityPrediction::differentiate(const Step& step, const Stage& stage,
   add_flight_derivatives(step.model, step.h, step.v, step.gravity,
                          step.inverted.start.free_flight(), step.inverted.at(), out);
   add_joint_force_derivatives(step.model, step.effects.without({Effect::kServos}), step.h, out);
-  add_joint_row_derivatives(step.options, step.predictor.equalities().joints, *stage.out,
+  add_joint_row_derivatives(step.options, step.predictor.equalities(), *stage.out,
                             step.inverted.finder.weights(), out);
 }
 

@@ -8,27 +8,29 @@
 namespace counterpoint {
 namespace {
 
-/// Derivatives of a row's law by q at the coordinate of its first or second entry.
+/// Derivatives of a row's law by q, per coefficient of a term.
 struct RowSlopes {
   double bias = 0.0;       ///< [1/s]
-  double smoothing = 0.0;  ///< joint limits only [N or N m]
+  double smoothing = 0.0;  ///< limits only [N or N m]
 };
 
-RowSlopes row_slopes(const SimulationOptions& options, const JointConstraint& row, int side,
-                     const InverseWeights& weights, bool displacing) {
+RowSlopes row_slopes(const SimulationOptions& options, const JointConstraint& row,
+                     const RowTerm& first, const InverseWeights& weights, bool displacing) {
   const double h = options.time_step;
+  if (row.has_given_gains()) return {displacing ? 0.0 : row.bias_by_length, 0.0};
   if (row.law.type == contact::LawType::kEquality) {
     if (displacing) return {};
     const ContactOptions& contact = options.contact;
     const bool capped = std::abs(row.law.bias[0]) >= contact.max_recovery_speed;
-    return {capped ? 0.0 : row.coefficient[side] * contact.stabilization / h, 0.0};
+    return {capped ? 0.0 : contact.stabilization / h, 0.0};
   }
   if (std::isnan(row.gap_bias) || row.law.type != contact::LawType::kUnilateral) return {};
-  const double gap = row.gap, sign = row.coefficient[0];
-  const double alpha = weights.dof[row.v_index[0]];
+  const double gap = row.gap;
+  const double alpha =
+      row.tendon < 0 ? weights.dof[first.v_index] : weights.tendon[static_cast<size_t>(row.tendon)];
   const double bias = displacing ? gap_bias_slope(options.contact, h, gap)
                                  : law_bias_slope(law_options(options), h, gap);
-  return {sign * bias, sign * limit_smoothing_slope(options.contact, alpha, gap)};
+  return {bias, limit_smoothing_slope(options.contact, alpha, gap)};
 }
 
 }  // namespace
@@ -55,26 +57,53 @@ void add_joint_force_derivatives(const Model& model, EffectSet effects, double h
   }
 }
 
-void add_joint_row_derivatives(const SimulationOptions& options,
-                               const std::vector<JointConstraint>& joints, const VectorRef& v_next,
-                               const InverseWeights& weights, InverseDerivatives& d,
-                               bool displacing) {
-  for (const JointConstraint& row : joints) {
-    double y = row.law.bias[0], f = 0.0, G = 0.0;
-    const int sides = row.v_index[1] >= 0 ? 2 : 1;
-    for (int k = 0; k < sides; ++k) y += row.coefficient[k] * v_next[row.v_index[k]];
+void add_joint_row_derivatives(const SimulationOptions& options, const ConstraintSet& constraints,
+                               const VectorRef& v_next, const InverseWeights& weights,
+                               InverseDerivatives& d, bool displacing) {
+  for (const JointConstraint& row : constraints.joints) {
+    const std::span<const RowTerm> terms = constraints.terms(row);
+    const double y = row_velocity(terms, v_next) + row.law.bias[0];
+    double f = 0.0, G = 0.0;
     contact::evaluate(row.law, &y, &f, &G);
     G /= options.time_step;
-    for (int j = 0; j < sides; ++j) {
-      const RowSlopes slopes = row_slopes(options, row, j, weights, displacing);
-      double by_q = G * slopes.bias;
-      if (slopes.smoothing != 0.0)
-        by_q -= contact::compute_sensitivity(row.law, contact::Rows::Constant(1, y)).smoothing[0] *
-                slopes.smoothing / options.time_step;
-      for (int i = 0; i < sides; ++i) {
-        d.dv_next(row.v_index[i], row.v_index[j]) += row.coefficient[i] * G * row.coefficient[j];
-        d.dq(row.v_index[i], row.v_index[j]) += row.coefficient[i] * by_q;
+    const RowSlopes slopes = row_slopes(options, row, terms[0], weights, displacing);
+    double by_q = G * slopes.bias;
+    if (slopes.smoothing != 0.0)
+      by_q -= contact::compute_sensitivity(row.law, contact::Rows::Constant(1, y)).smoothing[0] *
+              slopes.smoothing / options.time_step;
+    for (const RowTerm& i : terms) {
+      for (const RowTerm& j : terms) {
+        d.dv_next(i.v_index, j.v_index) += i.coefficient * G * j.coefficient;
+        d.dq(i.v_index, j.v_index) += i.coefficient * by_q * j.coefficient;
       }
+    }
+  }
+}
+
+void add_tendon_curvature(const InvertedStep& inverted, const Model& model, double h,
+                          const VectorRef& v_next, TendonCurvature& scratch,
+                          InverseDerivatives& d) {
+  const ConstraintSet& constraints = *inverted.constraints;
+  int of = -1;
+  for (const JointConstraint& row : constraints.joints) {
+    if (row.tendon < 0 || !model.tendons()[static_cast<size_t>(row.tendon)].is_spatial()) continue;
+    if (row.tendon != of)
+      inverted.finder.tendons().find_curvature(model, row.tendon, inverted.at(), scratch);
+    of = row.tendon;
+    const std::span<const RowTerm> terms = constraints.terms(row);
+    const double y = row_velocity(terms, v_next) + row.law.bias[0];
+    double f = 0.0, G = 0.0;
+    contact::evaluate(row.law, &y, &f, &G);
+    for (size_t j = 0; j < terms.size(); ++j) {
+      double y_by_q = 0.0;
+      for (size_t m = 0; m < terms.size(); ++m)
+        y_by_q += row.along * scratch(static_cast<int>(m), static_cast<int>(j)) *
+                  v_next[terms[m].v_index];
+      for (size_t i = 0; i < terms.size(); ++i)
+        d.dq(terms[i].v_index, terms[j].v_index) +=
+            (terms[i].coefficient * G * y_by_q -
+             row.along * f * scratch(static_cast<int>(i), static_cast<int>(j))) /
+            h;
     }
   }
 }

@@ -269,24 +269,29 @@ void ParameterConstraints::add_joint_rows(const PreparedParameter& p,
                                           const InvertedStep& inverted, VectorOut du) {
   const InverseWeights& weights = inverted.finder.weights();
   for (const JointConstraint& row : inverted.constraints->joints) {
+    if (row.has_given_gains()) continue;
+    const std::span<const RowTerm> terms = inverted.constraints->terms(row);
     double alpha = 0.0;
     LawSource source = source_of(p);
     contact::Rows y = contact::Rows::Constant(1, row.law.bias[0]);
-    for (int k = 0; k < 2 && row.v_index[k] >= 0; ++k) {
-      const double share = row.coefficient[k] * row.coefficient[k];
-      alpha += share * weights.dof[row.v_index[k]];
-      if (p.weights) source.alpha += share * p.weights->dof[row.v_index[k]];
-      y[0] += row.coefficient[k] * v_next[row.v_index[k]];
-    }
+    y[0] += row_velocity(terms, v_next);
+    const auto weight = [&](const auto& of) {
+      if (row.tendon >= 0) return static_cast<double>(of.tendon[static_cast<size_t>(row.tendon)]);
+      double sum = 0.0;
+      for (const RowTerm& term : terms)
+        sum += term.coefficient * term.coefficient * of.dof[term.v_index];
+      return sum;
+    };
+    alpha = weight(weights);
+    if (p.weights) source.alpha = weight(*p.weights);
     const bool limit = row.law.type == contact::LawType::kUnilateral && !std::isnan(row.gap_bias);
     LawChange change = limit ? limit_law_change(options, alpha, row, source)
                              : plain_law_change(options, row.law, alpha, source);
-    if (row.law.type == contact::LawType::kDryFriction && p.kind() == K::kDryFriction &&
-        p.has(row.v_index[0]))
+    if (row.effect == Effect::kDryFriction && p.kind() == K::kDryFriction &&
+        p.has(terms[0].v_index))
       change.bound = options.time_step;
     const double df = impulse_change(row.law, y, contact::Rows::Zero(1), change)[0];
-    for (int k = 0; k < 2 && row.v_index[k] >= 0; ++k)
-      du[row.v_index[k]] -= row.coefficient[k] * df / options.time_step;
+    for (const RowTerm& term : terms) du[term.v_index] -= term.coefficient * df / options.time_step;
   }
 }
 

@@ -19,10 +19,12 @@ WeightChange weight_change(const StepParameter& parameter, const Model& model) {
     return scheme(std::array{member(at[0]), member(at[1]), member(at[2]), member(at[3])});
   };
   WeightChange out;
-  const auto count = static_cast<Eigen::Index>(at[0].contact.size());
-  out.contact = by([&](const InverseWeights& w) {
-    return VectorX(Eigen::Map<const VectorX>(w.contact.data(), count));
-  });
+  const auto vector = [](const std::vector<double>& numbers) {
+    return VectorX(
+        Eigen::Map<const VectorX>(numbers.data(), static_cast<Eigen::Index>(numbers.size())));
+  };
+  out.contact = by([&](const InverseWeights& w) { return vector(w.contact); });
+  out.tendon = by([&](const InverseWeights& w) { return vector(w.tendon); });
   out.dof = by([](const InverseWeights& w) { return VectorX(w.dof); });
   return out;
 }

@@ -12,7 +12,7 @@ namespace counterpoint {
 
 /// Derivatives of the inverse weights by a parameter.
 struct WeightChange {
-  VectorX contact, dof;
+  VectorX contact, dof, tendon;
 };
 
 /// Free bodies (free_flight.h) of a model with one parameter changed.

@@ -16,12 +16,6 @@
 namespace counterpoint {
 namespace {
 
-contact::Rows row_velocity(const JointConstraint& row, const VectorRef& w) {
-  double y = row.coefficient[0] * w[row.v_index[0]];
-  if (row.v_index[1] >= 0) y += row.coefficient[1] * w[row.v_index[1]];
-  return contact::Rows::Constant(1, y);
-}
-
 /// Cheap test without a contact problem: whether bodies may be displaced in addition to h w+.
 bool may_displace(const ConstraintSet& constraints, const VectorRef& v_next, const Kinematics& data,
                   const std::vector<Motion>& V_next) {
@@ -33,7 +27,8 @@ bool may_displace(const ConstraintSet& constraints, const VectorRef& v_next, con
       return true;
   }
   return std::any_of(constraints.joints.begin(), constraints.joints.end(), [&](const auto& row) {
-    return row.gap_bias < row.law.bias[0] && row_velocity(row, v_next)[0] + row.gap_bias < 0.0;
+    return row.gap_bias < row.law.bias[0] &&
+           row_velocity(constraints.terms(row), v_next) + row.gap_bias < 0.0;
   });
 }
 
@@ -45,9 +40,12 @@ void evaluate_impulses(const ConstraintSet& constraints, const contact::Problem&
   const auto pairs = static_cast<int>(constraints.pairs.size());
   for (int c = 0; c < problem.num_constraints(); ++c) {
     const contact::Law& law = problem.law(c);
+    const auto row_at = [&](int i) {
+      return row_velocity(constraints.terms(constraints.joints[static_cast<size_t>(i)]), v_next);
+    };
     contact::Rows y =
         c < pairs ? relative_velocity(constraints.pairs[static_cast<size_t>(c)], data, V_next)
-                  : row_velocity(constraints.joints[static_cast<size_t>(c - pairs)], v_next);
+                  : contact::Rows::Constant(1, row_at(c - pairs));
     for (int i = 0; i < law.rows; ++i) y[i] += law.bias[static_cast<size_t>(i)];
     impulse.segment(problem.first_row(c), law.rows) = contact::impulse(law, y);
   }
@@ -119,7 +117,7 @@ void DisplacementDerivator::keep_gaps(const ConstraintSet& all, const contact::P
     if (std::isnan(row.gap_bias) ||
         !is_concerned(correction, problem, static_cast<int>(all.pairs.size() + i)))
       continue;
-    kept_.joints.push_back(row);
+    kept_.add(row, all.terms(row));
     kept_.joints.back().law = displacement_law(row.law, row.gap_bias);
   }
 }
@@ -135,7 +133,7 @@ bool DisplacementDerivator::keep_ties(const ConstraintSet& all, bool drag) {
   }
   for (const JointConstraint& row : all.joints) {
     if (row.law.type != contact::LawType::kEquality) continue;
-    kept_.joints.push_back(row);
+    kept_.add(row, all.terms(row));
     kept_.joints.back().law = displacement_law(row.law, kNoGap);
   }
   return drag || !kept_.empty();

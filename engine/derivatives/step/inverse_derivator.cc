@@ -310,8 +310,8 @@ bool InverseDerivator::compute_impulses(const InverseArguments& of, const Vector
   acceleration_ = (w - m) / of.h();
   bool closed = add_contacts(at_w, inverted);
   closed = sweep_trees(at_w, inverted, d) && closed;
-  add_joint_row_derivatives(of.options, inverted.constraints->joints, w, inverted.finder.weights(),
-                            d);
+  add_joint_row_derivatives(of.options, *inverted.constraints, w, inverted.finder.weights(), d);
+  add_tendon_curvature(inverted, of.model, of.h(), w, curvature_, d);
   return closed;
 }
 
@@ -338,9 +338,11 @@ bool InverseDerivator::compute_displacing(Displacing part, const InverseArgument
   const SweepOutput out{d.dq, d.dv, d.dv_next};
   for (const Tree& tree : model.trees()) sweep_.run(model, tree, inverted.at(), in, out);
   forces_.add_couplings(model, in, sweep_, out);
-  if (part != Displacing::kLateImpulses)
-    add_joint_row_derivatives(of.options, inverted.constraints->joints, w,
-                              inverted.finder.weights(), d, true);
+  if (part != Displacing::kLateImpulses) {
+    add_joint_row_derivatives(of.options, *inverted.constraints, w, inverted.finder.weights(), d,
+                              true);
+    add_tendon_curvature(inverted, model, h, w, curvature_, d);
+  }
   displacing_.reset();
   return known;
 }
@@ -358,8 +360,9 @@ bool InverseDerivator::compute(const InverseArguments& of, const InvertedStep& i
   bool closed = add_contacts(of, inverted);
   closed = sweep_trees(of, inverted, d) && closed;
   add_joint_force_derivatives(model, of.effects, of.h(), d);
-  add_joint_row_derivatives(of.options, inverted.constraints->joints, of.v_next,
-                            inverted.finder.weights(), d);
+  add_joint_row_derivatives(of.options, *inverted.constraints, of.v_next, inverted.finder.weights(),
+                            d);
+  add_tendon_curvature(inverted, model, of.h(), of.v_next, curvature_, d);
   return closed;
 }
 

@@ -73,6 +73,7 @@ class InverseDerivator {
   ClosureDerivator closures_;
   ContactMotionFinder motions_;
   SlipResponse slips_;
+  TendonCurvature curvature_;
   ForceResponses forces_;
   ContactForceRows contact_forces_;
   MovingPatch patch_;

@@ -117,9 +117,11 @@ bool differentiate(const InverseArguments& of, const InvertedStep& inverted,
   return true;
 }
 
-/// Whether some law changes within a smoothing length: all do but those of equalities.
+/// Whether some law changes within a smoothing length: all do but those of equalities and springs.
 bool has_kinks(const ConstraintSet& constraints) {
-  const auto kinked = [](const auto& row) { return row.law.type != contact::LawType::kEquality; };
+  const auto kinked = [](const auto& row) {
+    return row.law.type != contact::LawType::kEquality && row.law.type != contact::LawType::kSpring;
+  };
   return std::any_of(constraints.pairs.begin(), constraints.pairs.end(), kinked) ||
          std::any_of(constraints.joints.begin(), constraints.joints.end(), kinked);
 }
