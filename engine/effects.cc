@@ -104,8 +104,7 @@ Call call(const Found& found, const char* what, int rows = 0) {
 
 int closure_rows(const Model& model) {
   int rows = 0;
-  for (const Closure& closure : model.closures())
-    rows += closure.type == ClosureType::kBall ? 3 : closure.type == ClosureType::kWeld ? 6 : 1;
+  for (const Closure& closure : model.closures()) rows += num_rows(closure);
   return rows;
 }
 

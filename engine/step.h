@@ -69,7 +69,7 @@ struct JointForce {
 
 /// Force of a closure.
 struct ClosureForce {
-  Vector3 position = Vector3::Zero();  ///< halfway between the anchors, in W [m]
+  Vector3 position = Vector3::Zero();  ///< where it acts (closures.h), in W [m]
   Force force;                         ///< mean over the step, on body B, in W, there [N, N m]
 };
 

@@ -1,20 +1,9 @@
 #include "counterpoint/model/model.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace counterpoint {
-
-const char* closure_type_name(ClosureType type) {
-  switch (type) {
-    case ClosureType::kBall:
-      return "ball";
-    case ClosureType::kWeld:
-      return "weld";
-    case ClosureType::kDistance:
-      return "distance";
-  }
-  return "?";
-}
 
 CoordinateRange coordinates(const Model& model, const Tree& tree) {
   const int begin = model.body(tree.body_begin).q_index;
@@ -29,17 +18,6 @@ std::vector<Pose> body_poses(const Model& model, const VectorX& q) {
     X_WB[i] = joint_pose(X_WB[body.parent] * body.X_PJ, body.joint_type, q.data() + body.q_index);
   }
   return X_WB;
-}
-
-ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB) {
-  const Pose X_WA = X_WB[closure.body_a] * closure.X_AC;
-  const Pose X_WC = X_WB[closure.body_b] * closure.X_BC;
-  ClosureGap gap;
-  gap.distance = (X_WC.translation - X_WA.translation).norm();
-  if (closure.type == ClosureType::kDistance) gap.distance -= closure.length;
-  if (closure.type == ClosureType::kWeld)
-    gap.angle = Quaternion(X_WA.rotation).angularDistance(Quaternion(X_WC.rotation));
-  return gap;
 }
 
 double tendon_length(const Model& model, const Tendon& tendon, const VectorRef& q,
@@ -96,6 +74,116 @@ int Model::find_frame(const std::string& name) const {
   const auto it =
       std::find_if(frames_.begin(), frames_.end(), [&](const Frame& f) { return f.name == name; });
   return it == frames_.end() ? -1 : static_cast<int>(it - frames_.begin());
+}
+
+// ---- Closures.
+
+const char* closure_type_name(ClosureType type) {
+  constexpr const char* kNames[kNumClosureTypes] = {"ball",   "weld",      "distance",    "hinge",
+                                                    "slider", "prismatic", "cylindrical", "screw"};
+  return kNames[static_cast<int>(type)];
+}
+
+bool holds_angles(ClosureType type) {
+  return type == ClosureType::kWeld || type == ClosureType::kHinge ||
+         type == ClosureType::kPrismatic || type == ClosureType::kCylindrical ||
+         type == ClosureType::kScrew;
+}
+
+int num_rows(const Closure& closure) {
+  const auto held = [](const ClosureSpring& spring, int most) {
+    if (!spring.acts) return most;
+    int rows = 0;
+    for (int i = 0; i < most; ++i) rows += spring.stiffness[i] > 0.0 || spring.damping[i] > 0.0;
+    return rows;
+  };
+  switch (closure.type) {
+    case ClosureType::kBall:
+      return held(closure.linear, 3);
+    case ClosureType::kWeld:
+      return held(closure.linear, 3) + held(closure.angular, 3);
+    case ClosureType::kDistance:
+      return 1;
+    case ClosureType::kHinge:
+      return held(closure.linear, 3) + held(closure.angular, 2);
+    case ClosureType::kSlider:
+      return held(closure.linear, 2);
+    case ClosureType::kPrismatic:
+      return held(closure.linear, 2) + held(closure.angular, 3);
+    case ClosureType::kCylindrical:
+      return held(closure.linear, 2) + held(closure.angular, 2);
+    case ClosureType::kScrew:
+      return 5;
+  }
+  return 0;
+}
+
+namespace {
+
+bool slides(ClosureType type) {
+  return type == ClosureType::kSlider || type == ClosureType::kPrismatic ||
+         type == ClosureType::kCylindrical || type == ClosureType::kScrew;
+}
+
+/// Whether the closure leaves rotation about the z axes free.
+bool turns_about_z(ClosureType type) {
+  return type == ClosureType::kHinge || type == ClosureType::kCylindrical ||
+         type == ClosureType::kScrew;
+}
+
+/// Pose of B's anchor frame in A's.
+Pose anchor_pose(const Closure& closure, const std::vector<Pose>& X_WB) {
+  return (X_WB[closure.body_a] * closure.X_AC).inverse() * (X_WB[closure.body_b] * closure.X_BC);
+}
+
+}  // namespace
+
+double thread_error(const Closure& closure, const Pose& X_AB) {
+  const Matrix3& R = X_AB.rotation;
+  const double turn = std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1)) / (2.0 * M_PI);
+  return std::remainder(X_AB.translation.z() - closure.pitch * turn, closure.pitch);
+}
+
+ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB) {
+  const Pose X_AB = anchor_pose(closure, X_WB);
+  const Vector3& apart = X_AB.translation;
+  ClosureGap gap;
+  if (!closure.linear.acts) {
+    gap.distance = slides(closure.type) ? apart.head<2>().norm() : apart.norm();
+    if (closure.type == ClosureType::kDistance) gap.distance -= closure.length;
+    if (closure.type == ClosureType::kScrew)
+      gap.distance = std::hypot(gap.distance, thread_error(closure, X_AB));
+    if (closure.rope) gap.distance = std::max(gap.distance, 0.0);
+  }
+  if (closure.angular.acts) return gap;
+  const Vector3 z = X_AB.rotation.col(2);
+  if (turns_about_z(closure.type)) {
+    gap.angle = std::atan2(z.head<2>().norm(), z.z());
+  } else if (holds_angles(closure.type)) {
+    gap.angle = Quaternion(X_AB.rotation).angularDistance(Quaternion::Identity());
+  }
+  return gap;
+}
+
+double spring_energy(const Closure& closure, const std::vector<Pose>& X_WB) {
+  const auto energy = [](const ClosureSpring& spring, const Vector3& error, int rows) {
+    return 0.5 * spring.stiffness.head(rows).dot(error.cwiseAbs2().head(rows));
+  };
+  if (!closure.linear.acts && !closure.angular.acts) return 0.0;
+  const Pose X_AB = anchor_pose(closure, X_WB);
+  double sum = 0.0;
+  if (closure.type == ClosureType::kDistance) {
+    const double longer = X_AB.translation.norm() - closure.length;
+    return closure.rope && longer < 0.0 ? 0.0 : energy(closure.linear, {longer, 0.0, 0.0}, 1);
+  }
+  if (closure.linear.acts)
+    sum += energy(closure.linear, X_AB.translation, slides(closure.type) ? 2 : 3);
+  if (!closure.angular.acts) return sum;
+  if (!turns_about_z(closure.type))
+    return sum + energy(closure.angular, quaternion_log(Quaternion(X_AB.rotation)), 3);
+  // The torque grows with the sine of the angle between the axes.
+  const Vector3 z = X_AB.rotation.col(2);
+  return sum + 2.0 / (1.0 + z.z()) * energy(closure.angular, Vector3::UnitZ().cross(z), 2);
 }
 
 }  // namespace counterpoint

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "counterpoint/model/closure.h"
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/spatial.h"
 #include "counterpoint/model/tendon.h"
@@ -213,23 +214,6 @@ struct PairMaterial {
   Material material;
 };
 
-enum class ClosureType : unsigned char {
-  kBall,      ///< the anchors coincide (3 rows)
-  kWeld,      ///< the anchor frames coincide (6 rows)
-  kDistance,  ///< the anchors keep their distance, like a massless rod (1 row)
-};
-/// Returns "ball", "weld" or "distance".
-const char* closure_type_name(ClosureType type);
-
-/// A constraint between two bodies in addition to the tree joints, which closes a kinematic loop.
-struct Closure {
-  std::string name;  ///< unique
-  ClosureType type = ClosureType::kBall;
-  int body_a = 0, body_b = 0;  ///< either may be the world
-  Pose X_AC, X_BC;      ///< anchor frames in the body frames; kWeld alone uses their rotation
-  double length = 0.0;  ///< distance of the anchors [m], for kDistance
-};
-
 /// A note for the user about something found while loading that was not an error.
 struct Note {
   std::string where;    ///< file, element
@@ -349,15 +333,6 @@ inline BodyRange moving_bodies(const Model& model) { return {1, model.num_bodies
 /// Returns X_WB of every body at q (nq), the world first. It allocates: meant for loading and
 /// tests; steps use engine/dynamics/kinematics.h.
 std::vector<Pose> body_poses(const Model& model, const VectorX& q);
-
-/// Error of a closure at given poses: the distance of the anchors, for kDistance minus the length
-/// [m]; and for kWeld the angle between the anchor frames, else zero [rad].
-struct ClosureGap {
-  double distance = 0.0, angle = 0.0;
-  /// The larger magnitude of both numbers [m or rad].
-  double largest() const { return std::max(std::abs(distance), angle); }
-};
-ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB);
 
 /// Returns the length of a tendon at q (nq) and the poses of all bodies [m, or rad].
 double tendon_length(const Model& model, const Tendon& tendon, const VectorRef& q,

@@ -80,9 +80,17 @@ struct ClosureSpec {
   /// In the frame of link b [m]; default: the initial position of anchor_a, for a distance: b's
   /// origin.
   std::optional<Vector3> anchor_b;
-  std::optional<Matrix3> orientation;  ///< kWeld: rotation of link b in link a
+  std::optional<Matrix3> orientation;  ///< types that hold angles: rotation of link b in link a
   std::optional<double> length;        ///< kDistance: length [m]
-  bool collide = false;                ///< true: the two bodies may touch
+  /// Direction of a hinge, slider, prismatic, cylindrical or screw closure in link a; default: z.
+  std::optional<Vector3> axis;
+  std::optional<double> pitch;  ///< kScrew: way along the axis per turn [m], not zero
+  bool rope = false;            ///< kDistance: it only pulls
+  /// Springs and dampers along the axes of link a, or of a frame whose z axis is `axis`, in place
+  /// of rigid rows: [N/m], [N s/m] and, for types that hold angles, [N m/rad], [N m s/rad]. A zero
+  /// in both leaves a direction free.
+  std::optional<Vector3> stiffness, damping, rotational_stiffness, rotational_damping;
+  bool collide = false;  ///< true: the two bodies may touch
   std::string where;
 };
 

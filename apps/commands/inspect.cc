@@ -11,6 +11,7 @@
 #include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/geometry.h"
 #include "input/scene_arguments.h"
+#include "report/closure_table.h"
 #include "report/effect_table.h"
 #include "report/report.h"
 
@@ -266,17 +267,9 @@ void inspect_closures(const Model& model, const VectorX& q, Report& report) {
   Json closures = Json::array();
   const std::vector<Pose> X_WB = body_poses(model, q);
   for (const Closure& closure : model.closures()) {
-    const ClosureGap gap = closure_gap(closure, X_WB);
-    Json& entry = closures.emplace_back();
-    entry = {{"name", closure.name},
-             {"type", closure_type_name(closure.type)},
-             {"link_a", link_name(model, closure.body_a)},
-             {"link_b", link_name(model, closure.body_b)},
-             {"anchor_a_m", vector_json(closure.X_AC.translation)},
-             {"anchor_b_m", vector_json(closure.X_BC.translation)},
-             {"open_m", gap.distance},
-             {"open_rad", gap.angle}};
-    if (closure.type == ClosureType::kDistance) entry["length_m"] = closure.length;
+    Json& entry = closures.emplace_back(closure_json(closure, closure_gap(closure, X_WB)));
+    entry["link_a"] = link_name(model, closure.body_a);
+    entry["link_b"] = link_name(model, closure.body_b);
   }
   report_list(
       "closures", "\nclosures:\n",

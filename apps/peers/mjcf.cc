@@ -25,6 +25,13 @@ void refuse_what_mujoco_lacks(const Model& model, EffectSet called, EffectSet on
     if (!carried_weight(model, part.body).at_center)
       throw NotExpressible("MuJoCo carries a share of a body's weight at its centre of mass only");
   }
+  for (const Closure& c : model.closures()) {
+    const bool known = c.type == ClosureType::kBall || c.type == ClosureType::kWeld ||
+                       c.type == ClosureType::kDistance;
+    if (on.has(Effect::kClosures) && (!known || c.rope || c.linear.acts || c.angular.acts))
+      throw NotExpressible("MuJoCo has rigid balls, welds and distances only, no closure like '" +
+                           c.name + "'");
+  }
   if (!on.has(Effect::kDrag)) return;
   for (const BodyDrag& drag : model.drags()) {
     if (!is_free(model.body(drag.body)) || drag.drag.quadratic > 0.0 ||

@@ -67,7 +67,7 @@ bool Mujoco::Impl::lacks_stack(const std::string& message) {
 /// Size of arena or stack for a step, because MuJoCo's own estimate is too small for large scenes.
 std::string Mujoco::Impl::size_element() const {
   double rows = 100.0 + 4.0 * max_contacts + 6.0 * static_cast<double>(model.mimics().size());
-  for (const Closure& c : model.closures()) rows += c.type == ClosureType::kBall ? 3 : 6;
+  for (const Closure& c : model.closures()) rows += num_rows(c);
   for (int i = 0; i < model.num_joints(); ++i) {
     const JointInfo& joint = model.joint(i);
     rows += std::isfinite(joint.lower) + std::isfinite(joint.upper);

@@ -52,7 +52,7 @@ struct PairRows {
   const Kinematics& data;
 
   /// Whether there are rows of angular velocity.
-  bool turning() const { return pair.first + pair.law.rows > 3; }
+  bool turning() const { return pair.first + pair.law.rows > 3 || pair.lead != 0.0; }
 };
 
 /// Calls visit(index of the coordinate, its column of J) for the joint of body b; frame: axes of
@@ -108,7 +108,9 @@ COUNTERPOINT_WIDE void fill_pair_jacobian(const PairRows& of, int leaf, double s
     contact::store(column.angular, rows + 4);
     for (int r = 0; r < num_rows; ++r) {
       const int row = pair.first + r;
-      J.data()[index - v_begin + r * width] += rows[row < 3 ? row : row + 1];
+      double value = rows[row < 3 ? row : row + 1];
+      if (pair.lead != 0.0) value += pair.lead * rows[row + 4];
+      J.data()[index - v_begin + r * width] += value;
     }
   });
 }
@@ -221,6 +223,7 @@ void pair_velocity(const Model& model, const PairConstraint& pair, const Kinemat
   for (int i = 0; i < pair.law.rows; ++i) {
     const int row = pair.first + i;
     y[i] = rows[row < 3 ? row : row + 1] + pair.law.bias[static_cast<std::size_t>(i)];
+    if (pair.lead != 0.0) y[i] += pair.lead * rows[row + 4];
   }
 }
 
@@ -230,6 +233,7 @@ Force pair_impulse(const PairConstraint& pair, const double* impulse) {
     const int row = pair.first + i;
     if (row < 3) {
       out.force += impulse[i] * pair.frame.col(row);
+      if (pair.lead != 0.0) out.torque += pair.lead * impulse[i] * pair.frame.col(row);
     } else {
       out.torque += impulse[i] * pair.frame.col(row - 3);
     }

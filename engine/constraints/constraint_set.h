@@ -16,6 +16,16 @@
 
 namespace counterpoint {
 
+/// The error that rows of a closure hold at zero (closures.h).
+enum class ClosureError : unsigned char {
+  kApart,     ///< the vector between the anchors, in W
+  kOffset,    ///< position of B's anchor in A's anchor frame
+  kDistance,  ///< excess of the distance of the anchors
+  kTurn,      ///< rotation vector between the anchor frames
+  kAxis,      ///< cross product of the z axes, in A's anchor frame
+  kThread,    ///< way along a screw beyond that of its turns
+};
+
 /// Constraint rows on the motion of body B relative to body A: linear velocity at `position` along
 /// the columns of `frame` (n, t1, t2 for a contact), then angular velocity about them.
 struct PairConstraint {
@@ -27,9 +37,13 @@ struct PairConstraint {
   Vector3 friction_point = Vector3::Zero();
   /// The law acts on rows first, first + 1, ... of the six (3 linear, 3 angular).
   int first = 0;
+  ClosureError error = ClosureError::kApart;  ///< closures only
   contact::Law law;
+  /// Screw: the row adds this [m/rad] times the angular velocity about its axis.
+  double lead = 0.0;
   double gap_bias = 0.0;  ///< contact: bias that would remove the whole recoverable overlap [m/s]
-  /// Contact of soft surfaces: displacements leave its overlap to the spring.
+  /// Contact of soft surfaces: displacements leave its overlap to the spring. Closure: its rows are
+  /// a spring.
   bool soft = false;
   /// Contact that bounces in this step: time of impact after the start of the step (bounce.h) [s];
   /// else 0.

@@ -128,6 +128,7 @@ void ConstraintFinder::stiffen_closures(const Model& model, ConstraintSet& out) 
   }
   for (size_t i = 0; i < out.closures.size(); ++i) {
     PairConstraint& pair = out.pairs[out.contacts.size() + i];
+    if (pair.soft) continue;
     const int body = pair.body_b != 0 ? pair.body_b : pair.body_a;
     const double least = least_weight_[static_cast<size_t>(islands_.root(tree_of(body)))];
     const double alpha = weights_.closure[static_cast<size_t>(out.closures[i])].linear;
@@ -146,7 +147,7 @@ Vector3 relative_velocity_at(const Vector3& position, int body_a, int body_b,
 contact::Rows relative_velocity(const PairConstraint& pair, const Kinematics& data,
                                 const std::vector<Motion>& V) {
   Vector3 angular = Vector3::Zero();
-  if (pair.first + pair.law.rows > 3) {
+  if (pair.first + pair.law.rows > 3 || pair.lead != 0.0) {
     if (pair.body_a != 0) angular -= V[pair.body_a].angular;
     if (pair.body_b != 0) angular += V[pair.body_b].angular;
   }
@@ -161,6 +162,7 @@ contact::Rows relative_velocity(const PairConstraint& pair, const Kinematics& da
   for (int i = 0; i < pair.law.rows; ++i) {
     const int row = pair.first + i;
     rows[i] = row < 3 ? v[row] : w[row - 3];
+    if (pair.lead != 0.0) rows[i] += pair.lead * pair.frame.col(row).dot(angular);
   }
   return rows;
 }

@@ -267,4 +267,18 @@ contact::Law make_closure_law(const ContactOptions& options, double h, double al
   return law;
 }
 
+void set_spring(double h, double c, double share, const Vector3& error, const Vector3& acceleration,
+                contact::Law& law) {
+  law.regularizer = 1.0 / (h * c);
+  for (int i = 0; i < law.rows; ++i)
+    law.bias[static_cast<size_t>(i)] = share * (error[i] / h + 0.5 * h * acceleration[i]);
+}
+
+void set_rope(double h, double alpha, double share, double gap, double acceleration,
+              contact::Law& law) {
+  law.type = contact::LawType::kUnilateral;
+  law.smoothing = smoothing(kHardSmoothing, alpha);
+  if (gap > 0.0) law.bias[0] = gap / h + 0.5 * share * h * acceleration;
+}
+
 }  // namespace counterpoint

@@ -180,4 +180,19 @@ contact::Law make_mimic_law(const ContactOptions& options, double h, double alph
 contact::Law make_closure_law(const ContactOptions& options, double h, double alpha, int rows,
                               const Vector3& error, const Vector3& acceleration);
 
+/// Turns the law of rows of a closure into a spring k and damper d, implicit like those of joints,
+///
+///   f = -h (k (e + h y + h^2 / 2 e'') + d y) = -(y + b) / r
+///   r = 1 / (h c), b = share (e / h + h / 2 e''), c = d + h k [N s/m], share = h k / c
+///
+/// with the error e and its acceleration e'' of make_closure_law.
+void set_spring(double h, double c, double share, const Vector3& error, const Vector3& acceleration,
+                contact::Law& law);
+
+/// Turns the law of a closure's only row into that of a rope, which pulls with f >= 0 where the gap
+/// [m], by which it is slack, closes within the step; a slack rope may become taut without a force.
+/// share: of the acceleration in the bias.
+void set_rope(double h, double alpha, double share, double gap, double acceleration,
+              contact::Law& law);
+
 }  // namespace counterpoint

@@ -189,8 +189,7 @@ ClosureWeight closure_weight(const Model& model, const Closure& closure, Respons
   const ClosureWeight a = pull.mean(1.0, 0.0), b = pull.mean(0.0, 1.0);
   if (!(weight.linear > kImmovable * (a.linear + b.linear))) weight.linear = 0.0;
   if (!(weight.angular > kImmovable * (a.angular + b.angular))) weight.angular = 0.0;
-  const bool welded = closure.type == ClosureType::kWeld;
-  if (weight.linear > 0.0 || (welded && weight.angular > 0.0)) return weight;
+  if (weight.linear > 0.0 || (holds_angles(closure.type) && weight.angular > 0.0)) return weight;
   throw InputError(fmt::format(
       "closure '{}': at the start its anchors cannot move relative to each other, there is nothing "
       "to hold; remove it, or move its anchors",

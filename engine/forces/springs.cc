@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/forces/tendons.h"
 
@@ -29,6 +31,10 @@ double spring_energy(const Model& model, const VectorRef& q) {
     energy += 0.5 * spring.stiffness * stretch * stretch;
   }
   if (!model.tendons().empty()) energy += tendon_energy(model, q, body_poses(model, q));
+  const auto has_spring = [](const Closure& c) { return c.linear.acts || c.angular.acts; };
+  if (std::none_of(model.closures().begin(), model.closures().end(), has_spring)) return energy;
+  const std::vector<Pose> X_WB = body_poses(model, q);
+  for (const Closure& closure : model.closures()) energy += spring_energy(closure, X_WB);
   return energy;
 }
 

@@ -14,16 +14,15 @@ namespace counterpoint {
 namespace {
 
 /// Calls visit(tree_a, tree_b, equality) for every constraint, as for_each_constraint; equality is
-/// true for a closure or mimic joint.
+/// true for a mimic joint or a closure other than a rope.
 template <class Visit>
 void for_each_marked(const Model& model, const ConstraintSet& constraints, Visit visit) {
   size_t i = 0;
-  const size_t contacts = constraints.contacts.size(), pairs = constraints.pairs.size();
+  const size_t pairs = constraints.pairs.size();
   for_each_constraint(model, constraints, [&](int tree_a, int tree_b) {
-    const bool equality =
-        i < pairs ? i >= contacts
-                  : constraints.joints[i - pairs].law.type == contact::LawType::kEquality;
-    visit(tree_a, tree_b, equality);
+    const contact::Law& law =
+        i < pairs ? constraints.pairs[i].law : constraints.joints[i - pairs].law;
+    visit(tree_a, tree_b, law.type == contact::LawType::kEquality);
     ++i;
   });
 }
@@ -70,7 +69,7 @@ void VelocityPredictor::forget() {
 }
 
 bool VelocityPredictor::aims(const Model& model, const PairConstraint& pair) const {
-  if (!any_) return false;
+  if (!any_ || pair.soft || pair.law.type != contact::LawType::kEquality) return false;
   for (const int body : {pair.body_a, pair.body_b})
     if (body != 0 && !(known_[model.body(body).tree] && needed_[model.body(body).tree]))
       return false;

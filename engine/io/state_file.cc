@@ -155,6 +155,13 @@ void add_drags_and_closures(const Model& model, Hash& hash) {
     add(closure.X_AC, hash);
     add(closure.X_BC, hash);
     hash.add(closure.length);
+    hash.add(closure.pitch);
+    hash.add(static_cast<int>(closure.rope));
+    for (const ClosureSpring* spring : {&closure.linear, &closure.angular}) {
+      hash.add(static_cast<int>(spring->acts));
+      hash.add(spring->stiffness);
+      hash.add(spring->damping);
+    }
   }
 }
 

@@ -9,7 +9,12 @@
 
 namespace counterpoint {
 
-void refuse_constraints(EffectSet effects) {
+void refuse_constraints(const Model& model, EffectSet effects) {
+  if (effects.has(Effect::kClosures))
+    for (const Closure& closure : model.closures())
+      if (closure.rope || closure.linear.acts || closure.angular.acts)
+        throw InputError("runge_kutta_4 takes closures as rigid; closure '" + closure.name +
+                         "' is a spring or a rope: use implicit_midpoint or semi_implicit_euler");
   std::string found;
   for (const Effect effect : {Effect::kDryFriction, Effect::kLimits, Effect::kEffortLimits,
                               Effect::kVelocityLimits, Effect::kTendons, Effect::kContacts}) {
@@ -52,7 +57,7 @@ void compute_acceleration(const StepContext& at, const Input& input, Workspace::
 void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& next,
                       StepReport& report) {
   const auto& [model, options, settings, state, input, effects] = step;
-  refuse_constraints(effects);
+  refuse_constraints(model, effects);
   RungeKuttaStages& stages = ws.stages;
   const double h = step.h();
   const bool constrained = has_equalities(model, effects);

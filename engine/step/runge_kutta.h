@@ -13,8 +13,9 @@
 
 namespace counterpoint {
 
-/// Throws InputError if the scene calls for constraints that are not switched off.
-void refuse_constraints(EffectSet effects);
+/// Throws InputError if the scene calls for constraints that are not switched off, or for closures
+/// that are springs or ropes.
+void refuse_constraints(const Model& model, EffectSet effects);
 
 /// A stage of the method: its time as a share of the step, and its weight in sixths.
 struct RungeKuttaStage {

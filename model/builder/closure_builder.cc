@@ -17,16 +17,66 @@ constexpr double kClosed = 1e-6;
   throw InputError(spec.where.empty() ? message : spec.where + ": " + message);
 }
 
+bool has_axis(ClosureType type) {
+  return type != ClosureType::kBall && type != ClosureType::kWeld && type != ClosureType::kDistance;
+}
+
+void check_lengths(const ClosureSpec& spec) {
+  const bool distance = spec.type == ClosureType::kDistance,
+             screw = spec.type == ClosureType::kScrew;
+  if (spec.length && !distance) fail(spec, "a length is for a distance only");
+  if (spec.length && (!std::isfinite(*spec.length) || *spec.length <= 0.0))
+    fail(spec, "the length must be positive; use a ball to join two points");
+  if (spec.rope && !distance) fail(spec, "only a distance can be a rope");
+  if (spec.pitch && !screw) fail(spec, "a pitch is for a screw only");
+  if (screw && !spec.pitch)
+    fail(spec, "a screw needs its pitch, the way along the axis per turn [m]");
+  if (spec.pitch && (!std::isfinite(*spec.pitch) || *spec.pitch == 0.0))
+    fail(spec, "the pitch must be a number other than zero; use a hinge for none");
+}
+
+/// Reads a spring and damper from their numbers along three axes.
+ClosureSpring spring_of(const ClosureSpec& spec, const std::optional<Vector3>& stiffness,
+                        const std::optional<Vector3>& damping) {
+  ClosureSpring spring;
+  if (!stiffness && !damping) return spring;
+  spring.acts = true;
+  spring.stiffness = stiffness.value_or(Vector3::Zero());
+  spring.damping = damping.value_or(Vector3::Zero());
+  const auto valid = [](const Vector3& x) { return x.allFinite() && (x.array() >= 0.0).all(); };
+  if (!valid(spring.stiffness) || !valid(spring.damping))
+    fail(spec, "stiffness and damping must be finite and not negative");
+  if (spring.stiffness.isZero(0.0) && spring.damping.isZero(0.0))
+    fail(spec, "stiffness and damping are zero, so that it holds nothing; give one of them");
+  return spring;
+}
+
+void set_springs(const ClosureSpec& spec, Closure& closure) {
+  closure.linear = spring_of(spec, spec.stiffness, spec.damping);
+  closure.angular = spring_of(spec, spec.rotational_stiffness, spec.rotational_damping);
+  if (spec.type == ClosureType::kScrew && (closure.linear.acts || closure.angular.acts))
+    fail(spec, "a screw is rigid; use a cylindrical closure with springs");
+  if (closure.angular.acts && !holds_angles(spec.type))
+    fail(spec, fmt::format("a {} holds no angle, so it has no rotational stiffness or damping",
+                           closure_type_name(spec.type)));
+  const auto uniform = [](const Vector3& x) { return x.isConstant(x[0], 0.0); };
+  if (spec.type == ClosureType::kDistance &&
+      !(uniform(closure.linear.stiffness) && uniform(closure.linear.damping)))
+    fail(spec, "a distance has one stiffness and one damping, not one per axis");
+}
+
 void check(const ClosureSpec& spec) {
   const auto finite = [](const auto& value) { return !value || value->allFinite(); };
   if (!finite(spec.anchor_a) || !finite(spec.anchor_b) || !finite(spec.orientation))
     fail(spec, "anchors and orientation must be finite numbers");
-  if (spec.orientation && spec.type != ClosureType::kWeld)
-    fail(spec, "an orientation is for a weld only");
-  if (!spec.length) return;
-  if (spec.type != ClosureType::kDistance) fail(spec, "a length is for a distance only");
-  if (!std::isfinite(*spec.length) || *spec.length <= 0.0)
-    fail(spec, "the length must be positive; use a ball to join two points");
+  if (spec.orientation && !holds_angles(spec.type))
+    fail(spec, fmt::format("an orientation is for a closure that holds angles, not for a {}",
+                           closure_type_name(spec.type)));
+  if (spec.axis && !has_axis(spec.type))
+    fail(spec, fmt::format("a {} has no axis", closure_type_name(spec.type)));
+  if (spec.axis && !(spec.axis->allFinite() && spec.axis->norm() > 0.0))
+    fail(spec, "the axis must be a finite vector other than zero");
+  check_lengths(spec);
 }
 
 }  // namespace
@@ -65,6 +115,9 @@ void ModelBuilder::add_closure(const ClosureSpec& given) {
   closure.type = spec.type;
   closure.body_a = a.body;
   closure.body_b = b.body;
+  closure.pitch = spec.pitch.value_or(0.0);
+  closure.rope = spec.rope;
+  set_springs(spec, closure);
   model_.closures_.push_back(closure);
   closure_specs_.push_back({spec, a, b});
   if (spec.collide) return;
@@ -99,11 +152,13 @@ void ModelBuilder::place_closures() {
     X_LaC.translation = spec.anchor_a.value_or(Vector3::Zero());
     const Vector3 opposite = X_LaLb.inverse() * X_LaC.translation;
     X_LbC.translation = spec.anchor_b.value_or(distance ? Vector3::Zero() : opposite);
-    X_LbC.rotation = spec.orientation.value_or(X_LaLb.rotation).transpose();
+    if (spec.axis) X_LaC.rotation = frame_from_normal(spec.axis->normalized());
+    X_LbC.rotation = spec.orientation.value_or(X_LaLb.rotation).transpose() * X_LaC.rotation;
     closure.X_AC = a.X_BL * X_LaC;
     closure.X_BC = b.X_BL * X_LbC;
     if (distance) {
-      closure.length = spec.length.value_or(closure_gap(closure, X_WB).distance);
+      closure.length =
+          spec.length.value_or((X_LaLb * X_LbC.translation - X_LaC.translation).norm());
       if (!(closure.length > kClosed))
         fail(spec, "the anchors start at one point; move one or use a ball");
     }

@@ -44,6 +44,31 @@ CarriedWeight carried_weight(const Model& model, int body) {
   return carried;
 }
 
+std::vector<Closure> mjcf_closures(const Model& model, std::vector<Note>& lost) {
+  constexpr double kHingeWidth = 0.1;  // distance of the points that stand for a hinge [m]
+  std::vector<Closure> out;
+  for (const Closure& c : model.closures()) {
+    const bool hinge = c.type == ClosureType::kHinge;
+    const bool known = hinge || c.type == ClosureType::kBall || c.type == ClosureType::kWeld ||
+                       c.type == ClosureType::kDistance;
+    std::string lack;
+    if (!known) lack = std::string("a closure of the type ") + closure_type_name(c.type);
+    if (c.linear.acts || c.angular.acts) lack = "its spring";
+    if (c.rope) lack = "a rope";
+    for (const double side : {-0.5, 0.5}) {
+      if (!lack.empty() || (!hinge && side > 0.0)) continue;
+      Closure& part = out.emplace_back(c);
+      if (!hinge) continue;
+      part.type = ClosureType::kBall;
+      if (side > 0.0) part.name += ".2";
+      for (Pose* X : {&part.X_AC, &part.X_BC})
+        X->translation += side * kHingeWidth * X->rotation.col(2);
+    }
+    if (!lack.empty()) lost.push_back({"closure '" + c.name + "'", lack});
+  }
+  return out;
+}
+
 MjcfPairs list_mjcf_pairs(const Model& model, const IndexPairs& apart, bool all) {
   const auto& geometries = model.geometries();
   const auto& included = model.included_geometry_pairs();

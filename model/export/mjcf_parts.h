@@ -38,6 +38,10 @@ inline const char* mjcf_dimensions(const Material& m) {
   return m.friction > 0.0 ? "3" : "1";
 }
 
+/// Returns the closures that MJCF has as equalities, rigid balls, welds and distances, and hinges
+/// as balls at two points of their axis; adds the others to `lost`.
+std::vector<Closure> mjcf_closures(const Model& model, std::vector<Note>& lost);
+
 using IndexPairs = std::set<std::pair<int, int>>;  ///< the lower index first
 
 /// Contents of <contact>.

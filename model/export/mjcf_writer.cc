@@ -16,7 +16,7 @@ class MjcfWriter {
  public:
   MjcfWriter(const Scene& scene, const MjcfExport& how)
       : scene_(scene), model_(scene.model), how_(how) {
-    if (on(Effect::kClosures)) closures_ = model_.closures();
+    if (on(Effect::kClosures)) closures_ = mjcf_closures(model_, out_.lost);
     if (on(Effect::kMimics)) mimics_ = model_.mimics();
     if (on(Effect::kServos)) servos_ = model_.servos();
     const auto friction = [&](const Geometry& g) {

@@ -8,7 +8,7 @@ namespace counterpoint {
 namespace {
 
 /// Mark with the version of the format; increase it with every change of the content.
-constexpr std::string_view kMark = "counterpoint scene 5\n";
+constexpr std::string_view kMark = "counterpoint scene 6\n";
 constexpr const char* kWhat = "scene archive";
 
 }  // namespace
@@ -85,9 +85,17 @@ void visit(A& a, Mimic& x) {
   a(joint, master, multiplier, offset);
 }
 template <class A>
+void visit(A& a, ClosureSpring& x) {
+  auto& [acts, stiffness, damping] = x;
+  a.plain(acts);
+  a(stiffness, damping);
+}
+template <class A>
 void visit(A& a, Closure& x) {
-  auto& [name, type, body_a, body_b, X_AC, X_BC, length] = x;
-  a(name, type, body_a, body_b, X_AC, X_BC, length);
+  auto& [name, type, body_a, body_b, X_AC, X_BC, length, pitch, rope, linear, angular] = x;
+  a(name, type, body_a, body_b, X_AC, X_BC, length, pitch);
+  a.plain(rope);
+  a(linear, angular);
 }
 template <class A>
 void visit(A& a, TendonJoint& x) {

@@ -314,16 +314,20 @@ class SceneReader {
 
   void read_closure(const YamlValue& in) {
     in.expect_map({"type", "between", "name", "anchor_a", "anchor_b", "rpy", "quaternion", "length",
-                   "collide"});
+                   "collide", "axis", "pitch", "rope", "stiffness", "damping",
+                   "rotational_stiffness", "rotational_damping"});
     ClosureSpec closure;
     const YamlValue type = in.at("type");
     bool known = false;
-    for (const ClosureType t : {ClosureType::kBall, ClosureType::kWeld, ClosureType::kDistance}) {
+    std::string names;
+    for (int i = 0; i < kNumClosureTypes; ++i) {
+      const auto t = static_cast<ClosureType>(i);
+      names += std::string(i > 0 ? ", " : "") + closure_type_name(t);
       if (type.text() != closure_type_name(t)) continue;
       closure.type = t;
       known = true;
     }
-    if (!known) type.fail("'" + type.text() + "' is not one of ball, weld, distance");
+    if (!known) type.fail("'" + type.text() + "' is not one of " + names);
     const std::vector<YamlValue> between = in.at("between").list();
     if (between.size() != 2) in.at("between").fail("two links [a, b] are expected");
     closure.link_a = between[0].text();
@@ -334,8 +338,22 @@ class SceneReader {
     if (in.has("rpy") || in.has("quaternion")) closure.orientation = read_pose(in).rotation;
     if (in.has("length")) closure.length = in.at("length").positive();
     if (in.has("collide")) closure.collide = in.at("collide").boolean();
+    if (in.has("axis")) closure.axis = in.at("axis").vector3();
+    if (in.has("pitch")) closure.pitch = in.at("pitch").number();
+    if (in.has("rope")) closure.rope = in.at("rope").boolean();
+    read_axes(in, "stiffness", closure.stiffness);
+    read_axes(in, "damping", closure.damping);
+    read_axes(in, "rotational_stiffness", closure.rotational_stiffness);
+    read_axes(in, "rotational_damping", closure.rotational_damping);
     closure.where = in.where();
     builder_.add_closure(closure);
+  }
+
+  /// Reads one number for all three axes, or three.
+  static void read_axes(const YamlValue& in, const char* key, std::optional<Vector3>& out) {
+    if (!in.has(key)) return;
+    const YamlValue value = in.at(key);
+    out = value.is_list() ? value.vector3() : Vector3(Vector3::Constant(value.number()));
   }
 
   Model build() {

@@ -10,8 +10,6 @@ namespace {
 
 /// Poses whose entries [m, or of the rotation matrix] differ by less are equal up to round-off.
 constexpr double kSame = 1e-14;
-/// Distance between the two points of a revolute joint that closes a loop [m].
-constexpr double kHingeWidth = 0.1;
 
 bool is_identity(const Pose& pose) {
   return pose.translation.cwiseAbs().maxCoeff() < kSame &&
@@ -161,33 +159,30 @@ class TreeBuilder {
     closure.where = document_.where(joint.element);
     const Pose X_PJ = pose_of(joint.parent).inverse() * joint.X_TJ;
     const Pose X_CJ = pose_of(joint.child).inverse() * joint.X_TJ;
-    const bool revolute =
-        joint.motions.size() == 1 && joint.motions[0].type == JointType::kRevolute;
-    const bool ball = joint.motions.size() == 1 && joint.motions[0].type == JointType::kSpherical;
-    closure.type = joint.motions.empty() ? ClosureType::kWeld : ClosureType::kBall;
+    closure.type = closure_type(joint);
     closure.anchor_a = X_PJ.translation;
     closure.anchor_b = X_CJ.translation;
-    if (!joint.motions.empty() && !ball && !revolute)
-      document_.fail(
-          joint.element,
-          "it closes a loop; revolute, ball or fixed joints may, so mark another of the loop by "
-          "<must_be_loop_joint>");
-    if (closure.type == ClosureType::kWeld)
-      closure.orientation = X_PJ.rotation * X_CJ.rotation.transpose();
-    if (!revolute) return model_.closures.push_back(closure);
-    const JointSpec& spec = joint.motions[0];
-    if (spec.damping != 0.0 || spec.dry_friction != 0.0 || spec.stiffness != 0.0 ||
-        std::isfinite(spec.lower) || std::isfinite(spec.upper))
-      document_.note(joint.element,
-                     "it closes a loop: its limits, damping, friction and spring are not used");
-    // Two points on the hinge axis are held together.
-    for (const double side : {-0.5, 0.5}) {
-      const Vector3 offset = side * kHingeWidth * spec.axis;
-      closure.name = joint.name + (side < 0.0 ? "" : ".2");
-      closure.anchor_a = X_PJ * offset;
-      closure.anchor_b = X_CJ * offset;
-      model_.closures.push_back(closure);
-    }
+    if (holds_angles(closure.type)) closure.orientation = X_PJ.rotation * X_CJ.rotation.transpose();
+    if (closure.type == ClosureType::kHinge || closure.type == ClosureType::kPrismatic)
+      closure.axis = X_PJ.rotation * joint.motions[0].axis;
+    for (const JointSpec& spec : joint.motions)
+      if (spec.damping != 0.0 || spec.dry_friction != 0.0 || spec.stiffness != 0.0 ||
+          std::isfinite(spec.lower) || std::isfinite(spec.upper))
+        document_.note(joint.element,
+                       "it closes a loop: its limits, damping, friction and spring are not used");
+    model_.closures.push_back(closure);
+  }
+
+  ClosureType closure_type(const JointNode& joint) {
+    if (joint.motions.empty()) return ClosureType::kWeld;
+    const JointType type = joint.motions[0].type;
+    if (joint.motions.size() == 1 && type == JointType::kSpherical) return ClosureType::kBall;
+    if (joint.motions.size() == 1 && type == JointType::kRevolute) return ClosureType::kHinge;
+    if (joint.motions.size() == 1 && type == JointType::kPrismatic) return ClosureType::kPrismatic;
+    document_.fail(
+        joint.element,
+        "it closes a loop; revolute, prismatic, ball or fixed joints may, so mark another "
+        "of the loop by <must_be_loop_joint>");
   }
 
   Document& document_;

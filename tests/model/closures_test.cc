@@ -59,6 +59,31 @@ TEST_F(ClosureScene, WhatIsLeftOpenFollowsFromTheStart) {
   EXPECT_TRUE(scene.model.notes().empty());
 }
 
+TEST_F(ClosureScene, AxesPitchAndSpringsAreTaken) {
+  const Scene scene = load(R"(  - {type: hinge, between: [world, a/body], axis: [0, 3, 0]}
+  - {type: screw, between: [a/body, b/body], axis: [1, 0, 0], pitch: -0.1}
+  - {type: weld, between: [world, b/body], stiffness: 5, damping: [1, 2, 0], rotational_stiffness: [0, 0, 3]}
+  - {type: distance, between: [world, b/body], anchor_a: [0, 0, 9], rope: true}
+)");
+  const auto& closures = scene.model.closures();
+  ASSERT_EQ(closures.size(), 4u);
+  EXPECT_LT((closures[0].X_AC.rotation.col(2) - Vector3::UnitY()).norm(), kRoundoff);
+  EXPECT_LT((closures[1].X_AC.rotation.col(2) - Vector3::UnitX()).norm(), kRoundoff);
+  EXPECT_EQ(closures[1].pitch, -0.1);
+  EXPECT_TRUE(closures[2].linear.acts && closures[2].angular.acts && !closures[0].linear.acts);
+  EXPECT_EQ(closures[2].linear.stiffness, Vector3(5, 5, 5));
+  EXPECT_EQ(closures[2].linear.damping, Vector3(1, 2, 0));
+  EXPECT_EQ(closures[2].angular.stiffness, Vector3(0, 0, 3));
+  EXPECT_TRUE(closures[3].rope);
+  const int rows[] = {5, 5, 4, 1};
+  const std::vector<Pose> X_WB = body_poses(scene.model, scene.q);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(num_rows(closures[i]), rows[i]);
+    EXPECT_LT(closure_gap(closures[i], X_WB).largest(), 1e-7);  // round-off of acos near one
+    EXPECT_NEAR(spring_energy(closures[i], X_WB), 0.0, kRoundoff);
+  }
+}
+
 TEST_F(ClosureScene, WhatIsGivenIsTakenAndAnOpenStartIsNoted) {
   const Scene scene = load(R"(
   - {type: weld, between: [a/body, b/body], anchor_a: [0.1, 0, 0], anchor_b: [-0.1, 0, 0], rpy: [0, 0, 0]}
@@ -86,8 +111,8 @@ TEST_F(ClosureScene, JoinedBodiesDoNotCollideUnlessTold) {
 }
 
 TEST_F(ClosureScene, MistakesAreRefusedWhereTheyStand) {
-  expect_refused("  - {type: hinge, between: [a/body, b/body]}\n",
-                 {"scene.yaml:6", "'hinge' is not one of ball, weld, distance"});
+  expect_refused("  - {type: glue, between: [a/body, b/body]}\n",
+                 {"scene.yaml:6", "'glue' is not one of ball, weld, distance, hinge"});
   expect_refused("  - {type: ball, between: [a/body]}\n", {"scene.yaml:6", "two links"});
   expect_refused("  - {type: ball, between: [a/body, c]}\n",
                  {"scene.yaml:6", "there is no link 'c'", "'world', 'a/body', 'b/body'"});
@@ -96,13 +121,28 @@ TEST_F(ClosureScene, MistakesAreRefusedWhereTheyStand) {
   expect_refused("  - {type: ball, between: [a/body, b/body], length: 1}\n",
                  {"scene.yaml:6", "length is for a distance"});
   expect_refused("  - {type: ball, between: [a/body, b/body], rpy: [0, 0, 1]}\n",
-                 {"scene.yaml:6", "for a weld only"});
+                 {"scene.yaml:6", "holds angles, not for a ball"});
   expect_refused("  - {type: distance, between: [a/body, b/body], length: 0}\n",
                  {"scene.yaml:6", "not positive"});
   expect_refused(
       "  - {type: distance, between: [a/body, b/body], anchor_a: [0, 0, 0], anchor_b: [0, 0.5, "
       "0]}\n",
       {"scene.yaml:6", "start at one point"});
+  const auto refuse = [&](const std::string& keys, const std::string& part) {
+    expect_refused("  - {between: [a/body, b/body], " + keys + "}\n", {"scene.yaml:6", part});
+  };
+  refuse("type: weld, axis: [0, 0, 1]", "a weld has no axis");
+  refuse("type: hinge, axis: [0, 0, 0]", "other than zero");
+  refuse("type: screw", "needs its pitch");
+  refuse("type: screw, pitch: 0", "other than zero");
+  refuse("type: hinge, pitch: 1", "for a screw only");
+  refuse("type: hinge, rope: true", "only a distance can be a rope");
+  refuse("type: ball, stiffness: -1", "not negative");
+  refuse("type: ball, stiffness: 0", "holds nothing");
+  refuse("type: ball, stiffness: [1, 2]", "stiffness");
+  refuse("type: slider, rotational_damping: 1", "holds no angle");
+  refuse("type: screw, pitch: 1, damping: 1", "a screw is rigid");
+  refuse("type: distance, stiffness: [1, 2, 3]", "not one per axis");
   expect_refused("  - {type: ball, between: [a/body, b/body], anchor: [0, 0, 1]}\n",
                  {"scene.yaml:6", "anchor_a"});
   expect_refused(

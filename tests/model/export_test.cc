@@ -181,6 +181,30 @@ models:
   EXPECT_FALSE(names("grip", "stiffness"));
 }
 
+TEST_F(ExportTest, HingesAreTwoPointsOfTheirAxisAndOtherClosuresAreNamedAsLost) {
+  const Scene scene = bundled("scenes/workshop.yaml");
+  const Exported out = export_mjcf(scene);
+  for (const char* name : {"wire", "screw", "mount", "rope"}) {
+    const std::string where = std::string("closure '") + name + "'";
+    EXPECT_TRUE(std::any_of(out.lost.begin(), out.lost.end(), [&](const Note& note) {
+      return note.where == where;
+    })) << name;
+  }
+  const Scene back = load_scene(folder_.write("m.xml", out.text));
+  ASSERT_EQ(back.model.closures().size(), 2u);
+  const Closure& hinge = scene.model.closures()[0];
+  const auto X = body_poses(scene.model, scene.q), X_back = body_poses(back.model, back.q);
+  const Pose at = X[hinge.body_a] * hinge.X_AC;
+  double side = -0.05;  // half the distance of the points [m]
+  for (const Closure& ball : back.model.closures()) {
+    EXPECT_EQ(ball.type, ClosureType::kBall);
+    EXPECT_LT(closure_gap(ball, X_back).largest(), kRoundOff);
+    const Vector3 p = (X_back[ball.body_a] * ball.X_AC).translation;
+    EXPECT_LT((p - at * Vector3(0, 0, side)).norm(), kRoundOff);
+    side = -side;
+  }
+}
+
 TEST_F(ExportTest, SeveralFloatingRobotsAreNoUrdf) {
   EXPECT_THROW(export_urdf(bundled("scenes/box_stack.yaml")), InputError);
 }

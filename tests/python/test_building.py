@@ -44,6 +44,29 @@ def test_joints_closures_and_limits_without_a_file():
         builder.add_robot(cp.RobotSpec("loop", links, [joints[0], joints[0]]))
 
 
+def test_springs_ropes_and_axes_of_closures():
+    def tied(mass, **closure):
+        builder = cp.ModelBuilder(gravity=(0, 0, -10))
+        builder.add_robot(cp.object_of("ball", cp.Shape.sphere(0.1), mass), "floating")
+        builder.add_closure(cp.ClosureSpec("world", "body", **closure))
+        return cp.Simulator(cp.Scene(builder.build()))
+
+    sim = tied(2.0, type="weld", stiffness=500, damping=(60, 60, 63), rotational_stiffness=(1, 2, 3))
+    sim.advance(3000)
+    assert abs(sim.q[2] + 2.0 * 10 / 500) < 1e-9  # m g / k
+    sim = tied(2.0, type="screw", axis=(0, 0, 1), pitch=0.5)
+    sim.advance(1000)
+    inertia = 0.4 * 2.0 * 0.1**2
+    fall = 10 / (1 + (2 * np.pi / 0.5) ** 2 * inertia / 2.0)
+    assert abs(sim.v[2] + fall * sim.time) < 1e-6 * fall * sim.time
+    sim = tied(1.0, type="distance", anchor_a=(0, 0, 1), length=1.5, rope=True)
+    sim.advance(3000)
+    assert abs(sim.q[2] + 0.5) < 1e-6
+    for wrong in ({"type": "ball", "axis": (0, 0, 1)}, {"type": "screw"}, {"type": "ball", "rope": True}):
+        with pytest.raises(cp.InputError):
+            tied(1.0, **wrong)
+
+
 def test_terrain_from_files(scenes, tmp_path):
     table = tmp_path / "hill.csv"
     table.write_text("0,0,0\n0,1,0\n0,0,0\n")

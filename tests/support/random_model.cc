@@ -89,7 +89,28 @@ void add_mimics(Random& random, RobotSpec& robot) {
   }
 }
 
-void add_closures(Random& random, int count, const std::vector<std::string>& links,
+/// Makes a closure of any type but a screw, a spring or a rope for some.
+void vary(Random& random, ClosureSpec& closure) {
+  closure.type = static_cast<ClosureType>(random.integer(0, 6));
+  const auto positive = [&](double most) {
+    return Vector3(random.uniform(0.0, most), random.uniform(0.0, most), random.uniform(0.0, most));
+  };
+  if (closure.type == ClosureType::kDistance) {
+    closure.rope = random.integer(0, 1) == 1;
+    if (random.integer(0, 1) == 1) return;
+    closure.stiffness = Vector3::Constant(random.uniform(0.0, 2000.0));
+    closure.damping = Vector3::Constant(random.uniform(0.0, 20.0));
+    return;
+  }
+  if (closure.type >= ClosureType::kHinge) closure.axis = random.vector(1.0);
+  if (random.integer(0, 2) == 0) closure.stiffness = positive(2000.0);
+  if (random.integer(0, 2) == 0) closure.damping = positive(20.0);
+  if (!holds_angles(closure.type)) return;
+  if (random.integer(0, 2) == 0) closure.rotational_stiffness = positive(200.0);
+  if (random.integer(0, 2) == 0) closure.rotational_damping = Vector3::Constant(2.0);
+}
+
+void add_closures(Random& random, int count, bool any, const std::vector<std::string>& links,
                   ModelBuilder& builder) {
   const auto pick = [&] {
     return links[static_cast<size_t>(random.integer(0, static_cast<int>(links.size()) - 1))];
@@ -97,6 +118,7 @@ void add_closures(Random& random, int count, const std::vector<std::string>& lin
   for (int i = 0; i < count; ++i) {
     ClosureSpec closure;
     closure.type = static_cast<ClosureType>(random.integer(0, 2));
+    if (any) vary(random, closure);
     closure.link_b = pick();
     closure.link_a = pick();
     if (closure.link_a == closure.link_b || random.uniform(0.0, 1.0) < 0.2)
@@ -248,7 +270,7 @@ Model make_random_model(std::uint64_t seed, const RandomModelOptions& options) {
   }
   if (options.closures > 0) {
     Random random(seed + 77);
-    add_closures(random, options.closures, links, builder);
+    add_closures(random, options.closures, options.any_closures, links, builder);
   }
   return builder.build();
 }

@@ -40,7 +40,8 @@ struct RandomModelOptions {
   bool drag = false;
   bool compensations = false;  ///< links compensate random shares of their weight
   bool mimics = false;         ///< some joints with one coordinate follow others of their robot
-  int closures = 0;            ///< closures of random type, closed in the default pose
+  int closures = 0;            ///< balls, welds and distances, closed in the default pose
+  bool any_closures = false;   ///< closures of all types but screws; springs and ropes among them
   /// Tendons of random kind, with springs, dampers and servos; they need fixed_share 0.
   int tendons = 0;
   bool tendon_friction = false;  ///< dry friction and bounded servos of tendons

@@ -60,22 +60,41 @@ JointSpec make_joint(const std::string& name, const std::string& type, const std
   return joint;
 }
 
+/// Sets `out` to the three numbers of an array, or to three times a number; nothing for None.
+void set_axes(const py::object& value, const char* name, std::optional<Vector3>& out) {
+  if (value.is_none()) return;
+  const bool one = py::isinstance<py::float_>(value) || py::isinstance<py::int_>(value);
+  out = one ? Vector3(Vector3::Constant(value.cast<double>())) : vector3(Array(value), name);
+}
+
 ClosureSpec make_closure(const std::string& link_a, const std::string& link_b,
                          const std::string& type, const py::object& anchor_a,
                          const py::object& anchor_b, const std::optional<double>& length,
-                         const std::string& name, bool collide) {
+                         const std::string& name, bool collide, const py::object& axis,
+                         const std::optional<double>& pitch, bool rope, const py::object& stiffness,
+                         const py::object& damping, const py::object& rotational_stiffness,
+                         const py::object& rotational_damping) {
   ClosureSpec spec;
   spec.link_a = link_a;
   spec.link_b = link_b;
   spec.type = from_word<ClosureType>(
       type, "type",
-      [](const std::string& w) { return find_word<ClosureType>(w, closure_type_name, 3); },
-      closure_type_name, 3);
+      [](const std::string& w) {
+        return find_word<ClosureType>(w, closure_type_name, kNumClosureTypes);
+      },
+      closure_type_name, kNumClosureTypes);
   if (!anchor_a.is_none()) spec.anchor_a = vector3(Array(anchor_a), "anchor_a");
   if (!anchor_b.is_none()) spec.anchor_b = vector3(Array(anchor_b), "anchor_b");
   spec.length = length;
   spec.name = name;
   spec.collide = collide;
+  if (!axis.is_none()) spec.axis = vector3(Array(axis), "axis");
+  spec.pitch = pitch;
+  spec.rope = rope;
+  set_axes(stiffness, "stiffness", spec.stiffness);
+  set_axes(damping, "damping", spec.damping);
+  set_axes(rotational_stiffness, "rotational_stiffness", spec.rotational_stiffness);
+  set_axes(rotational_damping, "rotational_damping", spec.rotational_damping);
   spec.where = "closure between '" + link_a + "' and '" + link_b + "'";
   return spec;
 }
@@ -241,7 +260,7 @@ Parameters
 ----------
 link_a, link_b : str
     With prefix; 'world' is the world.
-type : {'ball', 'weld', 'distance'}
+type : {'ball', 'weld', 'distance', 'hinge', 'slider', 'prismatic', 'cylindrical', 'screw'}
 anchor_a, anchor_b : array_like, shape (3,), optional
     In the frames of the links [m]; what is left open follows from the start.
 length : float, optional
@@ -250,6 +269,17 @@ name : str
     Empty: numbered.
 collide : bool
     May the two bodies touch?
+axis : array_like, shape (3,), optional
+    Of a hinge, slider, prismatic, cylindrical or screw closure, in link a; default: z.
+pitch : float, optional
+    Of a screw, the way along the axis per turn [m].
+rope : bool
+    Makes a distance pull only, where it is longer than its length.
+stiffness, damping : float or array_like, shape (3,), optional
+    Of a spring and damper in place of a rigid closure [N/m, N s/m], along the axes of link a, or of
+    a frame whose z axis is the axis.
+rotational_stiffness, rotational_damping : float or array_like, shape (3,), optional
+    The same of the angles that the type holds [N m/rad, N m s/rad].
 )";
 
 constexpr const char* kLoadUrdfDoc = R"(
@@ -304,7 +334,11 @@ void bind_robot(py::module_& m) {
   py::class_<ClosureSpec>(m, "ClosureSpec", kClosureSpecDoc)
       .def(py::init(&make_closure), py::arg("link_a"), py::arg("link_b"), py::arg("type") = "ball",
            py::arg("anchor_a") = py::none(), py::arg("anchor_b") = py::none(),
-           py::arg("length") = py::none(), py::arg("name") = "", py::arg("collide") = false);
+           py::arg("length") = py::none(), py::arg("name") = "", py::arg("collide") = false,
+           py::kw_only(), py::arg("axis") = py::none(), py::arg("pitch") = py::none(),
+           py::arg("rope") = false, py::arg("stiffness") = py::none(),
+           py::arg("damping") = py::none(), py::arg("rotational_stiffness") = py::none(),
+           py::arg("rotational_damping") = py::none());
   m.def(
       "load_urdf",
       [](const std::filesystem::path& file,

@@ -26,7 +26,7 @@ function layers(replay) {
   if (replay.motions[1]) rows.push(['ghost', replay.motions[2] ? 'ghost:' : `ghost: ${replay.motions[1].name}`, 'ghost']);
   rows.push(['com', 'centre of mass of all', 'com']);
   if (replay.motions[0].atLimit.some(Boolean)) rows.push(['limits', 'joint at a limit', 'limit']);
-  if (replay.closures.length) rows.push(['closures', 'closure (rod, ball, weld)', 'closure']);
+  if (replay.closures.length) rows.push(['closures', 'closure, between its anchors', 'closure']);
   if (replay.motions[0].asleep.some(Boolean)) rows.push(['sleep', 'at rest: dimmed', 'sleep']);
   rows.push(['frames', 'body frames: x red, y green, z blue', 'frames'], ['names', 'names', 'names']);
   if (has((shape) => shape.visual)) rows.push(['visuals', 'robots as they look, not as they collide', 'names']);

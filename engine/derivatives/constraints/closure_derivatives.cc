@@ -12,14 +12,6 @@
 namespace counterpoint {
 namespace {
 
-template <class Visit>
-void for_each_on_path(const Model& model, int leaf, Visit visit) {
-  for (int i = leaf; i != 0; i = model.body(i).parent) {
-    const int first = model.body(i).v_index;
-    for (int k = first; k < first + joint_nv(model.body(i).joint_type); ++k) visit(i, k);
-  }
-}
-
 /// Returns the slope [1/s] of the recovery speed by the error, and the speed [m/s or rad/s], whose
 /// norm is at most max_recovery_speed.
 Matrix3 recovery(const ContactOptions& options, double h, const Vector3& error, Vector3& speed) {
@@ -35,231 +27,141 @@ Matrix3 recovery(const ContactOptions& options, double h, const Vector3& error, 
 
 }  // namespace
 
-ClosureDerivator::ClosureDerivator(const Model& model)
-    : held_(static_cast<size_t>(model.num_trees()), 0) {
-  if (model.closures().empty()) return;
-  for (const Closure& closure : model.closures())
-    for (const int body : {closure.body_a, closure.body_b})
-      if (body != 0) held_[static_cast<size_t>(model.body(body).tree)] = 1;
-  const auto nv = static_cast<size_t>(model.nv());
-  columns_.resize(nv);
-  coordinates.resize(nv);
-  slot_.assign(nv, -1);
-  moving_.resize(static_cast<size_t>(model.num_bodies()));
-  reached_.emplace(model);
-  q_reached_ = model.default_q();
-  turn_ = VectorX::Zero(model.nv());
-  for (Columns* m : {&jacobian, &by_q, &by_v, &by_w, &error_, &rate_, &curvature_, &curvature_v_,
-                     &y_, &reached_q_, &reached_w_, &carried_})
-    m->setZero(3, model.nv());
-}
-
-void ClosureDerivator::begin(const Model& model, const Kinematics& data, const VectorRef& v) {
-  for (int t = 0; t < model.num_trees(); ++t) {
-    if (!held_[static_cast<size_t>(t)]) continue;
-    const Tree& tree = model.trees()[t];
-    for (int i = tree.body_begin; i < tree.body_end; ++i) {
-      const Body& body = model.body(i);
-      const Vector3 origin = data.X_WB[i].translation - TreeSweep::reference(tree, data);
-      Motion V, A;
-      if (body.parent != 0) {
-        V = moving_[body.parent].V;
-        A = moving_[body.parent].A;
-      }
-      // Translations, along axes of the parent, come before the rotation.
-      const int linear = joint_num_linear(body.joint_type), nv = joint_nv(body.joint_type);
-      for (const auto& [first, end] : {std::pair(0, linear), std::pair(linear, nv)}) {
-        Motion across;
-        for (int k = body.v_index + first; k < body.v_index + end; ++k) {
-          Column& column = columns_[k];
-          const Motion& axis = data.axis[k];
-          column.S = {axis.angular, axis.linear + origin.cross(axis.angular)};
-          column.P = cross(V, column.S);
-          column.PP = cross(A, column.S) + cross(V, column.P);
-          across += column.S * v[k];
-        }
-        const Motion carrier = V;
-        V += across;
-        A += cross(carrier, across);
-        const bool turning = first == linear && end - first > 1;  // about body-fixed axes
-        for (int k = body.v_index + first; k < body.v_index + end; ++k)
-          columns_[k].D = columns_[k].P + (turning ? cross(V, columns_[k].S) : columns_[k].P);
-      }
-      moving_[i].V = V;
-      moving_[i].A = A;
-    }
-  }
-}
-
-void ClosureDerivator::aim(const Model& model, double h, const VectorRef& q, const VectorRef& w) {
-  turn_ = h * w;
-  for (int t = 0; t < model.num_trees(); ++t) {
-    if (!held_[static_cast<size_t>(t)]) continue;
-    const Tree& tree = model.trees()[t];
-    const BodyRange bodies = {tree.body_begin, tree.body_end};
-    integrate_configuration(model, q, w, h, bodies, q_reached_);
-    compute_poses(model, q_reached_, bodies, *reached_);
-    for (int i = tree.body_begin; i < tree.body_end; ++i) {
-      const Body& body = model.body(i);
-      Motion W = body.parent != 0 ? moving_[body.parent].W : Motion();
-      const int linear = joint_num_linear(body.joint_type), nv = joint_nv(body.joint_type);
-      for (const auto& [first, end] : {std::pair(0, linear), std::pair(linear, nv)}) {
-        Motion across;
-        for (int k = body.v_index + first; k < body.v_index + end; ++k) {
-          columns_[k].P_w = cross(W, columns_[k].S);
-          across += columns_[k].S * w[k];
-        }
-        W += across;
-      }
-      moving_[i].W = W;
-    }
-  }
-}
-
-ClosureDerivator::Side ClosureDerivator::side(const Model& model, int body, double sign,
-                                              const Pose& X_BC, const Vector3& place,
-                                              const Kinematics& data) const {
-  Side side;
-  side.body = body;
-  side.sign = sign;
-  if (body == 0) return side;
-  const Vector3& reference = TreeSweep::reference(model.trees()[model.body(body).tree], data);
-  side.anchor = data.X_WB[body] * X_BC.translation - reference;
-  side.place = place - reference;
-  side.moving = moving_[body];
-  side.u = side.moving.V.at(side.anchor);
-  side.a = side.moving.A.at(side.anchor) + side.moving.V.angular.cross(side.u);
-  return side;
-}
-
-ClosureDerivator::Error ClosureDerivator::error(const Closure& closure, bool turns,
+ClosureDerivator::Error ClosureDerivator::error(const Closure& closure, const PairConstraint& pair,
                                                 const Kinematics& data) {
   const Pose &X_A = data.X_WB[closure.body_a], &X_B = data.X_WB[closure.body_b];
   Error out;
-  if (!turns) {
+  out.R_WA = X_A.rotation * closure.X_AC.rotation;
+  if (pair.error == ClosureError::kAxis) {
+    out.apart = X_B.rotation * closure.X_BC.rotation.col(2);
+    out.of_b = -skew(out.apart);
+    out.of_a.setZero();
+  } else if (pair.error == ClosureError::kTurn) {
+    const Matrix3 turn = X_B.rotation * closure.X_BC.rotation * out.R_WA.transpose();
+    out.apart = quaternion_log(Quaternion(turn));
+    // For small rotations t_A, t_B of the bodies: exp(t_B) turn exp(-t_A) = exp(t_B - turn t_A)
+    // turn.
+    out.of_b = right_jacobian(out.apart).transpose().inverse();
+    out.of_a = out.of_b * turn;
+  } else {
     out.apart = X_B * closure.X_BC.translation - X_A * closure.X_AC.translation;
-    return out;
   }
-  const Matrix3 R_WA = X_A.rotation * closure.X_AC.rotation;
-  const Matrix3 turn = X_B.rotation * closure.X_BC.rotation * R_WA.transpose();
-  out.apart = quaternion_log(Quaternion(turn));
-  // For small rotations t_A, t_B of the bodies: exp(t_B) turn exp(-t_A) = exp(t_B - turn t_A) turn.
-  out.of_b = right_jacobian(out.apart).transpose().inverse();
-  out.of_a = out.of_b * turn;
   return out;
 }
 
-/// Lists the coordinates of both paths once each, and clears their columns.
-void ClosureDerivator::list(const Model& model, const PairConstraint& pair) {
-  for (int i = 0; i < size; ++i) slot_[coordinates[i]] = -1;
-  size = 0;
-  for (const int body : {pair.body_a, pair.body_b})
-    for_each_on_path(model, body, [&](int, int k) {
-      if (slot_[k] >= 0) return;
-      slot_[k] = size;
-      coordinates[size++] = k;
-    });
-  for (Columns* m : {&jacobian, &by_q, &by_v, &by_w, &error_, &rate_, &curvature_, &curvature_v_,
-                     &y_, &reached_q_, &reached_w_, &carried_})
-    m->leftCols(size).setZero();
-}
-
-/// Adds the contribution of one body to rotational rows.
-void ClosureDerivator::add_turns(const Model& model, const Side& side, const Error& error) {
-  const double sign = side.sign;
-  const Vector3 &omega = side.moving.V.angular, &alpha = side.moving.A.angular;
-  for_each_on_path(model, side.body, [&](int, int k) {
-    const Column& c = columns_[k];
-    const Vector3& e = c.S.angular;
-    const int s = slot_[k];
-    jacobian.col(s) += sign * e;
-    error_.col(s) += sign * ((sign > 0.0 ? error.of_b : error.of_a) * e);
-    curvature_.col(s) += sign * (e.cross(alpha) + c.P.angular.cross(omega) + c.PP.angular);
-    curvature_v_.col(s) += sign * (e.cross(omega) + c.D.angular);
-    y_.col(s) += sign * (e.cross(side.moving.W.angular) + c.P_w.angular);
-    if (sign < 0.0) carried_.col(s) = e;
-  });
-}
-
-/// Adds the contribution of one body to translational rows. spin: angular velocity of B relative to
-/// A with w; the place of the rows moves with it.
-void ClosureDerivator::add_points(const Model& model, const Side& side, const Vector3& spin) {
-  const double sign = side.sign;
-  const Motion& W = side.moving.W;
-  for_each_on_path(model, side.body, [&](int, int k) {
-    const Column& c = columns_[k];
-    const Vector3 &e = c.S.angular, at_anchor = c.S.at(side.anchor), at_place = c.S.at(side.place);
-    const int s = slot_[k];
-    jacobian.col(s) += sign * at_place;
-    error_.col(s) += sign * at_anchor;
-    rate_.col(s) += sign * (e.cross(side.u) + c.P.at(side.anchor));
-    curvature_.col(s) +=
-        sign * (e.cross(side.a) + 2.0 * c.P.angular.cross(side.u) + c.PP.at(side.anchor));
-    curvature_v_.col(s) += sign * (2.0 * e.cross(side.u) + c.D.at(side.anchor));
-    y_.col(s) +=
-        sign * (e.cross(W.at(side.place)) + at_place.cross(W.angular) + c.P_w.at(side.place)) +
-        0.5 * spin.cross(at_anchor);
-    if (sign < 0.0) carried_.col(s) = e;
-  });
-}
-
-/// Adds the derivatives of the error at the pose reached, by q and by w.
-void ClosureDerivator::add_reached(const Model& model, const Side& side, const Pose& X_BC,
-                                   bool turns, const Error& error) {
-  if (side.body == 0) return;
-  const Vector3 anchor = reached_->X_WB[side.body] * X_BC.translation;
-  const Matrix3& of = side.sign > 0.0 ? error.of_b : error.of_a;
-  for (int i = side.body; i != 0; i = model.body(i).parent) {
-    const Body& body = model.body(i);
-    const Vector3 arm = anchor - reached_->X_WB[i].translation;
-    const int nv = joint_nv(body.joint_type), linear = joint_num_linear(body.joint_type);
-    Eigen::Matrix<double, 3, 6> by;
-    for (int j = 0; j < nv; ++j) {
-      const Motion& axis = reached_->axis[body.v_index + j];
-      by.col(j) = side.sign * (turns ? Vector3(of * axis.angular) : axis.at(arm));
-    }
-    // q (+) h w is displaced by P dq + h Q dw (rotation_maps.h).
-    Eigen::Matrix<double, 3, 6> by_velocity = by;
-    if (nv - linear == 3) {
-      const Vector3 turn = turn_.segment<3>(body.v_index + linear);
-      by_velocity.middleCols<3>(linear) = by.middleCols<3>(linear) * right_jacobian(turn);
-      by.middleCols<3>(linear) =
-          (by.middleCols<3>(linear) * quaternion_exp(-turn).toRotationMatrix()).eval();
-    }
-    for (int j = 0; j < nv; ++j) {
-      const int s = slot_[body.v_index + j];
-      reached_q_.col(s) += by.col(j);
-      reached_w_.col(s) += by_velocity.col(j);
-    }
-  }
-}
-
-/// Replaces vectors between the anchors by the change of their length, in the first row.
-void ClosureDerivator::project(const Vector3& apart, const Vector3& parting, const Vector3& bend,
-                               const Vector3& apart_reached, const Vector3& y) {
+/// Replaces vectors between the anchors by the change of their length, in the first row. bend: the
+/// acceleration follows from bend_of_distance.
+void ClosureDerivator::project(double h, bool bend, const Vector3& parting, const Motions& m) {
+  const Vector3 &apart = m.e, &apart_reached = m.e_reached;
   const double d = apart.norm(), d_reached = apart_reached.norm();
   const bool directed = d > kNoDirection;
   const Vector3 n = directed ? Vector3(apart / d) : Vector3::UnitZ();
   const Vector3 n_reached = d_reached > 0.0 ? Vector3(apart_reached / d_reached) : n;
   const double inverse = directed ? 1.0 / d : 0.0, along = n.dot(parting);
   const Vector3 across = parting - along * n;
+  const Vector3 end = (apart + h * parting + 0.5 * h * h * m.c).normalized();
   for (int s = 0; s < size; ++s) {
-    const Vector3 moved = error_.col(s);
+    const Vector3 moved = error_.col(s), rate = rate_.col(s);
+    const Vector3 c = curvature_.col(s), c_v = curvature_v_.col(s);
     const double longer = n.dot(moved);
-    const Vector3 dn = (moved - longer * n) * inverse, rate = rate_.col(s);
-    const auto first = [&](Columns& m, double x) { m.col(s) = Vector3(x, 0.0, 0.0); };
-    // Acceleration of the distance: n.c + |across|^2 / d.
-    first(curvature_, n.dot(curvature_.col(s)) + dn.dot(bend) +
-                          inverse * (2.0 * across.dot(rate - along * dn) -
-                                     across.squaredNorm() * inverse * longer));
-    first(curvature_v_, n.dot(curvature_v_.col(s)) + 2.0 * inverse * across.dot(moved));
-    first(y_, n.dot(y_.col(s)) + dn.dot(y));
+    const Vector3 dn = (moved - longer * n) * inverse;
+    const auto first = [&](Columns& of, double x) { of.col(s) = Vector3(x, 0.0, 0.0); };
+    if (bend) {
+      const double bent = end.dot(moved + h * rate + 0.5 * h * h * c) - longer -
+                          h * (dn.dot(parting) + n.dot(rate));
+      const double bent_v = end.dot(h * moved + 0.5 * h * h * c_v) - h * longer;
+      first(curvature_, 2.0 / (h * h) * bent);
+      first(curvature_v_, 2.0 / (h * h) * bent_v);
+    } else {  // acceleration of the distance: n.c + |across|^2 / d
+      first(curvature_, n.dot(c) + dn.dot(m.c) +
+                            inverse * (2.0 * across.dot(rate - along * dn) -
+                                       across.squaredNorm() * inverse * longer));
+      first(curvature_v_, n.dot(c_v) + 2.0 * inverse * across.dot(moved));
+    }
+    first(y_, n.dot(y_.col(s)) + dn.dot(m.y));
     first(error_, longer);
     first(jacobian, n.dot(jacobian.col(s)));
     first(reached_q_, n_reached.dot(reached_q_.col(s)));
     first(reached_w_, n_reached.dot(reached_w_.col(s)));
     carried_.col(s).setZero();
   }
+}
+
+/// Replaces vectors between the anchors by their length, beyond that of the closure.
+void ClosureDerivator::take_distance(const Closure& closure, const PairConstraint& pair, double h,
+                                     const Vector3& parting, Motions& m) {
+  const bool bend = closure.rope || pair.soft;
+  project(h, bend, parting, m);
+  const double sign = closure.rope ? -1.0 : 1.0;
+  const Vector3 n = sign * pair.frame.col(0);
+  const double d = m.e.norm(), along = n.dot(parting);
+  const double turning = d > kNoDirection ? (parting.squaredNorm() - along * along) / d : 0.0;
+  const double c =
+      bend ? 2.0 / (h * h) * bend_of_distance(h, n, m.e, parting, m.c) : n.dot(m.c) + turning;
+  m = {Vector3(sign * (d - closure.length), 0.0, 0.0), Vector3(sign * c, 0.0, 0.0),
+       Vector3(sign * (m.e_reached.norm() - closure.length), 0.0, 0.0),
+       Vector3(sign * n.dot(m.y), 0.0, 0.0)};
+  if (!closure.rope) return;
+  for (Columns* of : {&jacobian, &error_, &curvature_, &curvature_v_, &y_})
+    of->leftCols(size) *= -1.0;
+}
+
+/// Takes a vector between A and B, and its derivatives, in axes carried along with A, and its
+/// acceleration as seen there. u: its rate.
+void ClosureDerivator::see_from_a(const PairConstraint& pair, const Side& a, const Vector3& u,
+                                  const Error& here, const Error& there, Motions& m) {
+  const Vector3 &omega = a.moving.V.angular, &alpha = a.moving.A.angular;
+  const Vector3 r = m.e, r_reached = m.e_reached;
+  const Matrix3 back = here.R_WA * there.R_WA.transpose();
+  m.c = acceleration_seen(r, u, m.c, omega, alpha);
+  m.e_reached = back * r_reached;
+  for (int s = 0; s < size; ++s) {
+    const Vector3 e = carried_.col(s), dr = error_.col(s), du = rate_.col(s);
+    const Vector3 domega = omega_.col(s), dalpha = alpha_.col(s), dalpha_v = alpha_v_.col(s);
+    const Vector3 dc = curvature_.col(s), dc_v = curvature_v_.col(s);
+    curvature_.col(s) = acceleration_seen(dr, du, dc, omega, alpha) - dalpha.cross(r) +
+                        domega.cross(omega.cross(r)) + omega.cross(domega.cross(r)) -
+                        2.0 * domega.cross(u) - e.cross(m.c);
+    curvature_v_.col(s) = dc_v - dalpha_v.cross(r) + e.cross(omega.cross(r)) +
+                          omega.cross(e.cross(r)) - 2.0 * (e.cross(u) + omega.cross(dr));
+    error_.col(s) = dr - e.cross(r);
+    y_.col(s) -= e.cross(m.y);
+    const Vector3 turned_q = turned_q_.col(s), turned_w = turned_w_.col(s);
+    reached_q_.col(s) = back * (reached_q_.col(s) - turned_q.cross(r_reached));
+    reached_w_.col(s) = back * (reached_w_.col(s) - turned_w.cross(r_reached));
+    carried_.col(s).setZero();
+  }
+  if (pair.error != ClosureError::kAxis) return;
+  const Matrix3 across = skew(here.R_WA.col(2));
+  for (Vector3* v : {&m.e, &m.c, &m.e_reached}) *v = across * *v;
+  for (Columns* of : {&error_, &curvature_, &curvature_v_, &reached_q_, &reached_w_})
+    for (int s = 0; s < size; ++s) of->col(s) = across * Vector3(of->col(s));
+}
+
+/// Turns the rotation vector of a spring, and its derivatives, into the axes of A. spin: angular
+/// velocity of B relative to A.
+void ClosureDerivator::turn_with_a(const Side& a, const Vector3& spin, Motions& m) {
+  const Vector3& omega = a.moving.V.angular;
+  m.c -= omega.cross(spin);
+  for (int s = 0; s < size; ++s) {
+    const Vector3 e = carried_.col(s), domega = omega_.col(s), dspin = spin_.col(s);
+    const Vector3 own = jacobian.col(s);
+    curvature_.col(s) -= domega.cross(spin) + omega.cross(dspin) + e.cross(m.c);
+    curvature_v_.col(s) -= e.cross(spin) + omega.cross(own);
+    error_.col(s) -= e.cross(m.e);
+    carried_.col(s).setZero();
+  }
+}
+
+/// Drops the directions in which a pair has no rows.
+void ClosureDerivator::keep_rows(const PairConstraint& pair, Motions& m) {
+  if (pair.law.rows == 3) return;
+  const auto axes = pair.frame.middleCols(pair.first % 3, pair.law.rows);
+  const Matrix3 kept = axes * axes.transpose();
+  for (Vector3* v : {&m.e, &m.c, &m.e_reached, &m.y}) *v = kept * *v;
+  for (Columns* of :
+       {&jacobian, &error_, &curvature_, &curvature_v_, &y_, &reached_q_, &reached_w_})
+    for (int s = 0; s < size; ++s) of->col(s) = kept * Vector3(of->col(s));
 }
 
 /// Returns the body on the two paths that rotates fastest with w, and its angular speed [rad/s].
@@ -287,46 +189,71 @@ void ClosureDerivator::add_share_slope(const Model& model, double slope, int bod
   });
 }
 
-void ClosureDerivator::compute(const Model& model, const ContactOptions& options, double h,
-                               const Closure& closure, const PairConstraint& pair,
-                               const Kinematics& data, bool aimed) {
-  const bool turns = pair.first == 3, distance = closure.type == ClosureType::kDistance;
+/// Finds errors and their derivatives, in W and carried along with A.
+ClosureDerivator::Motions ClosureDerivator::find_motions(const Model& model, double h,
+                                                         const Closure& closure,
+                                                         const PairConstraint& pair,
+                                                         const Kinematics& data, bool aimed) {
+  const bool turns = pair.first >= 3;
   const Side a = side(model, pair.body_a, -1.0, closure.X_AC, pair.position, data);
   const Side b = side(model, pair.body_b, 1.0, closure.X_BC, pair.position, data);
-  const Error here = error(closure, turns, data);
-  const Error there = aimed ? error(closure, turns, *reached_) : here;
+  const Error here = error(closure, pair, data);
+  const Error there = aimed ? error(closure, pair, *reached_) : here;
   list(model, pair);
   const Vector3 spin = b.moving.W.angular - a.moving.W.angular;
+  const double share_b = acts_at_b(closure) ? 1.0 : 0.5;
   for (const Side* s : {&a, &b}) {
     if (turns) {
       add_turns(model, *s, here);
     } else {
-      add_points(model, *s, spin);
+      add_points(model, *s, spin, s == &b ? share_b : 1.0 - share_b);
     }
     if (aimed) add_reached(model, *s, s == &a ? closure.X_AC : closure.X_BC, turns, there);
   }
-  const Vector3 parting = b.u - a.u;
-  Vector3 e = here.apart, e_reached = there.apart;
-  Vector3 y = turns ? spin : Vector3(b.moving.W.at(b.place) - a.moving.W.at(a.place));
-  Vector3 c = turns ? Vector3(b.moving.A.angular - a.moving.A.angular) : Vector3(b.a - a.a);
-  if (distance) {
-    project(here.apart, parting, c, there.apart, y);
-    const Vector3& n = pair.frame.col(0);
-    const double d = here.apart.norm(), along = n.dot(parting);
-    const double turning = d > kNoDirection ? (parting.squaredNorm() - along * along) / d : 0.0;
-    e = Vector3(d - closure.length, 0.0, 0.0);
-    e_reached = Vector3(there.apart.norm() - closure.length, 0.0, 0.0);
-    y = Vector3(n.dot(y), 0.0, 0.0);
-    c = Vector3(n.dot(c) + turning, 0.0, 0.0);
+  add_carrier(model, a);
+  const Vector3 started = b.moving.V.angular - a.moving.V.angular;
+  Motions m{here.apart,
+            turns ? Vector3(b.moving.A.angular - a.moving.A.angular) : Vector3(b.a - a.a),
+            there.apart, turns ? spin : Vector3(b.moving.W.at(b.place) - a.moving.W.at(a.place))};
+  Vector3 u = b.u - a.u;
+  if (pair.error == ClosureError::kAxis) {
+    add_axis(model, b, here.apart);
+    u = b.moving.V.angular.cross(here.apart);
+    m.c = b.moving.A.angular.cross(here.apart) + b.moving.V.angular.cross(u);
   }
-  const Matrix3 recovered = recovery(options, h, e, bias);
+  if (pair.error == ClosureError::kDistance) {
+    take_distance(closure, pair, h, u, m);
+  } else if (pair.error == ClosureError::kTurn && pair.soft) {
+    turn_with_a(a, started, m);
+  } else if (follows_a(pair)) {
+    see_from_a(pair, a, u, here, there, m);
+  }
+  if (follows_a(pair)) keep_rows(pair, m);
+  return m;
+}
+
+void ClosureDerivator::compute(const Model& model, const ContactOptions& options, double h,
+                               const Closure& closure, const PairConstraint& pair,
+                               const Kinematics& data, bool aimed) {
+  const auto [e, c, e_reached, y] = find_motions(model, h, closure, pair, data, aimed);
+  const double acting = error_share(closure, pair, h);
+  Matrix3 recovered;
+  if (closure.rope && e[0] > 0.0) {  // slack
+    recovered = Matrix3::Identity() / h;
+    bias = e / h;
+  } else if (pair.soft) {
+    recovered = acting / h * Matrix3::Identity();
+    bias = acting / h * e;
+  } else {
+    recovered = recovery(options, h, e, bias);
+  }
   double speed = 0.0;
   const int body = aimed ? fastest(model, pair, speed) : 0;
   const double share = aimed ? share_aimed(h * speed) : 0.0;
-  const Vector3 by_curvature = 0.5 * h * c, by_aim = (e_reached - e) / h - y;
+  const Vector3 by_curvature = 0.5 * acting * h * c, by_aim = (e_reached - e) / h - y;
   bias += (1.0 - share) * by_curvature;
   if (aimed) bias += share * by_aim;
-  const double rest = 0.5 * h * (1.0 - share);
+  const double rest = 0.5 * acting * h * (1.0 - share);
   for (int s = 0; s < size; ++s) {
     by_q.col(s) =
         recovered * error_.col(s) + rest * curvature_.col(s) - Vector3(carried_.col(s)).cross(bias);
@@ -337,6 +264,11 @@ void ClosureDerivator::compute(const Model& model, const ContactOptions& options
   }
   const double slope = aimed ? h * share_aimed_slope(h * speed) : 0.0;
   if (slope != 0.0) add_share_slope(model, slope, body, by_aim - by_curvature);
+  if (!follows_a(pair)) return;
+  const Vector3 in_world = bias;
+  bias.setZero();
+  for (int i = 0; i < pair.law.rows; ++i)
+    bias[i] = pair.frame.col((pair.first + i) % 3).dot(in_world);
 }
 
 void ClosureDerivator::add_to(MatrixX& out, double scale, const Columns& slopes) const {
@@ -351,13 +283,13 @@ ContactMotion closure_motion(const Closure& closure, const PairConstraint& pair,
   Eigen::Matrix<double, 3, 6> anchor;
   anchor << -skew(to_b), Matrix3::Identity();
   ContactMotion motion;
-  motion.point = 0.5 * anchor;
+  motion.point = (acts_at_b(closure) ? 1.0 : 0.5) * anchor;
   motion.normal.setZero();
   motion.gap.setZero();
   const double d = 2.0 * to_b.norm();  // the place is halfway between the anchors
   if (closure.type == ClosureType::kDistance && d > kNoDirection) {
     const Vector3& n = pair.frame.col(0);
-    motion.normal = (anchor - n * (n.transpose() * anchor)) / d;
+    motion.normal = (anchor - n * (n.transpose() * anchor)) * ((closure.rope ? -1.0 : 1.0) / d);
   }
   return motion;
 }

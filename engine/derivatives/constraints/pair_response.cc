@@ -83,7 +83,9 @@ ContactRows::ContactRows(const PairConstraint& pair, const PairBodies& bodies)
   for (int i = 0; i < pair.law.rows; ++i) {
     const int row = pair.first + i;
     R.col(i).segment<3>(row < 3 ? 3 : 0) = pair.frame.col(row % 3);
-    if (row == 1 || row == 2) R.col(i).head<3>() = pair.friction_point.cross(pair.frame.col(row));
+    if (pair.lead != 0.0) R.col(i).head<3>() = pair.lead * pair.frame.col(row);
+    if (pair.lead == 0.0 && (row == 1 || row == 2))
+      R.col(i).head<3>() = pair.friction_point.cross(pair.frame.col(row));
   }
   Vector6 relative;
   relative << bodies.next_b.angular - bodies.next_a.angular,

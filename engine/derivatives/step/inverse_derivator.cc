@@ -34,6 +34,13 @@ bool is_nothing(const PairConstraint& pair, const PairBodies& bodies, double h,
   return alpha * f / h < kNothing && alpha * f / (closing * h * h) < kNothing;
 }
 
+/// Returns -df/dy of the rows of a closure [kg].
+double slope_of(const PairConstraint& pair, const InvertedStep& inverted) {
+  if (pair.law.type == contact::LawType::kEquality) return 1.0 / pair.law.regularizer;
+  const ContactRows rows(pair, pair_bodies(pair, inverted.at(), *inverted.body_velocity));
+  return contact::evaluate(pair.law, rows.y).hessian(0, 0);
+}
+
 }  // namespace
 
 InverseDerivator::InverseDerivator(const Model& model)
@@ -255,24 +262,27 @@ bool InverseDerivator::sweep_trees(const InverseArguments& of, const InvertedSte
     add_flight_derivatives(model, h, v, in.gravity, inverted.start.free_flight(), inverted.at(), d);
   if (!inverted.constraints->closures.empty()) closures_.begin(model, inverted.at(), v);
   const bool known = velocity_terms_.add_equalities(of, inverted, closures_, d);
-  add_closure_rows(model, options, inverted, d);
-  return known;
+  return add_closure_rows(model, options, inverted, d) && known;
 }
 
-/// Adds the derivatives of the biases of closures that are not aimed.
-void InverseDerivator::add_closure_rows(const Model& model, const SimulationOptions& options,
+/// Adds the derivatives of the biases of closures that are not aimed. Returns whether those of all
+/// are known.
+bool InverseDerivator::add_closure_rows(const Model& model, const SimulationOptions& options,
                                         const InvertedStep& inverted, InverseDerivatives& d) {
   const ConstraintSet& all = *inverted.constraints;
   const double h = options.time_step;
+  bool known = true;
   for (size_t i = 0; i < all.closures.size(); ++i) {
     const PairConstraint& pair = all.pairs[all.contacts.size() + i];
+    known = known && ClosureDerivator::knows(pair);
     if (velocity_terms_.aims(model, pair, inverted)) continue;
     closures_.compute(model, options.contact, h, model.closures()[all.closures[i]], pair,
                       inverted.at(), false);
-    const double scale = 1.0 / (pair.law.regularizer * h);
+    const double scale = slope_of(pair, inverted) / h;
     closures_.add_to(d.dq, scale, closures_.by_q);
     if (!velocity_terms_.aims_at_rest(model, pair)) closures_.add_to(d.dv, scale, closures_.by_v);
   }
+  return known;
 }
 
 void InverseDerivator::begin(const Model& model, InverseDerivatives& d) {

@@ -64,7 +64,7 @@ class InverseDerivator {
   void set_velocities(const Model& model, const VectorRef& v, const VectorRef& v_next, double h,
                       const InvertedStep& inverted);
   bool sweep_trees(const InverseArguments& of, const InvertedStep& inverted, InverseDerivatives& d);
-  void add_closure_rows(const Model& model, const SimulationOptions& options,
+  bool add_closure_rows(const Model& model, const SimulationOptions& options,
                         const InvertedStep& inverted, InverseDerivatives& d);
 
   std::optional<Displacing> displacing_;  ///< empty: a step, or its impulses

@@ -62,7 +62,7 @@ bool RungeKuttaDerivator::compute(const StepContext& start, const Input& input, 
                                   SmoothDerivator& smooth, ForwardDerivatives& d) {
   const auto& [model, options, effects, q, v] = start;
   const double h = start.h();
-  refuse_constraints(effects);
+  refuse_constraints(model, effects);
   refuse_equalities(model, effects);
   ws.constraints.clear();
   ws.sleepers.wake_all(model);

@@ -82,6 +82,49 @@ TEST(EqualityDerivatives, OfRandomTreesWithClosures) {
   }
 }
 
+/// Hinges, sliders, prismatic and cylindrical closures, springs along each axis and ropes, whether
+/// or not the rigid ones are aimed.
+TEST(EqualityDerivatives, OfRandomTreesWithAnyClosures) {
+  int checked = 0;
+  for (int seed = 0; seed < 80; ++seed) {
+    test::RandomModelOptions o = random_options(seed);
+    o.closures = 1 + seed % 4;
+    o.any_closures = true;
+    test::Random random(1100 + seed);
+    Scene scene = random_scene(seed, o, seed % 2 ? 0.3 : 1e-4, random);
+    const Moment at = random_moment(scene, random, 0.1);
+    // A rope has a kink where it becomes taut.
+    if (!test::is_smooth(scene, at, kDifferenceStep)) continue;
+    ++checked;
+    expect_exact(scene, at, "seed " + std::to_string(seed), false, kDifferenceStep);
+  }
+  EXPECT_GT(checked, 70);
+}
+
+/// The rows of a thread have no closed form, so that the whole step is differentiated by
+/// differences, and says so.
+TEST(EqualityDerivatives, OfScrewsAreDifferences) {
+  ModelBuilder builder(Vector3(0, 0, -9.81));
+  RobotSpec robot;
+  robot.name = "nut";
+  LinkSpec link;
+  link.name = "body";
+  link.inertia = {1.0, Vector3::Zero(), 0.01 * Matrix3::Identity()};
+  robot.links.push_back(link);
+  builder.add_robot(robot, Base::kFloating, Pose());
+  ClosureSpec screw;
+  screw.type = ClosureType::kScrew;
+  screw.link_a = "world";
+  screw.link_b = "body";
+  screw.pitch = 0.1;
+  builder.add_closure(screw);
+  Scene scene{"screw", builder.build(), {}, {}, {}};
+  scene.q = scene.model.default_q();
+  scene.v = VectorX::Zero(6);
+  const Moment at = test::moment_of(scene, 20);
+  EXPECT_FALSE(expect_exact(scene, at, "screw", true, kDifferenceStep));
+}
+
 /// Default laws, wherever no kink lies within the difference. One robot, at the origin: at 20 m,
 /// positions are rounded to 4e-15 m; over a time step, times 5e6 N s/m, and over 1e-4 m/s, the
 /// longest step of velocities, this is 1e-7 of du/dv+.
