@@ -65,6 +65,8 @@ void ModelBuilder::add_closure(const ClosureSpec& given) {
   closure.type = spec.type;
   closure.body_a = a.body;
   closure.body_b = b.body;
+  closure.frame_a = a.frame;
+  closure.frame_b = b.frame;
   model_.closures_.push_back(closure);
   closure_specs_.push_back({spec, a, b});
   if (spec.collide) return;

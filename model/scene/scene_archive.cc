@@ -8,7 +8,7 @@ namespace counterpoint {
 namespace {
 
 /// Mark with the version of the format; increase it with every change of the content.
-constexpr std::string_view kMark = "counterpoint scene 4\n";
+constexpr std::string_view kMark = "counterpoint scene 5\n";
 constexpr const char* kWhat = "scene archive";
 
 }  // namespace
@@ -76,8 +76,8 @@ void visit(A& a, GravityCompensation& x) {
 }
 template <class A>
 void visit(A& a, Frame& x) {
-  auto& [name, body, X_BF] = x;
-  a(name, body, X_BF);
+  auto& [name, body, X_BF, parent, inertia] = x;
+  a(name, body, X_BF, parent, inertia);
 }
 template <class A>
 void visit(A& a, Mimic& x) {
@@ -86,8 +86,19 @@ void visit(A& a, Mimic& x) {
 }
 template <class A>
 void visit(A& a, Closure& x) {
-  auto& [name, type, body_a, body_b, X_AC, X_BC, length] = x;
-  a(name, type, body_a, body_b, X_AC, X_BC, length);
+  auto& [name, type, body_a, body_b, X_AC, X_BC, length, frame_a, frame_b] = x;
+  a(name, type, body_a, body_b, X_AC, X_BC, length, frame_a, frame_b);
+}
+template <class A>
+void visit(A& a, SensorErrors& x) {
+  auto& [bias, noise, quantum, rate, delay] = x;
+  a(bias, noise, quantum, rate, delay);
+}
+template <class A>
+void visit(A& a, Sensor& x) {
+  auto& [name, kinds, frame, X_FS, reference, own_axes, joint, geometries, others, limit, errors] =
+      x;
+  a(name, kinds, frame, X_FS, reference, own_axes, joint, geometries, others, limit, errors);
 }
 template <class A>
 void visit(A& a, Note& x) {

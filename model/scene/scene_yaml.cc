@@ -6,6 +6,7 @@
 
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/scene/scene_models.h"
+#include "counterpoint/model/scene/scene_sensors.h"
 #include "counterpoint/model/scene/scene_shapes.h"
 #include "counterpoint/model/special_values.h"
 
@@ -64,6 +65,8 @@ class SceneReader {
     take_each("exclude", [&](const YamlValue& in, std::size_t) { read_exclusion(in); });
     take_each("pairs", [&](const YamlValue& in, std::size_t) { read_pair(in); });
     take_each("closures", [&](const YamlValue& in, std::size_t) { read_closure(in); });
+    take_each("sensors",
+              [&](const YamlValue& in, std::size_t) { builder_.add_sensor(read_sensor(in)); });
     faults_.throw_if_any();
     Model model = build();
     VectorX q = model.default_q();
@@ -87,12 +90,13 @@ class SceneReader {
   }
 
   static Vector3 read_gravity(const YamlValue& root) {
-    root.expect_map(
-        {"name",         "gravity",         "time_step",     "duration",      "contact",
-         "packages",     "repair_inertias", "defaults",      "models",        "ground",
-         "environment",  "exclude",         "groups",        "hull_vertices", "meshes",
-         "closures",     "effects",         "max_speed",     "closing_time",  "integrator",
-         "step_control", "velocity_forces", "repair_joints", "fill_inertia",  "pairs"});
+    root.expect_map({"name",         "gravity",         "time_step",       "duration",
+                     "contact",      "packages",        "repair_inertias", "defaults",
+                     "models",       "ground",          "environment",     "exclude",
+                     "groups",       "hull_vertices",   "meshes",          "closures",
+                     "effects",      "max_speed",       "closing_time",    "integrator",
+                     "step_control", "velocity_forces", "repair_joints",   "fill_inertia",
+                     "pairs",        "sensors"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
   }
