@@ -246,7 +246,7 @@ void add_inverse(CommandLine& line) {
   command.add("--output", arguments.output, "Table to write: the applied force of every step");
   command.add("--contacts", arguments.contacts,
               "Table to write: every contact of every step and its force");
-  command.add("--sensors", arguments.sensors,
+  command.add("--sensors FILE", arguments.sensors,
               "Table to write: the readings of the scene's sensors in every step, as `simulate "
               "--sensors` does with seed 0");
   arguments.view.add_to(command);

@@ -235,7 +235,7 @@ void add_simulate(CommandLine& line) {
   command.add("--contacts", arguments.contacts,
               "Table to write: the contacts of every step and their forces, as `inverse "
               "--contacts` does; of a controlled step those of its second half");
-  command.add("--sensors", arguments.sensors,
+  command.add("--sensors FILE", arguments.sensors,
               "Table to write: the readings of the scene's sensors in every step; --seed seeds "
               "their noise (docs/reference/sensors.md)");
   command.add("--save-state FILE", arguments.save_state,

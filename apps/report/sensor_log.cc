@@ -44,9 +44,10 @@ void report_sensors(const Model& model, Report& report) {
   if (!columns.empty()) report.print("\nsensors (columns of --sensors):\n");
   Json list = Json::array();
   for (std::size_t i = 0; i < model.sensors().size(); ++i) {
-    const Sensor& sensor = model.sensors()[i];
+    const counterpoint::Sensor& sensor = model.sensors()[i];
     Json kinds = Json::array(), own = Json::array();
-    for (const SensorKind kind : sensor.kinds) kinds.push_back(sensor_kind_name(kind));
+    for (const counterpoint::SensorKind kind : sensor.kinds)
+      kinds.push_back(sensor_kind_name(kind));
     report.print(" ");
     for (const SensorColumn& column : columns) {
       if (column.sensor != static_cast<int>(i)) continue;

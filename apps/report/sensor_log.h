@@ -22,7 +22,7 @@ class SensorLog {
 
  private:
   SensorTable table_;
-  SensorReadings readings_;
+  SensorSampler readings_;
   TableWriter writer_;
   VectorX exact_, row_;
 };

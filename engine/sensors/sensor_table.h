@@ -1,7 +1,7 @@
 // The sensors of a model as columns of a table: exact values in a step, and readings with errors.
 //
 //     SensorTable table(model, options);
-//     SensorReadings readings(model, seed);
+//     SensorSampler readings(model, seed);
 //     VectorX exact(table.size()), row(table.size());
 //     table.evaluate({before.q, before.v, after.q, after.v, input, h}, exact);
 //     readings.read(before.time, exact, row);
@@ -85,9 +85,9 @@ class SensorTable {
 /// every row) and appears at the first row that is `delay` later; it is held until the next. Before
 /// the first one readings are NaN. The noise of a sample depends on the seed, the name of the
 /// column and the number of the sample alone, and is the same on every machine.
-class SensorReadings {
+class SensorSampler {
  public:
-  SensorReadings(const Model& model, std::uint64_t seed);
+  SensorSampler(const Model& model, std::uint64_t seed);
 
   /// Adds the next row, at `time` [s], times ascending from 0. exact, readings:
   /// SensorTable::size(). Allocates only while a delay holds back more samples than before.

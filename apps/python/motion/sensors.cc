@@ -48,7 +48,7 @@ py::array evaluate(const SensorTablePtr& t, const StateHandle& state, const Stat
 MatrixX readings_of(const Scene& scene, const Trajectory& x, const std::vector<double>& lengths,
                     bool errors, std::uint64_t seed) {
   SensorTable table(scene.model, scene.options);
-  SensorReadings readings(scene.model, seed);
+  SensorSampler readings(scene.model, seed);
   MatrixX out(table.size(), x.num_steps());
   VectorX exact(table.size()), row(table.size());
   Input known;

@@ -163,6 +163,37 @@ TEST(SensorFiles, MjcfSensorsWithoutCounterpartAreNoted) {
   EXPECT_EQ(found, 3);
 }
 
+TEST(SensorFiles, AnImuOfAnSdfFileIsRead) {
+  const test::TempFolder folder;
+  const auto file = folder.write("robot.sdf", R"(<?xml version='1.0'?>
+    <sdf version='1.9'><model name='m'><link name='body'>
+      <inertial><mass>2</mass></inertial>
+      <sensor name='imu' type='imu'><pose>0.1 0 0 0 0 1.5</pose><update_rate>50</update_rate>
+        <imu><linear_acceleration><y><noise type='gaussian'><mean>0.2</mean><stddev>0.3</stddev>
+        </noise></y></linear_acceleration></imu></sensor>
+      <sensor name='high' type='altimeter'/>
+    </link></model></sdf>)");
+  Scene scene;
+  try {
+    scene = load_scene(file);
+  } catch (const InputError& error) {
+    if (std::string(error.what()).find("built without SDF") == std::string::npos) throw;
+    GTEST_SKIP() << error.what();
+  }
+  ASSERT_EQ(scene.model.sensors().size(), 1u);
+  const Sensor& imu = scene.model.sensors()[0];
+  EXPECT_EQ(imu.name, "body/imu");
+  EXPECT_EQ(imu.errors.rate, 50.0);
+  EXPECT_EQ(imu.errors.noise, (std::vector<double>{0, 0.3, 0, 0, 0, 0}));
+  EXPECT_EQ(imu.errors.bias, (std::vector<double>{0, 0.2, 0, 0, 0, 0}));
+  EXPECT_LE((imu.X_FS.translation - Vector3(0.1, 0, 0)).norm(), 1e-15);
+  EXPECT_NEAR(imu.X_FS.rotation(1, 0), std::sin(1.5), 1e-15);
+  int noted = 0;
+  for (const Note& note : scene.model.notes())
+    noted += note.message.find("altimeter") != std::string::npos;
+  EXPECT_EQ(noted, 1);
+}
+
 TEST(SensorFiles, MistakesAreNamedWithTheirLine) {
   const test::TempFolder folder;
   const auto load = [&](const std::string& sensor) {

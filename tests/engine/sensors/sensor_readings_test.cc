@@ -29,7 +29,7 @@ template <class Value>
 std::vector<double> read(const SensorErrors& errors, std::uint64_t seed, int rows, double h,
                          const Value& value) {
   const Model model = model_with({errors});
-  SensorReadings readings(model, seed);
+  SensorSampler readings(model, seed);
   std::vector<double> out;
   for (int i = 0; i < rows; ++i) {
     VectorX row(1);
@@ -74,7 +74,7 @@ TEST(SensorReadings, NoiseIsTheSameForTheSameSeedAndDependsOnNothingElse) {
   EXPECT_NE(first, read(noisy, 12, 50, 1e-3, zero));
   // Another sensor before it, and other values, change nothing: a name has its own numbers.
   const Model two = model_with({noisy, noisy});
-  SensorReadings readings(two, 11);
+  SensorSampler readings(two, 11);
   VectorX row(2);
   for (const double expected : first) {
     readings.read(0.0, Eigen::Vector2d(0.0, 5.0), row);

@@ -282,7 +282,7 @@ TEST(SensorValues, AllocateNothingAfterTheFirstSteps) {
       {imu("imu", "body"), sensor("r", {kRange}, "body"), slow, test::wrench("w", "body"),
        sensor("f", {kContactForce}, "body"), sensor("m", {kCenterOfMass, kAngularMomentum}, "")},
       true));
-  SensorReadings readings(run.simulator.model(), 1);
+  SensorSampler readings(run.simulator.model(), 1);
   VectorX row(run.table.size());
   std::size_t count = 0;
   for (int i = 0; i < 300; ++i) {

@@ -12,7 +12,7 @@ constexpr double kSampleSlack = 1e-6;
 
 }  // namespace
 
-SensorReadings::SensorReadings(const Model& model, std::uint64_t seed) {
+SensorSampler::SensorSampler(const Model& model, std::uint64_t seed) {
   Eigen::Index first = 0;
   for (const Sensor& sensor : model.sensors()) {
     Channel channel;
@@ -32,7 +32,7 @@ SensorReadings::SensorReadings(const Model& model, std::uint64_t seed) {
   }
 }
 
-void SensorReadings::take_sample(Channel& channel, double time, const VectorRef& exact) {
+void SensorSampler::take_sample(Channel& channel, double time, const VectorRef& exact) {
   const SensorErrors& errors = channel.errors;
   channel.waiting.push_back(time);
   for (Eigen::Index i = 0; i < channel.rows; ++i) {
@@ -49,7 +49,7 @@ void SensorReadings::take_sample(Channel& channel, double time, const VectorRef&
 }
 
 /// Makes the last sample that is old enough at `time` [s] the value that is read.
-void SensorReadings::advance(Channel& channel, double time) {
+void SensorSampler::advance(Channel& channel, double time) {
   const auto stride = static_cast<std::size_t>(channel.rows) + 1;
   const double delay = (1.0 - kSampleSlack) * channel.errors.delay;
   std::vector<double>& waiting = channel.waiting;
@@ -64,7 +64,7 @@ void SensorReadings::advance(Channel& channel, double time) {
   channel.begin = 0;
 }
 
-void SensorReadings::read(double time, const VectorRef& exact, VectorOut readings) {
+void SensorSampler::read(double time, const VectorRef& exact, VectorOut readings) {
   for (Channel& channel : channels_) {
     const double rate = channel.errors.rate;
     const long sample =
