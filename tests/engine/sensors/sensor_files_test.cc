@@ -97,7 +97,7 @@ void expect_error(const Action& action, const std::vector<std::string>& parts) {
   }
 }
 
-TEST(SensorFiles, MjcfSensorsReadWhatTheSameSensorsOfASceneFileRead) {
+TEST(SensorsOfFiles, MjcfSensorsReadWhatTheSameSensorsOfASceneFileRead) {
   const test::TempFolder folder;
   // The site's euler angles about its own x, y, z axes, in degrees.
   const double degree = M_PI / 180.0;
@@ -134,7 +134,7 @@ TEST(SensorFiles, MjcfSensorsReadWhatTheSameSensorsOfASceneFileRead) {
   EXPECT_GT(a.value("eye.range"), 1.0);
 }
 
-TEST(SensorFiles, AHangingMassPullsItsFlangeDownSoTheSensorReadsItsWeightUpwards) {
+TEST(SensorsOfFiles, AHangingMassPullsItsFlangeDownSoTheSensorReadsItsWeightUpwards) {
   const test::TempFolder folder;
   Sensed run(load_mjcf_with(folder, R"(<force name="f" site="flange"/>)"));
   run.step();
@@ -148,7 +148,7 @@ TEST(SensorFiles, AHangingMassPullsItsFlangeDownSoTheSensorReadsItsWeightUpwards
   EXPECT_LE((run.vector("f.fx") / (9.81 * mass) - expected).norm(), 1e-3);
 }
 
-TEST(SensorFiles, MjcfSensorsWithoutCounterpartAreNoted) {
+TEST(SensorsOfFiles, MjcfSensorsWithoutCounterpartAreNoted) {
   const test::TempFolder folder;
   const Scene scene = load_mjcf_with(folder, R"(<magnetometer name="m" site="meter"/>
       <accelerometer name="a" site="nowhere"/><jointpos name="q" joint="hinge" noise="0.1"/>)");
@@ -163,7 +163,7 @@ TEST(SensorFiles, MjcfSensorsWithoutCounterpartAreNoted) {
   EXPECT_EQ(found, 3);
 }
 
-TEST(SensorFiles, AnImuOfAnSdfFileIsRead) {
+TEST(SensorsOfFiles, AnImuOfAnSdfFileIsRead) {
   const test::TempFolder folder;
   const auto file = folder.write("robot.sdf", R"(<?xml version='1.0'?>
     <sdf version='1.9'><model name='m'><link name='body'>
@@ -194,7 +194,7 @@ TEST(SensorFiles, AnImuOfAnSdfFileIsRead) {
   EXPECT_EQ(noted, 1);
 }
 
-TEST(SensorFiles, MistakesAreNamedWithTheirLine) {
+TEST(SensorsOfFiles, MistakesAreNamedWithTheirLine) {
   const test::TempFolder folder;
   const auto load = [&](const std::string& sensor) {
     return [&folder, sensor] { load_yaml_with(folder, "sensors:\n  - {" + sensor + "}\n"); };
@@ -217,7 +217,7 @@ TEST(SensorFiles, MistakesAreNamedWithTheirLine) {
                {"scene.yaml:6", "already a sensor"});
 }
 
-TEST(SensorFiles, AnArchiveKeepsSensorsWithTheirErrors) {
+TEST(SensorsOfFiles, AnArchiveKeepsSensorsWithTheirErrors) {
   const test::TempFolder folder;
   const Scene scene = load_yaml_with(
       folder,
