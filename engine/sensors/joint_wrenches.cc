@@ -15,7 +15,7 @@ Force moved_to(const Vector3& origin, const Vector3& point, const Force& wrench)
 
 void JointWrenches::compute(const Model& model, const Kinematics& at,
                             const std::vector<Force>& free, const Inverse& inverse) {
-  for (std::size_t i = 0; i < of_.size(); ++i) of_[i] = {};
+  for (Force& wrench : of_) wrench = {};
   const auto subtract = [&](int body, double sign, const Vector3& point, const Force& wrench) {
     const auto i = static_cast<std::size_t>(body);
     of_[i] -= moved_to(at.X_WB[i].translation, point, wrench) * sign;
