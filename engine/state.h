@@ -48,6 +48,9 @@ struct ExternalWrench {
   Force wrench;  ///< [N m, N]
   /// Point of application of the force and reference point of the torque, in the body frame [m].
   Vector3 point = Vector3::Zero();
+  /// Model::frames of the link that it acts on, for sensors of wrenches between links of one body;
+  /// -1: the link that the body's joint moves.
+  int frame = -1;
 };
 
 /// Softer laws of a step that could not be solved with its own laws (softening.h).

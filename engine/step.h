@@ -55,6 +55,8 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
 struct ContactForce {
   collision::Candidate contact;
   Vector3 force = Vector3::Zero();  ///< mean over the step, on geometry B, in W [N]
+  /// Torque of spinning and rolling friction, on geometry B at the contact's position, in W [N m].
+  Vector3 torque = Vector3::Zero();
   /// Velocity of B relative to A at the end of the step, across the normal, in W [m/s].
   Vector3 slip = Vector3::Zero();
 };

@@ -1,6 +1,23 @@
-#include "counterpoint/model/model.h"
+#include "counterpoint/model/joint.h"
+
+#include <array>
 
 namespace counterpoint {
+namespace {
+
+using Suffixes = std::span<const char* const>;
+constexpr std::array kScalarQ{"q"};
+constexpr std::array kScalarV{"v"};
+constexpr std::array kScalarForce{"u"};
+constexpr std::array kPlanarQ{"x", "y", "angle"};
+constexpr std::array kPlanarV{"vx", "vy", "w"};
+constexpr std::array kPlanarForce{"fx", "fy", "tz"};
+// Spherical joints use the last four, three and three of these.
+constexpr std::array kFloatingQ{"x", "y", "z", "qw", "qx", "qy", "qz"};
+constexpr std::array kFloatingV{"vx", "vy", "vz", "wx", "wy", "wz"};
+constexpr std::array kFloatingForce{"fx", "fy", "fz", "tx", "ty", "tz"};
+
+}  // namespace
 
 const char* joint_type_name(JointType type) {
   switch (type) {
@@ -16,6 +33,22 @@ const char* joint_type_name(JointType type) {
       return "floating";
   }
   return "?";
+}
+
+JointSuffixes joint_suffixes(JointType type) {
+  switch (type) {
+    case JointType::kRevolute:
+    case JointType::kPrismatic:
+      return {kScalarQ, kScalarV, kScalarForce};
+    case JointType::kPlanar:
+      return {kPlanarQ, kPlanarV, kPlanarForce};
+    case JointType::kSpherical:
+      return {Suffixes(kFloatingQ).subspan(3), Suffixes(kFloatingV).subspan(3),
+              Suffixes(kFloatingForce).subspan(3)};
+    case JointType::kFloating:
+      return {kFloatingQ, kFloatingV, kFloatingForce};
+  }
+  return {};
 }
 
 }  // namespace counterpoint

@@ -68,15 +68,16 @@ int ModelBuilder::add_robot(const RobotSpec& robot, Base base, const Pose& X_WL,
     int link, body;
     Pose X_BL;
     int joint;     // joint for which a body must still be added, or -1
+    int parent;    // frame of the parent link, or -1
     int assembly;  // assembly of the parent link; -1: starts a new one
   };
   const LinkSpec& root = robot.links[tree.root];
   std::vector<Pending> open;
   if (base == Base::kFixed) {
-    open.push_back({tree.root, 0, X_WL, -1, -1});
+    open.push_back({tree.root, 0, X_WL, -1, -1, -1});
   } else {
     const int body = add_base(robot, root, base, placement, X_WL);
-    open.push_back({tree.root, body, Pose(), -1, -1});
+    open.push_back({tree.root, body, Pose(), -1, -1, -1});
   }
   // Depth first, children in file order, so that the bodies of every subtree are contiguous.
   while (!open.empty()) {
@@ -97,13 +98,13 @@ int ModelBuilder::add_robot(const RobotSpec& robot, Base base, const Pose& X_WL,
       placement.assembly = -1;
     else if (next.assembly < 0)
       placement.assembly = num_assemblies_++;
-    add_link(link, placement, next.body, next.X_BL);
+    const int frame = add_link(link, placement, next.body, next.X_BL, next.parent);
     const std::vector<int>& children = tree.children[next.link];
     for (auto it = children.rbegin(); it != children.rend(); ++it) {
       const JointSpec& joint = robot.joints[*it];
       const bool flies = !joint.fixed && joint.type == JointType::kFloating;
       open.push_back({tree.joint_child[*it], next.body, next.X_BL * joint.X_PJ,
-                      joint.fixed ? -1 : *it, flies ? -1 : placement.assembly});
+                      joint.fixed ? -1 : *it, frame, flies ? -1 : placement.assembly});
     }
   }
   for (const JointSpec& joint : robot.joints) {
@@ -115,15 +116,15 @@ int ModelBuilder::add_robot(const RobotSpec& robot, Base base, const Pose& X_WL,
   return placement.instance;
 }
 
-void ModelBuilder::add_link(const LinkSpec& link, const Placement& placement, int body,
-                            const Pose& X_BL) {
+int ModelBuilder::add_link(const LinkSpec& link, const Placement& placement, int body,
+                           const Pose& X_BL, int parent) {
   const std::string name = placement.prefix + link.name;
   const int frame = static_cast<int>(model_.frames_.size());
   take_name(frame_names_, name, frame, link.where, "link");
-  model_.frames_.push_back({name, body, X_BL});
+  model_.frames_.push_back({name, body, X_BL, parent, link.inertia});
   frame_geometries_.push_back(static_cast<int>(model_.geometries_.size()));
   add_collisions(link, placement, body, X_BL, frame);
-  if (body == 0) return;
+  if (body == 0) return frame;
   if (link.gravity_compensation != 0.0)
     model_.gravity_compensations_.push_back(
         {body, X_BL * link.inertia.center, link.gravity_compensation * link.inertia.mass});
@@ -131,12 +132,13 @@ void ModelBuilder::add_link(const LinkSpec& link, const Placement& placement, in
   Body& moved = model_.bodies_[body];
   moved.inertia = moved.inertia + link.inertia.transformed(X_BL);
   const std::string defect = inertia_defect(link.inertia);
-  if (defect.empty()) return;
+  if (defect.empty()) return frame;
   // A link without mass cannot be repaired.
   if (link.inertia.mass > 0.0 && defective_link_[body - 1].empty())
     defective_link_[body - 1] = link.name;
   model_.notes_.push_back(
       {located_at(link.where, "link '" + name + "'"), defect + "; used as they are"});
+  return frame;
 }
 
 void ModelBuilder::add_collisions(const LinkSpec& link, const Placement& placement, int body,

@@ -121,6 +121,16 @@ struct TendonSpec {
   std::string where;
 };
 
+/// A sensor as a file describes it; names are with prefix.
+struct SensorSpec {
+  Sensor sensor;     ///< its indices are found from the names below
+  std::string link;  ///< link that carries it, or "world"; for momentum empty: the whole scene
+  std::string joint;
+  std::string relative_to;  ///< Sensor::reference
+  std::string from;         ///< Sensor::others: a link or geometry
+  std::string where;
+};
+
 /// Surface values of a pair of geometries; those not given follow from combine_materials.
 struct PairSurface {
   std::optional<double> friction, restitution, torsional_friction, rolling_friction;
@@ -205,6 +215,11 @@ class ModelBuilder {
   /// invalid.
   void add_tendon(const TendonSpec& tendon);
 
+  /// Adds a sensor; call it after all robots and geometry that it names. @throws InputError when a
+  /// name is unknown or taken, a value is invalid, or the sensor cannot be computed for this link
+  /// (docs/reference/sensors.md).
+  void add_sensor(const SensorSpec& sensor);
+
   /// Returns the geometries added so far that have this name, are pieces of the mesh of this name
   /// (themselves NAME#0, NAME#1 ...) or belong to the link of this name.
   /// @throws InputError if there is neither.
@@ -224,7 +239,8 @@ class ModelBuilder {
 
  private:
   struct Placement;  // data of the robot that is being added
-  void add_link(const LinkSpec& link, const Placement& placement, int body, const Pose& X_BL);
+  int add_link(const LinkSpec& link, const Placement& placement, int body, const Pose& X_BL,
+               int parent);
   void add_collisions(const LinkSpec& link, const Placement& placement, int body, const Pose& X_BL,
                       int frame);
   void append_geometry(Geometry geometry, const std::string& where);
@@ -239,6 +255,9 @@ class ModelBuilder {
   Anchor find_anchor(const ClosureSpec& spec, const std::string& link) const;
   void place_closures();
   void place_tendons();
+  int find_sensor_link(const SensorSpec& spec, const std::string& link) const;
+  void find_sensed_joint(const SensorSpec& spec, Sensor& sensor) const;
+  void find_sensed_link(const SensorSpec& spec, Sensor& sensor) const;
   void add_joint_forces(const JointSpec& joint, int index);
   void add_exclusion(int a, int b, const std::string& reason);
   void sort_pairs();
@@ -306,7 +325,8 @@ class ModelEditor {
   static auto parts(Model& m) {
     return std::tie(m.nq_, m.nv_, m.bodies_, m.trees_, m.joints_, m.frames_, m.geometries_,
                     m.pair_materials_, m.mimics_, m.springs_, m.servos_, m.drags_,
-                    m.gravity_compensations_, m.closures_, m.tendons_, m.notes_, m.excluded_pairs_,
+                    m.gravity_compensations_, m.closures_, m.tendons_, m.sensors_,
+                    m.notes_, m.excluded_pairs_,
                     m.exclusion_reasons_, m.included_pairs_, m.gravity_, m.default_q_, m.damping_,
                     m.armature_, m.dry_friction_);
   }

@@ -83,6 +83,7 @@ struct ModelParts {
   std::vector<Exclusion> exclusions;
   std::vector<std::pair<std::string, std::string>> inclusions;  ///< see ModelBuilder::include_pair
   std::vector<Surface> surfaces;
+  std::vector<SensorSpec> sensors;
 };
 
 /// Adds the parts to a builder that has their links, placed at X_WL and with `prefix` before every

@@ -14,6 +14,7 @@
 #include "report/closure_table.h"
 #include "report/effect_table.h"
 #include "report/report.h"
+#include "report/sensor_log.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -389,6 +390,7 @@ int inspect(InspectArguments& arguments) {
   inspect_pairs(model, collider, report);
   inspect_surfaces(model, collider, report);
   inspect_coordinates(model, report);
+  report_sensors(model, report);
   const std::vector<EffectUse> uses = list_effects(model, collider, scene.options);
   report_effects(uses, report);
   report_phases(scene, report);

@@ -14,6 +14,7 @@
 #include "input/scene_arguments.h"
 #include "report/contact_table.h"
 #include "report/report.h"
+#include "report/sensor_log.h"
 #include "view/view_option.h"
 
 namespace counterpoint::apps {
@@ -21,7 +22,7 @@ namespace {
 
 struct InverseArguments {
   SceneArguments scene;
-  std::string trajectory, output, contacts;
+  std::string trajectory, output, contacts, sensors;
   std::optional<double> time_step;
   view::ViewOption view;
   Report report;
@@ -69,10 +70,11 @@ void add_extremes(const Model& model, const Trajectory& trajectory, int step,
   }
 }
 
-/// The two tables of the inverse, each only if requested.
+/// The tables of the inverse, each only if requested.
 class Output {
  public:
-  Output(const InverseArguments& arguments, const Model& model) {
+  Output(const InverseArguments& arguments, const Scene& scene) {
+    const Model& model = scene.model;
     if (!arguments.output.empty()) {
       std::vector<Column> columns{"time", "time_step"};
       const CoordinateNames names = coordinate_names(model);
@@ -81,6 +83,8 @@ class Output {
     }
     if (!arguments.contacts.empty())
       contacts_ = std::make_unique<ContactTable>(arguments.contacts, model);
+    if (!arguments.sensors.empty())
+      sensors_ = std::make_unique<SensorLog>(arguments.sensors, model, scene.options, 0);
   }
 
   void write(double time, double time_step, const Inverse& inverse) {
@@ -92,20 +96,29 @@ class Output {
     forces_->end_row();
   }
 
+  void write_sensors(const Trajectory& trajectory, int k, double h, const Input& known) {
+    if (!sensors_) return;
+    sensors_->add_step(trajectory.time[static_cast<std::size_t>(k)],
+                       {trajectory.q.col(k), trajectory.v.col(k), trajectory.q.col(k + 1),
+                        trajectory.v.col(k + 1), known, h});
+  }
+
   void finish() {
     if (forces_) forces_->finish();
+    if (sensors_) sensors_->finish();
     if (contacts_) contacts_->finish();
   }
 
  private:
   std::unique_ptr<TableWriter> forces_;
   std::unique_ptr<ContactTable> contacts_;
+  std::unique_ptr<SensorLog> sensors_;
 };
 
 /// Lists the files that a stopped run leaves.
 std::string kept(const InverseArguments& arguments) {
   std::vector<std::string> files;
-  for (const std::string& file : {arguments.output, arguments.contacts})
+  for (const std::string& file : {arguments.output, arguments.contacts, arguments.sensors})
     if (!file.empty()) files.push_back(file);
   return (files.empty() ? "" : fmt::format("; up to there, {}", fmt::join(files, " and "))) +
          std::string(arguments.view.wanted() ? "; no replay was written" : "");
@@ -116,7 +129,7 @@ MotionPass recover(const InverseArguments& arguments, const Scene& scene,
                    const Trajectory& trajectory, const std::vector<double>& lengths,
                    Extremes& extremes) {
   const Model& model = scene.model;
-  Output output(arguments, model);
+  Output output(arguments, scene);
   Workspace workspace(model);
   Inverse result;
   const auto step = [&](int k, const SimulationOptions& options, const Input& known) {
@@ -128,6 +141,7 @@ MotionPass recover(const InverseArguments& arguments, const Scene& scene,
         extremes.mismatch,
         velocity_mismatch(model, trajectory, k, options.time_step, workspace.free_trees()));
     output.write(trajectory.time[k], options.time_step, result);
+    output.write_sensors(trajectory, k, options.time_step, known);
     return Fault();
   };
   const MotionPass pass = for_each_step("recovering forces", scene, trajectory, lengths, step);
@@ -232,6 +246,9 @@ void add_inverse(CommandLine& line) {
   command.add("--output", arguments.output, "Table to write: the applied force of every step");
   command.add("--contacts", arguments.contacts,
               "Table to write: every contact of every step and its force");
+  command.add("--sensors FILE", arguments.sensors,
+              "Table to write: the readings of the scene's sensors in every step, as `simulate "
+              "--sensors` does with seed 0");
   arguments.view.add_to(command);
   arguments.report.add_to(command);
 }

@@ -32,7 +32,7 @@ struct SimulateArguments {
   std::optional<double> duration, time_step;
   std::string adaptive;  ///< tolerance, "off", or empty: keep the scene's setting
   std::optional<double> event_tolerance, wall_limit;
-  std::string output, contacts, save_state, resume;
+  std::string output, contacts, sensors, save_state, resume;
   bool changed_scene = false, strict = false;
   InputArguments inputs;
   view::ViewOption view;
@@ -62,6 +62,7 @@ std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Outpu
   const std::optional<FailedStep> failed = run_simulation(simulator, inputs, hooks, tally);
   // The trajectory ends with the last good state.
   if (outputs.steps.writer) outputs.steps.writer->write_end(simulator.state());
+  if (outputs.steps.sensors) outputs.steps.sensors->finish();
   return failed;
 }
 
@@ -144,6 +145,9 @@ Outputs open_outputs(const SimulateArguments& arguments, const Simulator& simula
         "--contacts: forces are read off the motion, and runge_kutta_4 has no inverse");
   if (!arguments.contacts.empty())
     outputs.contacts = std::make_unique<ContactTable>(arguments.contacts, model);
+  if (!arguments.sensors.empty())
+    outputs.steps.sensors = std::make_unique<SensorLog>(arguments.sensors, model,
+                                                        simulator.options(), arguments.inputs.seed);
   return outputs;
 }
 
@@ -231,6 +235,9 @@ void add_simulate(CommandLine& line) {
   command.add("--contacts", arguments.contacts,
               "Table to write: the contacts of every step and their forces, as `inverse "
               "--contacts` does; of a controlled step those of its second half");
+  command.add("--sensors FILE", arguments.sensors,
+              "Table to write: the readings of the scene's sensors in every step; --seed seeds "
+              "their noise (docs/reference/sensors.md)");
   command.add("--save-state FILE", arguments.save_state,
               "Write the last state, to go on from to the same bits");
   Option& resume = command.add("--resume FILE", arguments.resume,

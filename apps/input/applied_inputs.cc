@@ -17,7 +17,8 @@ void add_random_inputs(Command& command, InputArguments& arguments) {
   command.add(
       "--random-wrenches", arguments.random_wrench_scale,
       "Random forces on free bodies: uniform in +- this times their weight (torque: times 0.1 m)");
-  command.add("--seed", arguments.seed, "Seed of the random forces; default 0");
+  command.add("--seed", arguments.seed,
+              "Seed of the random forces and of the noise of sensors; default 0");
 }
 
 void add_times(Command& command, std::optional<double>& duration,

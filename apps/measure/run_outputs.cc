@@ -12,12 +12,13 @@ void RunOutputs::step(const State& before, const Input& input, double h, const S
                       const StepReport& report) {
   find_taut_links(after, known.taut_links);
   if (writer) writer->write_step(before, input, h, report.softening, known.taut_links);
-  if (!recorder) return;
+  if (!recorder && !sensors) return;
   std::vector<TautLink> links = std::move(known.taut_links);
   known = input;
   known.taut_links = std::move(links);
   known.softening = report.softening;
-  recorder->add_step(before, known, h, after, report.newton_iterations);
+  if (recorder) recorder->add_step(before, known, h, after, report.newton_iterations);
+  if (sensors) sensors->add_step(before.time, {before.q, before.v, after.q, after.v, known, h});
 }
 
 }  // namespace counterpoint::apps

@@ -1,4 +1,5 @@
-// Where the steps of a run go: a trajectory and a replay, written while the run goes on.
+// Where the steps of a run go: a trajectory, a table of sensors and a replay, written while the run
+// goes on.
 #pragma once
 
 #include <memory>
@@ -6,6 +7,7 @@
 
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/trajectory.h"
+#include "report/sensor_log.h"
 #include "view/clip.h"
 #include "view/view_option.h"
 
@@ -18,12 +20,13 @@ struct RunOutputs {
   RunOutputs(const std::string& file, const view::ViewOption& view, const Scene& scene,
              const InputColumns& columns);
 
-  bool any() const { return writer || recorder; }
+  bool any() const { return writer || sensors || recorder; }
   /// Adds a step of length h [s], a hook of run_simulation and run_control.
   void step(const State& before, const Input& input, double h, const State& after,
             const StepReport& report);
 
   std::unique_ptr<TrajectoryWriter> writer;
+  std::unique_ptr<SensorLog> sensors;  ///< set by the caller
   std::unique_ptr<view::ClipRecorder> recorder;
   Input known;  ///< input of the last step, with its softening and taut links
 };

@@ -40,5 +40,8 @@ MatrixX Mujoco::mass_matrix() const { return {}; }
 std::vector<Pose> play_mjcf(const std::string&, double) {
   throw NotExpressible("MuJoCo was not found when this was built");
 }
+MjcfReadings read_mjcf_sensors(const std::string&, const VectorX&, const VectorX&, double) {
+  throw NotExpressible("MuJoCo was not found when this was built");
+}
 
 }  // namespace counterpoint::peers

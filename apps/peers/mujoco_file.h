@@ -1,6 +1,8 @@
-// Simulation of MJCF files by MuJoCo itself, to check exported scenes.
+// Simulation of MJCF files by MuJoCo itself, to check exported scenes, and its sensors, to check
+// ours.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -13,5 +15,16 @@ namespace counterpoint::peers {
 /// of the file.
 /// @throws NotExpressible if the file is refused, a step fails, or MuJoCo is not there.
 std::vector<Pose> play_mjcf(const std::string& path, double seconds);
+
+/// MuJoCo's accelerations (nv) [m/s^2, rad/s^2] at one state, and its readings there by name.
+struct MjcfReadings {
+  VectorX acceleration;
+  std::map<std::string, VectorX> sensors;
+};
+
+/// Evaluates MuJoCo's sensors of a file at (q, v), nq and nv as MuJoCo counts them, with every
+/// control at `control`. @throws NotExpressible as play_mjcf, and where a size differs.
+MjcfReadings read_mjcf_sensors(const std::string& path, const VectorX& q, const VectorX& v,
+                               double control);
 
 }  // namespace counterpoint::peers

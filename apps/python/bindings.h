@@ -43,6 +43,7 @@ void bind_dynamics(py::module_& m);     ///< Data, rnea, aba, crba, energies
 void bind_dynamics_derivatives(py::module_& m);  ///< derivatives of rnea and aba, inertia_regressor
 void bind_collision(py::module_& m);             ///< counterpoint.collision
 void bind_contact(py::module_& m);               ///< counterpoint.contact
+void bind_sensors(py::module_& m);               ///< SensorTable, sensor_readings
 void bind_trajectory(py::module_& m);            ///< Trajectory, TrajectoryWriter, state files
 void bind_recordings(py::module_& m);            ///< counterpoint.recordings
 void bind_optimization(py::module_& m);          ///< counterpoint.optimization

@@ -24,6 +24,7 @@ PYBIND11_MODULE(_core, m) {
   bind_derivatives(m);
   bind_parameters(m);
   bind_trajectory(m);
+  bind_sensors(m);
   bind_frames(m);
   bind_simulator(m);
   bind_batch(m);

@@ -1,7 +1,7 @@
 // Closures in reports.
 #pragma once
 
-#include "counterpoint/model/closure.h"
+#include "counterpoint/model/parts/closure.h"
 #include "report/report.h"
 
 namespace counterpoint::apps {

@@ -1,4 +1,4 @@
-// Forces of tendons (model/tendon.h), each a row on the coordinates with y = dL/dt = J w+, J =
+// Forces of tendons (model/parts/tendon.h), each a row on the coordinates with y = dL/dt = J w+, J =
 // dL/dq at the start of the step:
 //
 //   spring, damper   f = -h (k (L + h y - L0) + d y)

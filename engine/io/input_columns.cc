@@ -82,6 +82,7 @@ void InputColumns::set(const Model& model, const VectorRef& values, Input& input
     ExternalWrench wrench;
     wrench.body = frame.body;
     wrench.point = frame.X_BF.translation;
+    wrench.frame = link;
     wrench.wrench = {values.segment<3>(next + 3), values.segment<3>(next)};
     input.wrenches.push_back(wrench);
     next += 6;

@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <span>
 
 #include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/step.h"
@@ -21,38 +19,6 @@ constexpr double kTimeTolerance = 1e-3;
 constexpr double kTimeRounding = 4.0 * std::numeric_limits<double>::epsilon();
 
 constexpr int kSofteningColumns = 2;
-
-using Suffixes = std::span<const char* const>;
-constexpr std::array kScalarQ{"q"};
-constexpr std::array kScalarV{"v"};
-constexpr std::array kScalarForce{"u"};
-constexpr std::array kPlanarQ{"x", "y", "angle"};
-constexpr std::array kPlanarV{"vx", "vy", "w"};
-constexpr std::array kPlanarForce{"fx", "fy", "tz"};
-// Spherical joints use the last four, three and three of these.
-constexpr std::array kFloatingQ{"x", "y", "z", "qw", "qx", "qy", "qz"};
-constexpr std::array kFloatingV{"vx", "vy", "vz", "wx", "wy", "wz"};
-constexpr std::array kFloatingForce{"fx", "fy", "fz", "tx", "ty", "tz"};
-
-struct JointSuffixes {
-  Suffixes q, v, force;
-};
-
-JointSuffixes joint_suffixes(JointType type) {
-  switch (type) {
-    case JointType::kRevolute:
-    case JointType::kPrismatic:
-      return {kScalarQ, kScalarV, kScalarForce};
-    case JointType::kPlanar:
-      return {kPlanarQ, kPlanarV, kPlanarForce};
-    case JointType::kSpherical:
-      return {Suffixes(kFloatingQ).subspan(3), Suffixes(kFloatingV).subspan(3),
-              Suffixes(kFloatingForce).subspan(3)};
-    case JointType::kFloating:
-      return {kFloatingQ, kFloatingV, kFloatingForce};
-  }
-  return {};
-}
 
 /// Returns the indices of the named columns. @throws InputError if one is missing.
 std::vector<int> find_columns(const Table& table, const std::vector<std::string>& names) {

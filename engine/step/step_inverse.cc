@@ -76,6 +76,7 @@ void recover_impulses(const Model& model, double h, const ConstraintSet& constra
       ContactForce& contact = out.contacts.emplace_back();
       contact.contact = constraints.contacts[i];
       contact.force = impulse.force / h;  // to the bit as the forward step
+      contact.torque = impulse.torque / h;
       contact.slip = slip(pair, y, at, inverse.body_velocity);
     } else {
       ClosureForce& closure = out.closures[constraints.closures[i - constraints.contacts.size()]];

@@ -115,6 +115,8 @@ void ModelBuilder::add_closure(const ClosureSpec& given) {
   closure.type = spec.type;
   closure.body_a = a.body;
   closure.body_b = b.body;
+  closure.frame_a = a.frame;
+  closure.frame_b = b.frame;
   closure.pitch = spec.pitch.value_or(0.0);
   closure.rope = spec.rope;
   set_springs(spec, closure);

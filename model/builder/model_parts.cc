@@ -62,6 +62,17 @@ void add_parts(const ModelParts& parts, const Pose& X_WL, const std::string& pre
     for (TendonSpec::Place& place : tendon.path) place.link = prefix + place.link;
     builder.add_tendon(tendon);
   }
+  for (SensorSpec sensor : parts.sensors) {
+    sensor.sensor.name = prefix + sensor.sensor.name;
+    for (std::string* name : {&sensor.link, &sensor.joint, &sensor.relative_to, &sensor.from})
+      if (!name->empty()) *name = prefix + *name;
+    // A sensor changes no motion: one that cannot be computed is noted, and the rest is read.
+    try {
+      builder.add_sensor(sensor);
+    } catch (const InputError& error) {
+      builder.add_note({prefix + "sensors", error.what() + std::string(": left out")});
+    }
+  }
 }
 
 }  // namespace counterpoint

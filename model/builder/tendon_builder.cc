@@ -1,6 +1,7 @@
 // Tendons: the part of ModelBuilder that adds them to finished trees.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -121,8 +122,15 @@ void ModelBuilder::place_tendons() {
     for (const TendonWrap& wrap : tendon.wraps) bodies.insert(wrap.body);
     for (const int body : bodies)
       if (body != 0) trees.insert(model_.bodies_[body].tree);
-    if (tendon.is_spatial() && bodies.size() < 2)
-      fail_tendon(spec, "all its points are fixed to one body: its length cannot change");
+    const bool moves = std::any_of(
+        tendon.path.begin(), tendon.path.end(), [&](const TendonSegment& segment) {
+          const int wrap = segment.wrap < 0
+                               ? segment.from.body
+                               : tendon.wraps[static_cast<std::size_t>(segment.wrap)].body;
+          return segment.from.body != segment.to.body || segment.from.body != wrap;
+        });
+    if (tendon.is_spatial() && !moves)
+      fail_tendon(spec, "every part of it is fixed to one body: its length cannot change");
     if (trees.size() > 2)
       fail_tendon(spec, fmt::format("it acts on {} separate mechanisms; at most two are supported",
                                     trees.size()));

@@ -261,6 +261,7 @@ class UrdfWriter {
     for (const GravityCompensation& c : model_.gravity_compensations())
       lose("link '" + body_name(c.body) + "'", "gravity compensation");
     for (const Closure& c : model_.closures()) lose("closure '" + c.name + "'", "a closed loop");
+    for (const Sensor& s : model_.sensors()) lose("sensor '" + s.name + "'", "a sensor");
     if (!model_.excluded_geometry_pairs().empty())
       lose("scene", "pairs of geometries that do not collide (an SRDF holds these)");
     if (!model_.included_geometry_pairs().empty())

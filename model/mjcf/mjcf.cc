@@ -8,6 +8,7 @@
 #include "counterpoint/model/mjcf/forces/actuators.h"
 #include "counterpoint/model/mjcf/forces/damping_ratio.h"
 #include "counterpoint/model/mjcf/options.h"
+#include "counterpoint/model/mjcf/sensors.h"
 #include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/text_files.h"
 
@@ -37,6 +38,7 @@ MjcfModel load_mjcf(const std::filesystem::path& file, const MjcfOptions& option
   mjcf::apply_tendon_forces(document, defaults, tendons, couplings, model);
   mjcf::read_actuators(document, defaults, switches, bodies, tendons, couplings, model);
   mjcf::read_keyframes(document, bodies, model);
+  mjcf::read_sensors(document, defaults, bodies, model);
   mjcf::read_contacts(document, defaults, assets, bodies, switches, model);
   if (document.faults.any())
     document.faults.collect([&] { ModelBuilder().add_robot(model.robot, Base::kFixed, Pose()); });

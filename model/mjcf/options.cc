@@ -230,11 +230,10 @@ void read_keyframes(Document& document, const Bodies& bodies, MjcfModel& model) 
 }
 
 void check_sections(Document& document) {
-  static const std::set<std::string> kRead = {"compiler", "option",    "size",    "asset",
-                                              "default",  "worldbody", "contact", "equality",
-                                              "tendon",   "actuator",  "keyframe"};
-  static const std::set<std::string> kPassed = {"visual", "statistic", "sensor", "custom",
-                                                "extension"};
+  static const std::set<std::string> kRead = {"compiler", "option",    "size",     "asset",
+                                              "default",  "worldbody", "contact",  "equality",
+                                              "tendon",   "actuator",  "keyframe", "sensor"};
+  static const std::set<std::string> kPassed = {"visual", "statistic", "custom", "extension"};
   std::map<std::string, int> passed;
   for (const Element* e : document.children(document.root())) {
     if (kRead.count(e->Name()) > 0) continue;

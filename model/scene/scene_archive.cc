@@ -76,8 +76,8 @@ void visit(A& a, GravityCompensation& x) {
 }
 template <class A>
 void visit(A& a, Frame& x) {
-  auto& [name, body, X_BF] = x;
-  a(name, body, X_BF);
+  auto& [name, body, X_BF, parent, inertia] = x;
+  a(name, body, X_BF, parent, inertia);
 }
 template <class A>
 void visit(A& a, Mimic& x) {
@@ -92,10 +92,10 @@ void visit(A& a, ClosureSpring& x) {
 }
 template <class A>
 void visit(A& a, Closure& x) {
-  auto& [name, type, body_a, body_b, X_AC, X_BC, length, pitch, rope, linear, angular] = x;
+  auto& [name, type, body_a, body_b, X_AC, X_BC, length, pitch, rope, linear, angular, frame_a, frame_b] = x;
   a(name, type, body_a, body_b, X_AC, X_BC, length, pitch);
   a.plain(rope);
-  a(linear, angular);
+  a(linear, angular, frame_a, frame_b);
 }
 template <class A>
 void visit(A& a, TendonJoint& x) {
@@ -128,6 +128,17 @@ void visit(A& a, Tendon& x) {
          servo] = x;
   a(name, joints, path, wraps, stiffness, shortest, longest, damping, friction, lower, upper,
     servo);
+}
+template <class A>
+void visit(A& a, SensorErrors& x) {
+  auto& [bias, noise, quantum, rate, delay] = x;
+  a(bias, noise, quantum, rate, delay);
+}
+template <class A>
+void visit(A& a, Sensor& x) {
+  auto& [name, kinds, frame, X_FS, reference, own_axes, joint, geometries, others, limit, errors] =
+      x;
+  a(name, kinds, frame, X_FS, reference, own_axes, joint, geometries, others, limit, errors);
 }
 template <class A>
 void visit(A& a, Note& x) {

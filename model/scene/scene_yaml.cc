@@ -6,6 +6,7 @@
 
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/scene/scene_models.h"
+#include "counterpoint/model/scene/scene_sensors.h"
 #include "counterpoint/model/scene/scene_shapes.h"
 #include "counterpoint/model/scene/scene_tendons.h"
 #include "counterpoint/model/special_values.h"
@@ -67,6 +68,8 @@ class SceneReader {
     take_each("closures", [&](const YamlValue& in, std::size_t) { read_closure(in); });
     take_each("tendons",
               [&](const YamlValue& in, std::size_t) { builder_.add_tendon(read_tendon(in)); });
+    take_each("sensors",
+              [&](const YamlValue& in, std::size_t) { builder_.add_sensor(read_sensor(in)); });
     faults_.throw_if_any();
     Model model = build();
     VectorX q = model.default_q();
@@ -96,7 +99,7 @@ class SceneReader {
                      "groups",       "hull_vertices",   "meshes",          "closures",
                      "effects",      "max_speed",       "closing_time",    "integrator",
                      "step_control", "velocity_forces", "repair_joints",   "fill_inertia",
-                     "pairs",        "tendons"});
+                     "pairs",        "tendons", "sensors"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
   }

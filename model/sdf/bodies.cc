@@ -2,6 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <sdf/Imu.hh>
+#include <sdf/Noise.hh>
+#include <sdf/Sensor.hh>
+
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/model.h"
 #include "counterpoint/model/sdf/joints.h"
@@ -53,7 +58,7 @@ class BodyReader {
     const sdf::ElementPtr element = in.Element();
     document_.pass_over_all_but(
         element, {"pose", "inertial", "collision", "gravity", "self_collide", "kinematic",
-                  "must_be_base_link", "velocity_decay", "enable_wind"});
+                  "must_be_base_link", "velocity_decay", "enable_wind", "sensor"});
     if (bodies.links.size() + bodies.fixed.size() == static_cast<std::size_t>(limits::kMaxLinks))
       document_.fail(element, fmt::format("more than {} links in a model", limits::kMaxLinks));
     LinkNode node;
@@ -74,8 +79,38 @@ class BodyReader {
           [&] { read_collision(*in.CollisionByIndex(i), is_static, node, solids); });
     if (!is_static)
       document_.faults.collect([&] { node.spec.inertia = inertia_of(element, solids); });
+    for (std::uint64_t i = 0; !is_static && i < in.SensorCount(); ++i)
+      read_sensor(*in.SensorByIndex(i), in.Name(), node.spec.name);
     indices_[scope + in.Name()] = is_static ? -1 : static_cast<int>(bodies.links.size());
     (is_static ? bodies.fixed : bodies.links).push_back(node);
+  }
+
+  /// Reads an inertial measurement unit; notes other sensors.
+  void read_sensor(const sdf::Sensor& in, const std::string& link, const std::string& name) {
+    const sdf::ElementPtr element = in.Element();
+    if (in.Type() != sdf::SensorType::IMU || in.ImuSensor() == nullptr)
+      return document_.note(element, in.TypeStr() + " sensor: has no counterpart, left out");
+    const sdf::Imu& imu = *in.ImuSensor();
+    SensorSpec spec;
+    spec.link = name;
+    spec.where = document_.where(element);
+    spec.sensor.name = name + "/" + in.Name();
+    spec.sensor.kinds = {SensorKind::kSpecificForce, SensorKind::kAngularVelocity};
+    spec.sensor.own_axes = true;
+    spec.sensor.X_FS = document_.resolve(in.SemanticPose(), link, element);
+    const sdf::Noise* noises[] = {&imu.LinearAccelerationXNoise(), &imu.LinearAccelerationYNoise(),
+                                  &imu.LinearAccelerationZNoise(), &imu.AngularVelocityXNoise(),
+                                  &imu.AngularVelocityYNoise(),    &imu.AngularVelocityZNoise()};
+    SensorErrors& errors = spec.sensor.errors;
+    errors.rate = std::max(in.UpdateRate(), 0.0);
+    for (const sdf::Noise* noise : noises) {
+      const bool none = noise->Type() == sdf::NoiseType::NONE;
+      errors.noise.push_back(none ? 0.0 : noise->StdDev());
+      errors.bias.push_back(none ? 0.0 : noise->Mean());
+      if (!none && (noise->BiasStdDev() != 0.0 || noise->DynamicBiasStdDev() != 0.0))
+        document_.note(element, "a bias that differs from run to run is not used");
+    }
+    bodies.sensors.push_back(std::move(spec));
   }
 
   /// Adds the inertia of the collision's solid to `solids`, if that is wanted.

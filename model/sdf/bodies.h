@@ -35,6 +35,7 @@ struct Bodies {
   std::vector<LinkNode> links;
   std::vector<LinkNode> fixed;  ///< links of static models, without inertia
   std::vector<JointNode> joints;
+  std::vector<SensorSpec> sensors;
 };
 
 /// Reads a model with its nested models. Joints to links of static models attach to the world.

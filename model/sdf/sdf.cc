@@ -98,6 +98,7 @@ class Reader {
     for (const LinkNode& link : bodies.links) add_surfaces(link, false);
     if (bodies.links.empty() || document_.faults.any()) return;
     add_trees(document_, bodies, prefix, X_WT, model_);
+    for (const SensorSpec& sensor : bodies.sensors) model_.sensors.push_back(sensor);
     exclude_within(bodies, model.Element());
   }
 

@@ -19,6 +19,7 @@ void add_wrench(InputHandle& input, const Key& link, const Array& force, const A
   wrench.body = frame.body;
   wrench.wrench = {vector3(torque, "torque"), vector3(force, "force")};
   wrench.point = frame.X_BF * vector3(point, "point");
+  wrench.frame = index;
   input.value().wrenches.push_back(wrench);
 }
 

@@ -274,6 +274,8 @@ void bind_lists(py::class_<ModelHandle, ModelPtr>& model) {
             return lengths;
           },
           py::arg("q"), "Lengths of the tendons at q [m], in the order of model.tendons.")
+      .def_property_readonly(
+          "sensors", [](const ModelHandle& m) { return m.model.sensors(); }, "List of Sensor.")
       .def("pair_material", &pair_material, py::arg("geometry_a"), py::arg("geometry_b"),
            "Material that two geometries, by name, have where they touch: combined, or given to "
            "the pair.")
@@ -302,6 +304,24 @@ void bind_vectors(py::class_<ModelHandle, ModelPtr>& model) {
       .def_property_readonly("notes", &notes, "What a reader must know: list of (where, message).");
 }
 
+void bind_sensor(py::class_<Sensor>& sensor) {
+  sensor.def_readonly("name", &Sensor::name, "Unique in the model.")
+      .def_property_readonly(
+          "kinds",
+          [](const Sensor& s) {
+            std::vector<std::string> kinds;
+            for (const SensorKind kind : s.kinds) kinds.emplace_back(sensor_kind_name(kind));
+            return kinds;
+          },
+          "What it reads: \"specific_force\", \"angular_velocity\" ...")
+      .def_property_readonly(
+          "rate", [](const Sensor& s) { return s.errors.rate; },
+          "Samples per second [Hz]; zero: one for every row.")
+      .def_property_readonly(
+          "delay", [](const Sensor& s) { return s.errors.delay; }, "[s]")
+      .def("__repr__", [](const Sensor& s) { return "<Sensor: " + s.name + ">"; });
+}
+
 }  // namespace
 
 void bind_model(py::module_& m) {
@@ -317,6 +337,8 @@ Made by load_scene or ModelBuilder. Arrays are views of the model's own memory, 
                             "A rigid body of a model: links that fixed joints hold together.");
   py::class_<FramePart> frame(m, "Frame", "A frame fixed to a body: every link has one.");
   py::class_<GeometryPart> geometry(m, "Geometry", "A shape attached to a body.");
+  py::class_<Sensor> sensor(m, "Sensor", "A sensor of a model: what a robot measures.");
+  bind_sensor(sensor);
   bind_joint(joint);
   bind_body(body);
   bind_frame(frame);

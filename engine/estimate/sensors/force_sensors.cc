@@ -9,13 +9,6 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Sign of a contact force in the sum over a set of geometries: 1, -1, or 0 if neither or both of
-/// its geometries belong to the set. `has` tests membership.
-template <class Has>
-double sign_on(const ContactForce& one, const Has& has) {
-  return (has(one.contact.geometry_b) ? 1.0 : 0.0) - (has(one.contact.geometry_a) ? 1.0 : 0.0);
-}
-
 /// Sum of the contact forces on some bodies, in W [N].
 Vector3 force_on(const Model& model, const std::vector<int>& bodies, const Inverse& inverse) {
   const auto has = [&](int geometry) {
@@ -28,27 +21,12 @@ Vector3 force_on(const Model& model, const std::vector<int>& bodies, const Inver
 }
 
 /// Force, or moment about the sensor's point, that a link receives from its parent through the
-/// joint, in the sensor's axes [N, N m]. `data` holds poses and the joint wrenches without
-/// contacts; contact forces on the link and its descendants are subtracted.
-Vector3 wrench_through(const Model& model, const Data& data, const Inverse& inverse,
-                       const Sensor& sensor) {
+/// joint, in the sensor's axes [N, N m].
+Vector3 wrench_through(const Data& data, const JointWrenches& joints, const Sensor& sensor) {
   const Pose& link = data.X_WB[static_cast<std::size_t>(sensor.body)];
-  const Vector3 point = link * sensor.point;
-  const Force& joint = data.F[static_cast<std::size_t>(sensor.body)];
-  const auto carried = [&](int geometry) {
-    int body = model.geometries()[static_cast<std::size_t>(geometry)].body;
-    while (body > sensor.body) body = model.body(body).parent;
-    return body == sensor.body;
-  };
-  Vector3 force = joint.force;
-  Vector3 moment = joint.torque + (link.translation - point).cross(joint.force);
-  for (const ContactForce& one : inverse.contacts) {
-    const Vector3 own = sign_on(one, carried) * one.force;
-    force -= own;
-    moment -= (one.contact.position - point).cross(own);
-  }
-  const Matrix3 to_sensor = (link.rotation * sensor.axes).transpose();
-  return to_sensor * (sensor.kind == SensorKind::kLinkForce ? force : moment);
+  const Force wrench = seen_from(joints.of(sensor.body), link.translation,
+                                 {link.rotation * sensor.axes, link * sensor.point});
+  return sensor.kind == SensorKind::kLinkForce ? wrench.force : wrench.torque;
 }
 
 }  // namespace
@@ -64,8 +42,10 @@ ForceSensors::ForceSensors(const std::vector<SensorTerm>& terms) : terms_(&terms
   }
 }
 
-void ForceSensors::compute_joint_wrenches(const Model& model, const SensorFrames& frames, int t) {
+void ForceSensors::compute_joint_wrenches(const Model& model, const SensorFrames& frames, int t,
+                                          const Inverse& inverse) {
   if (!data_) data_.emplace(model);
+  if (!joints_) joints_.emplace(model);
   const auto i = static_cast<std::size_t>(t);
   VectorX v(model.nv()), w(model.nv()), tau(model.nv());
   configuration_difference(model, frames.q[i - 1], frames.q[i], v);
@@ -73,11 +53,12 @@ void ForceSensors::compute_joint_wrenches(const Model& model, const SensorFrames
   compute_poses(model, frames.q[i], *data_);
   compute_velocities(model, v / frames.h, *data_);
   rnea(model, (w - v) / (frames.h * frames.h), model.gravity(), *data_, tau);
+  joints_->compute(model, *data_, data_->F, inverse);
 }
 
 void ForceSensors::evaluate(const Model& model, const SensorFrames& frames, int t,
                             const Inverse& inverse, VectorX& out) {
-  if (any_wrenches_) compute_joint_wrenches(model, frames, t);
+  if (any_wrenches_) compute_joint_wrenches(model, frames, t, inverse);
   out.setZero(static_cast<Eigen::Index>(term_of_row_.size()));
   Eigen::Index at = 0;
   for (const SensorTerm& term : *terms_) {
@@ -89,7 +70,7 @@ void ForceSensors::evaluate(const Model& model, const SensorFrames& frames, int 
       if (term.sensor.kind == SensorKind::kContactForce)
         error = force_on(model, term.sensor.bodies, inverse);
       else if (is_wrench(term.sensor.kind))
-        error = wrench_through(model, *data_, inverse, term.sensor);
+        error = wrench_through(*data_, *joints_, term.sensor);
       else
         error[0] = inverse.applied_force[term.sensor.coordinate];
       error -= reading.head<3>();

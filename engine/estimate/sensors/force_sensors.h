@@ -7,6 +7,7 @@
 
 #include "counterpoint/engine/dynamics/data.h"
 #include "counterpoint/engine/estimate/sensors/sensor_rows.h"
+#include "counterpoint/engine/sensors/joint_wrenches.h"
 #include "counterpoint/engine/step.h"
 
 namespace counterpoint::estimation {
@@ -31,13 +32,15 @@ class ForceSensors {
   void differentiate_constants(const SensorFrames& frames, int t, MatrixX& out) const;
 
  private:
-  /// Computes the joint wrenches without contact forces into data_->F.
-  void compute_joint_wrenches(const Model& model, const SensorFrames& frames, int t);
+  /// Computes the wrenches of the joints at frame t from those at t - 1, t, t + 1.
+  void compute_joint_wrenches(const Model& model, const SensorFrames& frames, int t,
+                              const Inverse& inverse);
 
   const std::vector<SensorTerm>* terms_;
   std::vector<int> term_of_row_;
   bool any_differences_ = false, any_wrenches_ = false;
   std::optional<Data> data_;
+  std::optional<JointWrenches> joints_;
 };
 
 }  // namespace counterpoint::estimation

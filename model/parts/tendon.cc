@@ -1,4 +1,4 @@
-#include "counterpoint/model/tendon.h"
+#include "counterpoint/model/parts/tendon.h"
 
 #include <algorithm>
 #include <cmath>
