@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/model/parts/closure.h"
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/joint.h"
+#include "counterpoint/model/parts/closure.h"
 #include "counterpoint/model/parts/sensor.h"
-#include "counterpoint/model/spatial.h"
 #include "counterpoint/model/parts/tendon.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 

@@ -325,10 +325,9 @@ class ModelEditor {
   static auto parts(Model& m) {
     return std::tie(m.nq_, m.nv_, m.bodies_, m.trees_, m.joints_, m.frames_, m.geometries_,
                     m.pair_materials_, m.mimics_, m.springs_, m.servos_, m.drags_,
-                    m.gravity_compensations_, m.closures_, m.tendons_, m.sensors_,
-                    m.notes_, m.excluded_pairs_,
-                    m.exclusion_reasons_, m.included_pairs_, m.gravity_, m.default_q_, m.damping_,
-                    m.armature_, m.dry_friction_);
+                    m.gravity_compensations_, m.closures_, m.tendons_, m.sensors_, m.notes_,
+                    m.excluded_pairs_, m.exclusion_reasons_, m.included_pairs_, m.gravity_,
+                    m.default_q_, m.damping_, m.armature_, m.dry_friction_);
   }
 
   Model model_;

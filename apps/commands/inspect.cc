@@ -11,8 +11,8 @@
 #include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/geometry.h"
 #include "input/scene_arguments.h"
-#include "report/closure_table.h"
 #include "report/effect_table.h"
+#include "report/part_tables.h"
 #include "report/report.h"
 #include "report/sensor_log.h"
 
@@ -122,29 +122,6 @@ Json joint_forces_json(const Model& model, int joint) {
   return json;
 }
 
-/// Reports the tendons: lengths in the initial configuration, and their forces.
-void inspect_tendons(const Model& model, Report& report) {
-  if (model.tendons().empty()) return;
-  Json list = Json::array();
-  report.print("\ntendons:\n");
-  const std::vector<Pose> X_WB = body_poses(model, model.default_q());
-  for (const Tendon& tendon : model.tendons()) {
-    const double length = tendon_length(model, tendon, model.default_q(), X_WB);
-    report.print("  {:<28} {}, length {:.6g} m; stiffness {:.4g} N/m, damping {:.4g} N s/m\n",
-                 tendon.name, tendon.is_spatial() ? "path" : "joints", length, tendon.stiffness,
-                 tendon.damping);
-    list.push_back({{"name", tendon.name},
-                    {"spatial", tendon.is_spatial()},
-                    {"length_m", length},
-                    {"stiffness", tendon.stiffness},
-                    {"damping", tendon.damping},
-                    {"dry_friction", tendon.dry_friction},
-                    {"servo_stiffness", tendon.servo.stiffness},
-                    {"servo_damping", tendon.servo.damping}});
-  }
-  report.json["tendons"] = list;
-}
-
 /// Reports springs, servos, drag and carried weight, each only if the scene has any.
 void inspect_forces(const Model& model, Report& report) {
   if (!model.springs().empty()) report.print("\nsprings:\n");
@@ -157,7 +134,7 @@ void inspect_forces(const Model& model, Report& report) {
         "  {:<28} stiffness {:.4g}, damping {:.4g}; target position {:.4g}, velocity {:.4g}\n",
         model.joint(servo.joint).name, servo.stiffness, servo.damping, servo.position,
         servo.velocity);
-  inspect_tendons(model, report);
+  report_tendons(model, report);
   Json drags = Json::array(), compensations = Json::array();
   for (const auto& [body, center, drag] : model.drags())
     drags.push_back({{"link", link_name(model, body)},

@@ -1,5 +1,5 @@
-// Forces of tendons (model/parts/tendon.h), each a row on the coordinates with y = dL/dt = J w+, J =
-// dL/dq at the start of the step:
+// Forces of tendons (model/parts/tendon.h), each a row on the coordinates with y = dL/dt = J w+, J
+// = dL/dq at the start of the step:
 //
 //   spring, damper   f = -h (k (L + h y - L0) + d y)
 //   slack spring     the same spring, pulling only below or above its rest lengths

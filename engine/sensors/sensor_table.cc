@@ -61,6 +61,12 @@ void check_sensor(const Model& model, const SimulationOptions& options,
            "semi_implicit_euler");
   if (any(senses_wrench) && options.integrator != Integrator::kSemiImplicitEuler)
     refuse(sensor, "a wrench is known under the integrator semi_implicit_euler only");
+  const auto& tendons = model.tendons();
+  if (any(senses_wrench) &&
+      std::any_of(tendons.begin(), tendons.end(), [](const Tendon& t) { return t.is_spatial(); }))
+    refuse(sensor,
+           "a wrench between links is not known where spatial tendons pull on them: take the "
+           "joint_effort, or leave the sensor out");
   double mass = placed.part.share.mass;
   for (const int child : placed.part.children)
     for (int b = child; b < model.body(child).subtree_end; ++b) mass += model.body(b).inertia.mass;

@@ -122,8 +122,8 @@ void ModelBuilder::place_tendons() {
     for (const TendonWrap& wrap : tendon.wraps) bodies.insert(wrap.body);
     for (const int body : bodies)
       if (body != 0) trees.insert(model_.bodies_[body].tree);
-    const bool moves = std::any_of(
-        tendon.path.begin(), tendon.path.end(), [&](const TendonSegment& segment) {
+    const bool moves =
+        std::any_of(tendon.path.begin(), tendon.path.end(), [&](const TendonSegment& segment) {
           const int wrap = segment.wrap < 0
                                ? segment.from.body
                                : tendon.wraps[static_cast<std::size_t>(segment.wrap)].body;

@@ -27,7 +27,8 @@ class PathMaker {
         return;
       }
       default:
-        if (!last_ || wrap_ >= 0) fail_tendon(spec_, "a sphere or cylinder must stand between two points");
+        if (!last_ || wrap_ >= 0)
+          fail_tendon(spec_, "a sphere or cylinder must stand between two points");
         wrap_ = static_cast<int>(tendon_.wraps.size());
         tendon_.wraps.push_back({body, X_BL * place.X_LG, place.radius,
                                  place.kind == Place::Kind::kCylinder, place.side});

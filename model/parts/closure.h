@@ -43,7 +43,7 @@ struct Closure {
   double length = 0.0;  ///< distance of the anchors [m], for kDistance
   double pitch = 0.0;   ///< way along z per turn of B [m], for kScrew; negative: left-handed
   bool rope = false;    ///< kDistance: it only pulls, where the anchors are farther apart
-  ClosureSpring linear, angular;  ///< springs of the rows of displacement, and of angles
+  ClosureSpring linear, angular;   ///< springs of the rows of displacement, and of angles
   int frame_a = -1, frame_b = -1;  ///< frames of the two links; -1: the world
 };
 /// Returns the number of scalar constraints of a closure, springs included.

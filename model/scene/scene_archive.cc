@@ -92,7 +92,8 @@ void visit(A& a, ClosureSpring& x) {
 }
 template <class A>
 void visit(A& a, Closure& x) {
-  auto& [name, type, body_a, body_b, X_AC, X_BC, length, pitch, rope, linear, angular, frame_a, frame_b] = x;
+  auto& [name, type, body_a, body_b, X_AC, X_BC, length, pitch, rope, linear, angular, frame_a,
+         frame_b] = x;
   a(name, type, body_a, body_b, X_AC, X_BC, length, pitch);
   a.plain(rope);
   a(linear, angular, frame_a, frame_b);

@@ -21,8 +21,8 @@ std::pair<double, double> read_range(const YamlValue& in, bool open) {
 }
 
 Place read_place(const YamlValue& in) {
-  in.expect_map({"point", "sphere", "cylinder", "pulley", "link", "position", "rpy", "quaternion",
-                 "side"});
+  in.expect_map(
+      {"point", "sphere", "cylinder", "pulley", "link", "position", "rpy", "quaternion", "side"});
   Place place;
   int kinds = 0;
   const auto is = [&](const char* key, Place::Kind kind) {
@@ -72,7 +72,8 @@ TendonSpec read_tendon(const YamlValue& in) {
   if (in.has("dry_friction")) tendon.dry_friction = in.at("dry_friction").number(0.0, kInfinity);
   if (in.has("rest_length")) {
     const YamlValue rest = in.at("rest_length");
-    tendon.rest = rest.is_list() ? read_range(rest, false) : std::pair(rest.number(), rest.number());
+    tendon.rest =
+        rest.is_list() ? read_range(rest, false) : std::pair(rest.number(), rest.number());
   }
   if (in.has("limits")) std::tie(tendon.lower, tendon.upper) = read_range(in.at("limits"), true);
   if (in.has("servo")) read_servo(in.at("servo"), tendon);

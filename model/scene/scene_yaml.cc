@@ -99,7 +99,7 @@ class SceneReader {
                      "groups",       "hull_vertices",   "meshes",          "closures",
                      "effects",      "max_speed",       "closing_time",    "integrator",
                      "step_control", "velocity_forces", "repair_joints",   "fill_inertia",
-                     "pairs",        "tendons", "sensors"});
+                     "pairs",        "tendons",         "sensors"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
   }

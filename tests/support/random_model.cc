@@ -155,6 +155,7 @@ void add_path(Random& random, const std::vector<std::string>& links, TendonSpec&
     if (between == 3) {
       place(Kind::kPulley);
       place(Kind::kPoint);
+      tendon.path.back().link = ends[0];  // else both ends of the branch may be on one body
     }
     place(Kind::kPoint);
   }

@@ -65,6 +65,12 @@ void expect_joint_words(Document& document, const Element& element) {
                             "user"});
 }
 
+[[noreturn]] void refuse_align(const Document& document, const Element& element) {
+  document.fail(element,
+                "align: a body's frame that is moved to its centre is not supported; say "
+                "align=\"false\"");
+}
+
 }  // namespace
 
 JointRead read_joint(Document& document, const Defaults& defaults, const Element& element,
@@ -77,9 +83,7 @@ JointRead read_joint(Document& document, const Defaults& defaults, const Element
     document.expect(element, {"name", "group", "align", "class"});
     const std::string align = Values(document, element).text("align", "auto");
     if (align == "true" || (align == "auto" && compiler.align_free))
-      document.fail(element,
-                    "align: a body's frame that is moved to its centre is not supported; say "
-                    "align=\"false\"");
+      refuse_align(document, element);
     spec.type = JointType::kFloating;
     return out;
   }

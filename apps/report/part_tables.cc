@@ -1,4 +1,4 @@
-#include "report/closure_table.h"
+#include "report/part_tables.h"
 
 #include <string>
 
@@ -30,6 +30,28 @@ Json closure_json(const Closure& closure, const ClosureGap& gap) {
     out["rotational_damping_N_m_s_rad"] = axes_json(closure.angular.damping);
   }
   return out;
+}
+
+void report_tendons(const Model& model, Report& report) {
+  if (model.tendons().empty()) return;
+  Json list = Json::array();
+  report.print("\ntendons:\n");
+  const std::vector<Pose> X_WB = body_poses(model, model.default_q());
+  for (const Tendon& tendon : model.tendons()) {
+    const double length = tendon_length(model, tendon, model.default_q(), X_WB);
+    report.print("  {:<28} {}, length {:.6g} m; stiffness {:.4g} N/m, damping {:.4g} N s/m\n",
+                 tendon.name, tendon.is_spatial() ? "path" : "joints", length, tendon.stiffness,
+                 tendon.damping);
+    list.push_back({{"name", tendon.name},
+                    {"spatial", tendon.is_spatial()},
+                    {"length_m", length},
+                    {"stiffness_N_m", tendon.stiffness},
+                    {"damping_N_s_m", tendon.damping},
+                    {"dry_friction_N", tendon.dry_friction},
+                    {"servo_stiffness_N_m", tendon.servo.stiffness},
+                    {"servo_damping_N_s_m", tendon.servo.damping}});
+  }
+  report.json["tendons"] = list;
 }
 
 }  // namespace counterpoint::apps

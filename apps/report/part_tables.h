@@ -1,0 +1,16 @@
+// Closures and tendons in reports.
+#pragma once
+
+#include "counterpoint/model/model.h"
+#include "report/report.h"
+
+namespace counterpoint::apps {
+
+/// Returns the values of a closure and how far it is open, without the names of its links.
+Json closure_json(const Closure& closure, const ClosureGap& gap);
+
+/// Prints and reports the tendons (key "tendons"): lengths in the initial configuration, and their
+/// forces; nothing if there are none.
+void report_tendons(const Model& model, Report& report);
+
+}  // namespace counterpoint::apps
