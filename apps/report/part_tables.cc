@@ -51,7 +51,7 @@ void report_tendons(const Model& model, Report& report) {
                     {"servo_stiffness_N_m", tendon.servo.stiffness},
                     {"servo_damping_N_s_m", tendon.servo.damping}});
   }
-  report.json["tendons"] = list;
+  report["tendons"] = list;
 }
 
 }  // namespace counterpoint::apps

@@ -91,6 +91,7 @@ constexpr Kind kKinds[] = {
     {"equality_4", LawType::kEquality, 4},
     {"equality_5", LawType::kEquality, 5},
     {"equality_6", LawType::kEquality, 6},
+    {"spring", LawType::kSpring, 1},
     {"dry_friction", LawType::kDryFriction, 1},
     {"mixed", LawType::kFrictionCone, 0},
 };

@@ -57,6 +57,7 @@ inline Law random_law(Random& random, const RandomOptions& options, LawType type
       law.rows = 1;
       break;
     case LawType::kEquality:
+    case LawType::kSpring:
       law.rows = options.only_rows > 0 ? options.only_rows : random.integer(1, 6);
       break;
     case LawType::kFrictionCone: {
