@@ -78,7 +78,7 @@ void left_for_long(Trial& trial, const std::string& name, double seconds) {
   Runner& sim = trial.load(name);
   Watch watch(trial, sim, std::lround(seconds / sim.options().time_step));
   trial.run(sim, seconds, [&](const Runner&) { watch.after_step(); });
-  watch.report(!sim.model().servos().empty() || has_belts(sim.model()));
+  watch.report(has_drives(sim.model()));
 }
 
 void driven_for_long(Trial& trial, const std::string& name, long steps) {

@@ -35,11 +35,12 @@ RunWatch::RunWatch(Simulator& simulator, long every)
   look_at_closures(q_);
 }
 
-/// True if all work on the scene is counted; the work of servos, of belts and of wrenches on links
-/// is not.
+/// True if all work on the scene is counted; the work of servos, of belts, of wrenches on links and
+/// of forces along tendons is not.
 bool RunWatch::knows_work() const {
-  const Model& model = simulator_.model();
-  return model.servos().empty() && !has_belts(model) && simulator_.input().wrenches.empty();
+  const Input& input = simulator_.input();
+  return !has_drives(simulator_.model()) && input.wrenches.empty() &&
+         input.tendon_force.isZero(0.0);
 }
 
 /// Updates the largest opening of the closures; the first call stores their openings at the start.

@@ -27,9 +27,12 @@ double SurfaceSprings::energy(const VectorX& q) {
   return energy;
 }
 
-bool has_belts(const Model& model) {
-  return std::any_of(model.geometries().begin(), model.geometries().end(),
-                     [](const Geometry& g) { return !g.material.surface_velocity.isZero(0.0); });
+bool has_drives(const Model& model) {
+  const auto moves = [](const Geometry& g) { return !g.material.surface_velocity.isZero(0.0); };
+  const auto pulls = [](const Tendon& t) { return t.servo.any(); };
+  return !model.servos().empty() ||
+         std::any_of(model.geometries().begin(), model.geometries().end(), moves) ||
+         std::any_of(model.tendons().begin(), model.tendons().end(), pulls);
 }
 
 double total_energy(const Model& model, const State& state) {

@@ -24,8 +24,9 @@ class SurfaceSprings {
   std::vector<collision::Candidate> candidates_;
 };
 
-/// Whether surfaces move on their bodies (Material::surface_velocity) and do work.
-bool has_belts(const Model& model);
+/// Whether parts of the scene do work by themselves: servos of joints and tendons, and surfaces
+/// that move on their bodies (Material::surface_velocity).
+bool has_drives(const Model& model);
 
 /// Kinetic plus potential energy, including springs of joints and surfaces [J].
 double total_energy(const Model& model, const State& state);
