@@ -236,8 +236,7 @@ void add_simulate(CommandLine& line) {
               "Table to write: the contacts of every step and their forces, as `inverse "
               "--contacts` does; of a controlled step those of its second half");
   command.add("--sensors FILE", arguments.sensors,
-              "Table to write: the readings of the scene's sensors in every step; --seed seeds "
-              "their noise (docs/reference/sensors.md)");
+              "Table to write: readings of sensors (docs/reference/sensors.md)");
   command.add("--save-state FILE", arguments.save_state,
               "Write the last state, to go on from to the same bits");
   Option& resume = command.add("--resume FILE", arguments.resume,

@@ -67,7 +67,6 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       holds_much_(holds_much(weights_)),
       limited_(list_limited_coordinates(model)),
       speed_limits_(list_speed_limits(model)),
-      tendons_(model),
       acceleration_(model.closures().empty() ? 0 : model.num_bodies()) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
@@ -96,10 +95,6 @@ void ConstraintFinder::find(const StepContext& at, const Kinematics& data, Const
     find_velocity_limits(options, speed_limits_, v, weights_, idle, out);
   if (runs(Effect::kDryFriction)) find_dry_friction(model, options, dry_, weights_, idle, out);
   if (runs(Effect::kMimics)) find_mimics(model, options, q, weights_, idle, out);
-  if (runs(Effect::kTendons)) {
-    tendons_.find(model, q, data, idle);
-    add_tendon_rows(at, tendons_, weights_, out);
-  }
   if (holds_much_) stiffen_closures(model, out);
 }
 

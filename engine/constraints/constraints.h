@@ -7,7 +7,6 @@
 #include "counterpoint/engine/constraints/contact_finder.h"
 #include "counterpoint/engine/constraints/joint_limits.h"
 #include "counterpoint/engine/dynamics/inverse_weights.h"
-#include "counterpoint/engine/forces/tendons.h"
 
 namespace counterpoint {
 
@@ -43,8 +42,6 @@ class ConstraintFinder {
 
   ContactFinder& contacts() { return contacts_; }
   const ContactFinder& contacts() const { return contacts_; }
-  /// Tendons as find() met them.
-  const Tendons& tendons() const { return tendons_; }
   const InverseWeights& weights() const { return weights_; }
   const collision::Collider& collider() const { return contacts_.search().collider(); }
   /// Radius [m] of each body's geometry about the body origin.
@@ -62,7 +59,6 @@ class ConstraintFinder {
   std::vector<DryCoordinate> dry_;    ///< coordinates with dry friction
   std::vector<LimitedCoordinate> limited_;
   std::vector<SpeedLimit> speed_limits_;
-  Tendons tendons_;
   std::vector<Motion> acceleration_;  ///< scratch of find_closures
 };
 

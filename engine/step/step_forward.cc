@@ -167,7 +167,7 @@ void advance(const StepArguments& step, Workspace::Impl& ws, State& next, StepRe
   report.softening = step.input.softening;
   ws.constraints = prepare_step(step.context(), ws).constraints();
   if (step.effects.has(Effect::kTendons))
-    add_tendon_servos(step.context(), ws.finder.tendons(), step.input, ws.constraints);
+    add_tendon_servos(step.context(), ws.start.tendons(), step.input, ws.constraints);
   switch (step.options.integrator) {
     case Integrator::kSemiImplicitEuler:
       return step_euler(step, ws, next, report);

@@ -203,7 +203,7 @@ void find_constraints(const InverseArguments& step, const StepStart& start,
   }
   constraints = start.constraints();
   if (effects.has(Effect::kTendons))
-    add_tendon_servos(step.context(), finder.tendons(), known, constraints);
+    add_tendon_servos(step.context(), start.tendons(), known, constraints);
   compute_body_velocities(model, inverse.contact_velocity, start.kinematics(),
                           inverse.body_velocity);
   finder.find_overrun(step.context(), {inverse.contact_velocity, &inverse.body_velocity},

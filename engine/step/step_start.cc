@@ -10,6 +10,7 @@ namespace counterpoint {
 
 StepStart::StepStart(const Model& model)
     : data_(model),
+      tendons_(model),
       free_flight_(model),
       predictor_(model),
       mid_velocity_(model),
@@ -34,6 +35,10 @@ void StepStart::find_constraints(const StepContext& at, ConstraintFinder& finder
       compute_velocities(at.model, at.v, bodies, data_);
     }
     finder.find(at, data_, constraints_, counts, sleepers.sleep_mask());
+    if (!at.effects.has(Effect::kTendons)) return;
+    counts.add(Effect::kTendons);
+    tendons_.find(at.model, at.q, data_, sleepers.sleep_mask());
+    add_tendon_rows(at, tendons_, finder.weights(), constraints_);
   };
   find(sleepers.awake());
   while (

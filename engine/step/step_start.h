@@ -6,6 +6,7 @@
 #include "counterpoint/engine/forces/energy_projection.h"
 #include "counterpoint/engine/forces/free_flight.h"
 #include "counterpoint/engine/forces/mid_velocity.h"
+#include "counterpoint/engine/forces/tendons.h"
 #include "counterpoint/engine/forces/velocity_predictor.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/step_context.h"
@@ -61,9 +62,11 @@ class StepStart {
   /// Velocity-dependent forces of the step. Under implicit_midpoint they are those at (q, v), and
   /// the step takes those at its middle.
   const VelocityForces& velocity_forces() const { return data_; }
-  /// Contacts, closures, limits, dry friction and mimic joints with their laws and final biases.
-  /// The step works on a copy, to which it adds what input and solution call for.
+  /// Contacts, closures, limits, dry friction, mimic joints, tendons with their laws and final
+  /// biases. The step works on a copy, to which it adds what input and solution call for.
   const ConstraintSet& constraints() const { return constraints_; }
+  /// Lengths and moment arms at q of the tendons of awake trees, where tendons act.
+  const Tendons& tendons() const { return tendons_; }
   const Vector3& gravity() const { return gravity_; }  ///< [m/s^2]; zero where it is off
   const VelocityPredictor& predictor() const { return predictor_; }
   const FreeFlight& free_flight() const { return free_flight_; }
@@ -89,6 +92,7 @@ class StepStart {
 
   Data data_;
   ConstraintSet constraints_;
+  Tendons tendons_;
   Vector3 gravity_ = Vector3::Zero();
   FreeFlight free_flight_;
   VelocityPredictor predictor_;

@@ -88,7 +88,7 @@ void add_tendon_curvature(const InvertedStep& inverted, const Model& model, doub
   for (const JointConstraint& row : constraints.joints) {
     if (row.tendon < 0 || !model.tendons()[static_cast<size_t>(row.tendon)].is_spatial()) continue;
     if (row.tendon != of)
-      inverted.finder.tendons().find_curvature(model, row.tendon, inverted.at(), scratch);
+      inverted.start.tendons().find_curvature(model, row.tendon, inverted.at(), scratch);
     of = row.tendon;
     const std::span<const RowTerm> terms = constraints.terms(row);
     const double y = row_velocity(terms, v_next) + row.law.bias[0];

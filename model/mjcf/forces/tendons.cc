@@ -89,6 +89,8 @@ class PathReader {
       }
       tendon_.spec.path.push_back(place);
     }
+    if (tendon_.spec.path.size() < 2)
+      document_.fail(*tendon_.element, "a path of at least two sites is expected");
     Tendon at_reference;
     make_tendon_path(
         tendon_.spec,

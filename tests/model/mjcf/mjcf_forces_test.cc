@@ -202,7 +202,7 @@ TEST_F(MjcfForcesTest, WhatIsMissingIsRefusedByElementAndLine) {
   expect_refused(with("") + "\n<actuator><motor joint='k'/></actuator>",
                  {"m.xml:3: <motor>", "no joint 'k'"});
   expect_refused(with("") + "\n<tendon><spatial name='t' stiffness='1'/></tendon>",
-                 {"m.xml:3: <spatial> 't'", "tendons"});
+                 {"m.xml:3: <spatial> 't'", "two sites"});
   expect_refused(with("") + "\n<equality><joint joint1='j' polycoef='1 0 3 0 0'/></equality>",
                  {"m.xml:3", "linearly"});
   expect_refused(with("") + "\n<keyframe><key qpos='1 2'/></keyframe>",

@@ -70,8 +70,8 @@ TEST_F(MjcfTendons, PathsAroundACylinder) {
       <spatial name='straight' stiffness='5'><site site='w'/><site site='s1'/></spatial>
       <spatial name='around' range='0 9'><site site='s1'/><geom geom='c' sidesite='over'/>
         <site site='s2'/></spatial>
-      <spatial name='block'><site site='w'/><pulley divisor='2'/><site site='w'/><site site='s1'/>
-      </spatial></tendon><keyframe><key qpos='1 0'/></keyframe>)");
+      <spatial name='block'><site site='w'/><site site='s1'/><pulley divisor='2'/><site site='w'/>
+        <site site='s1'/></spatial></tendon><keyframe><key qpos='1 0'/></keyframe>)");
   const double straight = std::hypot(1.0, 1.5);
   EXPECT_NEAR(tendon(s, "straight").rest_longest, straight, kRoundOff);
   VectorX q = s.model.default_q();
@@ -82,6 +82,7 @@ TEST_F(MjcfTendons, PathsAroundACylinder) {
     return tendon_length(s.model, tendon(s, name), q, at);
   };
   EXPECT_NEAR(length("straight"), straight, kRoundOff);
+  EXPECT_NEAR(length("block"), 1.5 * straight, kRoundOff);
   // Both ends are 0.5 m above and below the middle, 3 m apart along the axis.
   const double flat = 2.0 * std::sqrt(0.25 - 0.04) + 0.2 * (M_PI - 2.0 * std::acos(0.4));
   EXPECT_NEAR(length("around"), std::hypot(flat, 3.0), kRoundOff);
