@@ -252,7 +252,8 @@ void add_tendon_servos(const StepContext& at, const Tendons& tendons, const Inpu
   for (int i = 0; i < static_cast<int>(at.model.tendons().size()); ++i) {
     const TendonServo& servo = at.model.tendons()[static_cast<size_t>(i)].servo;
     const double given = input.tendon_force.size() > 0 ? input.tendon_force[i] : 0.0;
-    if (tendons.is_idle(i) || (!servo.any() && given == 0.0)) continue;
+    const double pull = std::clamp(given, servo.least, servo.most);
+    if (tendons.is_idle(i) || (!servo.any() && pull == 0.0)) continue;
     const double target = input.tendon_target.size() > 0 ? input.tendon_target[i] : servo.target;
     JointConstraint row = row_of(i, TendonPart::kServo);
     contact::Law& law = row.law;
@@ -269,7 +270,7 @@ void add_tendon_servos(const StepContext& at, const Tendons& tendons, const Inpu
     }
     law.type = servo.any() && !bounded ? contact::LawType::kSpring : contact::LawType::kDryFriction;
     if (!servo.any()) {
-      law.center = h * std::clamp(given, servo.least, servo.most);
+      law.center = h * pull;
     } else if (bounded) {
       law.center = 0.5 * h * (servo.least + servo.most);
       law.bound = 0.5 * h * (servo.most - servo.least);

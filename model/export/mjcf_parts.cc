@@ -98,4 +98,11 @@ MjcfPairs list_mjcf_pairs(const Model& model, const IndexPairs& apart, bool all)
   return out;
 }
 
+std::vector<Note> lost_parts(const Model& model) {
+  std::vector<Note> lost;
+  for (const Sensor& s : model.sensors()) lost.push_back({"sensor '" + s.name + "'", "a sensor"});
+  for (const Tendon& t : model.tendons()) lost.push_back({"tendon '" + t.name + "'", "a tendon"});
+  return lost;
+}
+
 }  // namespace counterpoint

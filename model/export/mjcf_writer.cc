@@ -372,7 +372,7 @@ class MjcfWriter {
   void note_forces() {
     if (velocity_limits_ > 0)
       lose("scene", fmt::format("velocity limits of {} joints", velocity_limits_));
-    for (const Sensor& s : model_.sensors()) lose("sensor '" + s.name + "'", "a sensor");
+    for (const Note& lost : lost_parts(model_)) lose(lost.where, lost.message);
     if (!on(Effect::kDrag)) return;
     for (const BodyDrag& drag : model_.drags()) lose("link '" + body_name(drag.body) + "'", "drag");
   }

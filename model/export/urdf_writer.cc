@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "counterpoint/model/export/mjcf_parts.h"
 #include "counterpoint/model/export/numbers.h"
 #include "counterpoint/model/robot_files.h"
 
@@ -261,7 +262,7 @@ class UrdfWriter {
     for (const GravityCompensation& c : model_.gravity_compensations())
       lose("link '" + body_name(c.body) + "'", "gravity compensation");
     for (const Closure& c : model_.closures()) lose("closure '" + c.name + "'", "a closed loop");
-    for (const Sensor& s : model_.sensors()) lose("sensor '" + s.name + "'", "a sensor");
+    for (const Note& lost : lost_parts(model_)) lose(lost.where, lost.message);
     if (!model_.excluded_geometry_pairs().empty())
       lose("scene", "pairs of geometries that do not collide (an SRDF holds these)");
     if (!model_.included_geometry_pairs().empty())

@@ -154,6 +154,21 @@ TEST(Tendons, AnInputPullsAlongThePath) {
   EXPECT_NEAR(sim.state().v[0], 20 * h * (15.0 - kStandardGravity), kRoundoff);
 }
 
+/// Bounds without gains hold for the input too, also where they leave out zero.
+TEST(Tendons, AnInputStaysWithinTheBounds) {
+  TendonSpec rope;
+  rope.path = {point("world", {0, 0, 2}), point("block0", {0, 0, 0})};
+  rope.servo.least = -25.0;
+  rope.servo.most = -5.0;
+  for (const auto& [given, pulled] : {std::pair(-30.0, 25.0), {-10.0, 10.0}, {0.0, 5.0}}) {
+    Simulator sim(blocks({2.0}, {rope}));
+    sim.input().tendon_force = VectorX::Constant(1, given);
+    ASSERT_TRUE(sim.step().succeeded());
+    EXPECT_NEAR(sim.state().v[0], sim.options().time_step * (pulled / 2.0 - kStandardGravity),
+                kRoundoff);
+  }
+}
+
 /// A rope of fixed length (both limits) over a wheel: Atwood's machine, a = g (m1 - m0) / (m1 +
 /// m0). With the regularized limit the rope yields by the compliance times the forces.
 TEST(Tendons, AtwoodsMachine) {
