@@ -69,8 +69,6 @@ std::string link_name(const Model& model, int body) {
 
 Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-Json vector_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
-
 /// Adds a list to the report and prints a line for each entry, below a title if there are any.
 void report_list(const char* key, const std::string& title, const char* line, const Json& list,
                  Report& report) {

@@ -6,6 +6,8 @@
 
 namespace counterpoint::apps {
 
+inline Json vector_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
 /// Returns the values of a closure and how far it is open, without the names of its links.
 Json closure_json(const Closure& closure, const ClosureGap& gap);
 

@@ -89,9 +89,12 @@ struct JointConstraint {
   int first_term = 0, num_terms = 0;  ///< in ConstraintSet::row_terms
   int tendon = -1;                    ///< index into Model::tendons, or -1
   TendonPart part = TendonPart::kNone;
-  double along = 1.0;  ///< -1: a positive impulse shortens the tendon
   /// Springs and servos of tendons: derivative of the bias by the length along the row [1/s].
   double bias_by_length = 0.0;
+  /// Sign of the force along the tendon that a positive impulse gives.
+  double along() const {
+    return part == TendonPart::kLongSpring || part == TendonPart::kUpperLimit ? -1.0 : 1.0;
+  }
   bool has_given_gains() const { return part >= TendonPart::kSpring && part <= TendonPart::kServo; }
   /// Joint limit: gap [rad or m], and the bias as in PairConstraint [rad/s or m/s]; NaN if there is
   /// no gap.

@@ -165,6 +165,13 @@ contact::Law make_speed_limit_law(const ContactOptions& options, double alpha, d
 contact::Law make_dry_friction_law(const ContactOptions& options, double h, double alpha,
                                    double force);
 
+/// Sets regularizer and bias of a row with given gains, without other bias: its impulse in a step
+/// of h [s] is h (force - gain y), `force` [N, N m] that at y = 0, gain [N s/m, N m s/rad] > 0.
+inline void set_gain(double h, double gain, double force, contact::Law& law) {
+  law.regularizer = 1.0 / (h * gain);
+  law.bias[0] = -force / gain;
+}
+
 /// Compliance of mimic joints and closures relative to contacts. They hold moving bodies, and the
 /// error of the inverse is the rounding of the velocity over the regularizer
 /// (docs/decisions/README.md).

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "counterpoint/engine/dynamics/aba.h"
 #include "counterpoint/engine/dynamics/energy.h"
@@ -203,11 +202,7 @@ double tendon_weight(const Tendon& tendon, const Model& model, const std::vector
   double sum = 0.0;
   for (const TendonJoint& term : tendon.joints)
     sum += term.coefficient * term.coefficient * dof[model.body(term.joint + 1).v_index];
-  std::set<int> bodies;
-  for (const TendonSegment& segment : tendon.path)
-    bodies.insert({segment.from.body, segment.to.body});
-  for (const TendonWrap& wrap : tendon.wraps) bodies.insert(wrap.body);
-  for (const int body : bodies) sum += contact[static_cast<size_t>(body)];
+  for (const int body : path_bodies(tendon)) sum += contact[static_cast<size_t>(body)];
   return sum;
 }
 

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "counterpoint/engine/constraints/contact_law.h"
+
 namespace counterpoint {
 namespace {
 
@@ -59,11 +61,11 @@ void add_servo_rows(const StepContext& at, double h, const Input& input, SleepMa
     double& applied = tau[demand.v_index];
     JointConstraint row;
     row.law.type = contact::LawType::kDryFriction;
-    row.law.regularizer = 1.0 / (h * gain);
+    set_gain(h, gain,
+             demand.kp * (demand.q_target - at.q[demand.q_index]) + demand.kd * demand.w_target +
+                 applied,
+             row.law);
     row.law.bound = h * model.joint(servo.joint).effort_limit;
-    row.law.bias[0] = (demand.kp * (at.q[demand.q_index] - demand.q_target) -
-                       demand.kd * demand.w_target - applied) /
-                      gain;
     constraints.add(row, {{demand.v_index}});
     applied = 0.0;
   }

@@ -30,10 +30,12 @@ double spring_energy(const Model& model, const VectorRef& q) {
     const double stretch = q[model.body(spring.joint + 1).q_index] - spring.reference;
     energy += 0.5 * spring.stiffness * stretch * stretch;
   }
-  if (!model.tendons().empty()) energy += tendon_energy(model, q, body_poses(model, q));
   const auto has_spring = [](const Closure& c) { return c.linear.acts || c.angular.acts; };
-  if (std::none_of(model.closures().begin(), model.closures().end(), has_spring)) return energy;
+  if (model.tendons().empty() &&
+      std::none_of(model.closures().begin(), model.closures().end(), has_spring))
+    return energy;
   const std::vector<Pose> X_WB = body_poses(model, q);
+  energy += tendon_energy(model, q, X_WB);
   for (const Closure& closure : model.closures()) energy += spring_energy(closure, X_WB);
   return energy;
 }

@@ -36,11 +36,11 @@ JointConstraint row_of(int tendon, TendonPart part) {
   return row;
 }
 
-/// Appends a row along minus the arms.
-void add_opposite(const JointConstraint& row, std::span<const RowTerm> arms, ConstraintSet& out) {
+/// Appends a row whose impulse acts along the tendon as its part does.
+void add_row(const JointConstraint& row, std::span<const RowTerm> arms, ConstraintSet& out) {
   const size_t first = out.row_terms.size();
   out.add(row, arms);
-  out.joints.back().along = -1.0;
+  if (row.along() > 0.0) return;
   for (size_t i = first; i < out.row_terms.size(); ++i) out.row_terms[i].coefficient *= -1.0;
 }
 
@@ -60,10 +60,6 @@ Tendons::Tendons(const Model& model) {
       moved = term.joint + 1;
       arms[model.body(moved).v_index] += term.coefficient;
     }
-    const auto reference_of = [&](const TendonSegment& segment) {
-      return segment.wrap < 0 ? segment.from.body
-                              : tendon.wraps[static_cast<size_t>(segment.wrap)].body;
-    };
     const auto add_coordinates = [&](int body) {
       moved = body;
       const Body& b = model.body(body);
@@ -71,8 +67,8 @@ Tendons::Tendons(const Model& model) {
     };
     for (const TendonSegment& segment : tendon.path) {
       for (const int end : {segment.from.body, segment.to.body}) {
-        climb(model, end, reference_of(segment), add_coordinates);
-        climb(model, reference_of(segment), end, add_coordinates);
+        climb(model, end, reference_body(tendon, segment), add_coordinates);
+        climb(model, reference_body(tendon, segment), end, add_coordinates);
       }
     }
     moved_.push_back(moved);
@@ -83,8 +79,8 @@ Tendons::Tendons(const Model& model) {
     }
     for (const TendonSegment& segment : tendon.path)
       chains_[i].push_back(
-          {make_chain(model, reference_of(segment), segment.from.body, coordinates),
-           make_chain(model, reference_of(segment), segment.to.body, coordinates)});
+          {make_chain(model, reference_body(tendon, segment), segment.from.body, coordinates),
+           make_chain(model, reference_body(tendon, segment), segment.to.body, coordinates)});
   }
 }
 
@@ -200,8 +196,7 @@ void add_passive(const StepContext& at, const Tendon& tendon, int index, double 
   const double k = slack ? 0.0 : tendon.stiffness, gain = tendon.damping + h * k;
   if (gain > 0.0) {
     row.law.type = contact::LawType::kSpring;
-    row.law.regularizer = 1.0 / (h * gain);
-    row.law.bias[0] = k * (length - tendon.rest_shortest) / gain;
+    set_gain(h, gain, k * (tendon.rest_shortest - length), row.law);
     row.bias_by_length = k / gain;
     out.add(row, arms);
   }
@@ -214,7 +209,7 @@ void add_passive(const StepContext& at, const Tendon& tendon, int index, double 
   out.add(row, arms);
   row.part = TendonPart::kLongSpring;
   row.law.bias[0] = (tendon.rest_longest - length) / h;
-  add_opposite(row, arms, out);
+  add_row(row, arms, out);
 }
 
 }  // namespace
@@ -240,8 +235,7 @@ void add_tendon_rows(const StepContext& at, const Tendons& tendons, const Invers
       row.gap = sign * (length - limit);
       row.law = make_limit_law(law_options(at.options), h, alpha, row.gap);
       row.gap_bias = gap_bias(at.options.contact, h, row.gap);
-      if (sign > 0.0) out.add(row, arms);
-      if (sign < 0.0) add_opposite(row, arms, out);
+      add_row(row, arms, out);
     }
   }
 }
@@ -260,10 +254,9 @@ void add_tendon_servos(const StepContext& at, const Tendons& tendons, const Inpu
     const double gain = servo.damping + h * servo.stiffness;
     const bool bounded = std::isfinite(servo.most);
     if (servo.any()) {
-      law.regularizer = 1.0 / (h * gain);
-      law.bias[0] =
-          (servo.stiffness * (tendons.length(i) - target) - servo.damping * servo.speed - given) /
-          gain;
+      set_gain(h, gain,
+               servo.stiffness * (target - tendons.length(i)) + servo.damping * servo.speed + given,
+               law);
       row.bias_by_length = servo.stiffness / gain;
     } else {
       law.regularizer = 1.0;

@@ -79,14 +79,11 @@ void check_sensor(const Model& model, const SimulationOptions& options,
 std::vector<SensorColumn> sensor_columns(const Model& model) {
   std::vector<SensorColumn> columns;
   for (std::size_t i = 0; i < model.sensors().size(); ++i) {
-    Sensor sensor = model.sensors()[i];
-    const std::vector<SensorKind> kinds = sensor.kinds;
-    for (const SensorKind kind : kinds) {
-      sensor.kinds = {kind};
-      for (const SensorRow& row : sensor_rows(model, sensor))
+    const Sensor& sensor = model.sensors()[i];
+    for (const SensorKind kind : sensor.kinds)
+      for (const SensorRow& row : sensor_rows(model, sensor, kind))
         columns.push_back({sensor.name + "." + row.suffix, row.unit, axes_of(model, sensor, kind),
                            static_cast<int>(i)});
-    }
   }
   return columns;
 }
@@ -168,10 +165,9 @@ const SensorWork& SensorTable::work() const { return impl_->work; }
 void SensorTable::Impl::list_quantities() {
   Eigen::Index first = 0;
   for (std::size_t i = 0; i < sensors.size(); ++i) {
-    Sensor one = *sensors[i].sensor;
-    for (const SensorKind kind : sensors[i].sensor->kinds) {
-      one.kinds = {kind};
-      const auto rows = static_cast<Eigen::Index>(sensor_rows(*model, one).size());
+    const Sensor& sensor = *sensors[i].sensor;
+    for (const SensorKind kind : sensor.kinds) {
+      const auto rows = static_cast<Eigen::Index>(sensor_rows(*model, sensor, kind).size());
       quantities.push_back({i, kind, first, rows});
       first += rows;
     }

@@ -95,7 +95,7 @@ void recover_impulses(const Model& model, double h, const ConstraintSet& constra
     if (j.tendon < 0) {
       out.joints.push_back({j.effect, terms[0].v_index, terms[0].coefficient * f / h});
     } else {
-      out.tendon_force[j.tendon] += j.along * f / h;
+      out.tendon_force[j.tendon] += j.along() * f / h;
     }
     for (const RowTerm& term : terms) inverse.tau[term.v_index] += term.coefficient * f;
   }

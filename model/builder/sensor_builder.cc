@@ -32,11 +32,8 @@ bool any_kind(const Sensor& sensor, bool (*test)(SensorKind)) {
 /// Numbers of rows of the quantities of a sensor.
 std::vector<std::size_t> rows_by_kind(const Model& model, const Sensor& sensor) {
   std::vector<std::size_t> rows;
-  Sensor one = sensor;
-  for (const SensorKind kind : sensor.kinds) {
-    one.kinds = {kind};
-    rows.push_back(sensor_rows(model, one).size());
-  }
+  for (const SensorKind kind : sensor.kinds)
+    rows.push_back(sensor_rows(model, sensor, kind).size());
   return rows;
 }
 

@@ -115,19 +115,14 @@ void ModelBuilder::place_tendons() {
     std::tie(tendon.rest_shortest, tendon.rest_longest) =
         spec.rest.value_or(std::pair(length, length));
     tendon.servo.target = spec.servo_target.value_or(length);
-    std::set<int> trees, bodies;
+    std::set<int> trees, bodies = path_bodies(tendon);
     for (const TendonJoint& term : tendon.joints) bodies.insert(term.joint + 1);
-    for (const TendonSegment& segment : tendon.path)
-      bodies.insert({segment.from.body, segment.to.body});
-    for (const TendonWrap& wrap : tendon.wraps) bodies.insert(wrap.body);
     for (const int body : bodies)
       if (body != 0) trees.insert(model_.bodies_[body].tree);
     const bool moves =
         std::any_of(tendon.path.begin(), tendon.path.end(), [&](const TendonSegment& segment) {
-          const int wrap = segment.wrap < 0
-                               ? segment.from.body
-                               : tendon.wraps[static_cast<std::size_t>(segment.wrap)].body;
-          return segment.from.body != segment.to.body || segment.from.body != wrap;
+          return segment.from.body != segment.to.body ||
+                 segment.from.body != reference_body(tendon, segment);
         });
     if (tendon.is_spatial() && !moves)
       fail_tendon(spec, "every part of it is fixed to one body: its length cannot change");

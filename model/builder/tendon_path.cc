@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "counterpoint/model/builder/builder_names.h"
+
 namespace counterpoint {
 namespace {
 
@@ -53,8 +55,7 @@ class PathMaker {
 }  // namespace
 
 void fail_tendon(const TendonSpec& spec, const std::string& what) {
-  const std::string message = fmt::format("tendon '{}': {}", spec.name, what);
-  throw InputError(spec.where.empty() ? message : spec.where + ": " + message);
+  throw InputError(located_at(spec.where, fmt::format("tendon '{}': {}", spec.name, what)));
 }
 
 void make_tendon_path(const TendonSpec& spec, const FindLink& find, Tendon& tendon) {

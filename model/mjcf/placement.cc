@@ -26,48 +26,24 @@ double control_of(const MjcfModel& model, const MjcfModel::Keyframe* key, std::s
   return u;
 }
 
-/// Sum of gain u + bias of the actuators of each joint or tendon, by name.
-using Pulls = std::map<std::string, double>;
-
-/// Notes a motor's force, which is an input and not applied.
-void note_input(const std::string& where, double force, std::vector<Note>& notes) {
-  if (force != 0.0)
+/// Sets the target of a servo of these gains that pulls with `pull` at the origin; notes the force
+/// of a motor without gains, which is an input and not applied.
+void set_target(double pull, double stiffness, double damping, const std::string& where,
+                std::optional<double>& position, double& velocity, std::vector<Note>& notes) {
+  if (stiffness > 0.0)
+    position = pull / stiffness;
+  else if (damping > 0.0)
+    velocity = pull / damping;
+  else if (pull != 0.0)
     notes.push_back({where, fmt::format("its motor's force of {} at the start is not applied: "
                                         "it is an input",
-                                        force)});
-}
-
-void set_joint_targets(const Pulls& pull, RobotSpec& robot) {
-  for (JointSpec& joint : robot.joints) {
-    const auto found = pull.find(joint.name);
-    if (found == pull.end()) continue;
-    if (joint.servo.stiffness > 0.0)
-      joint.servo.position = found->second / joint.servo.stiffness;
-    else if (joint.servo.damping > 0.0)
-      joint.servo.velocity = found->second / joint.servo.damping;
-    else
-      note_input(joint.where, found->second, robot.notes);
-  }
-}
-
-void set_tendon_targets(const Pulls& pull, std::vector<TendonSpec>& tendons,
-                        std::vector<Note>& notes) {
-  for (TendonSpec& tendon : tendons) {
-    const auto found = pull.find(tendon.name);
-    if (found == pull.end()) continue;
-    if (tendon.servo.stiffness > 0.0)
-      tendon.servo_target = found->second / tendon.servo.stiffness;
-    else if (tendon.servo.damping > 0.0)
-      tendon.servo.speed = found->second / tendon.servo.damping;
-    else
-      note_input(tendon.where, found->second, notes);
-  }
+                                        pull)});
 }
 
 /// Sets the servo targets from the controls at the start. Actuator forces without a servo are
 /// inputs: they are noted, not applied.
 void set_controls(const MjcfModel::Keyframe* key, MjcfModel& model) {
-  Pulls of_joints, of_tendons;
+  std::map<std::string, double> of_joints, of_tendons;  // sums of gain u + bias, by name
   for (std::size_t i = 0; i < model.actuators.size(); ++i) {
     const MjcfModel::Actuator& a = model.actuators[i];
     const double u = control_of(model, key, i), pull = a.gain * u + a.bias;
@@ -78,8 +54,15 @@ void set_controls(const MjcfModel::Keyframe* key, MjcfModel& model) {
       model.robot.notes.push_back(
           {a.where, fmt::format("its control of {} at the start is not applied", u)});
   }
-  set_joint_targets(of_joints, model.robot);
-  set_tendon_targets(of_tendons, model.tendons, model.robot.notes);
+  std::vector<Note>& notes = model.robot.notes;
+  for (JointSpec& joint : model.robot.joints)
+    if (const auto found = of_joints.find(joint.name); found != of_joints.end())
+      set_target(found->second, joint.servo.stiffness, joint.servo.damping, joint.where,
+                 joint.servo.position, joint.servo.velocity, notes);
+  for (TendonSpec& tendon : model.tendons)
+    if (const auto found = of_tendons.find(tendon.name); found != of_tendons.end())
+      set_target(found->second, tendon.servo.stiffness, tendon.servo.damping, tendon.where,
+                 tendon.servo_target, tendon.servo.speed, notes);
 }
 
 }  // namespace

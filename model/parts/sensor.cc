@@ -52,15 +52,20 @@ void add_joint_rows(SensorKind kind, JointType type, std::vector<SensorRow>& row
 
 const char* sensor_kind_name(SensorKind kind) { return words(kind).name; }
 
+std::vector<SensorRow> sensor_rows(const Model& model, const Sensor& sensor, SensorKind kind) {
+  std::vector<SensorRow> rows;
+  if (senses_joint(kind)) {
+    add_joint_rows(kind, model.body(sensor.joint + 1).joint_type, rows);
+  } else {
+    for (const char* suffix : words(kind).suffixes) rows.push_back({suffix, words(kind).unit});
+  }
+  return rows;
+}
+
 std::vector<SensorRow> sensor_rows(const Model& model, const Sensor& sensor) {
   std::vector<SensorRow> rows;
-  for (const SensorKind kind : sensor.kinds) {
-    if (senses_joint(kind)) {
-      add_joint_rows(kind, model.body(sensor.joint + 1).joint_type, rows);
-    } else {
-      for (const char* suffix : words(kind).suffixes) rows.push_back({suffix, words(kind).unit});
-    }
-  }
+  for (const SensorKind kind : sensor.kinds)
+    for (SensorRow& row : sensor_rows(model, sensor, kind)) rows.push_back(std::move(row));
   return rows;
 }
 

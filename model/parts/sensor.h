@@ -99,7 +99,9 @@ struct SensorRow {
   std::string suffix;  ///< "ax", "qw", "range": a column is called SENSOR.SUFFIX
   std::string unit;
 };
-/// Returns the rows of a sensor of this model, in order.
+/// Returns the rows of one kind of a sensor of this model, in order.
+std::vector<SensorRow> sensor_rows(const Model& model, const Sensor& sensor, SensorKind kind);
+/// Returns the rows of all its kinds.
 std::vector<SensorRow> sensor_rows(const Model& model, const Sensor& sensor);
 
 /// True if the force between the frame's link and the one that it hangs on does not pass through a

@@ -165,19 +165,29 @@ SegmentLength wrapped_length(const TendonWrap& wrap, const Matrix3& R_WG, const 
   return unrolled(circle_length(circle, true, second), axis, axis.dot(b - a), second);
 }
 
+int reference_body(const Tendon& tendon, const TendonSegment& segment) {
+  if (segment.wrap < 0) return segment.from.body;
+  return tendon.wraps[static_cast<std::size_t>(segment.wrap)].body;
+}
+
+std::set<int> path_bodies(const Tendon& tendon) {
+  std::set<int> bodies;
+  for (const TendonSegment& segment : tendon.path)
+    bodies.insert({segment.from.body, segment.to.body, reference_body(tendon, segment)});
+  return bodies;
+}
+
 PlacedSegment place_segment(const Tendon& tendon, const TendonSegment& segment,
                             const std::vector<Pose>& X_WB, bool second) {
   PlacedSegment out;
   out.start = X_WB[segment.from.body] * segment.from.position;
   out.end = X_WB[segment.to.body] * segment.to.position;
   if (segment.wrap < 0) {
-    out.reference = segment.from.body;
     out.length = straight_length(out.start, out.end, second);
     return out;
   }
   const TendonWrap& wrap = tendon.wraps[static_cast<std::size_t>(segment.wrap)];
   const Pose X_WG = X_WB[wrap.body] * wrap.X_BG;
-  out.reference = wrap.body;
   out.length = wrapped_length(wrap, X_WG.rotation, out.start - X_WG.translation,
                               out.end - X_WG.translation, second);
   return out;

@@ -9,6 +9,7 @@
 
 #include <limits>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -98,13 +99,19 @@ SegmentLength straight_length(const Vector3& a, const Vector3& b, bool second);
 SegmentLength wrapped_length(const TendonWrap& wrap, const Matrix3& R_WG, const Vector3& a,
                              const Vector3& b, bool second);
 
-/// Returns the end positions of a segment relative to its wrap (else to the body of its start), in
-/// world axes, and its length: X_WB are the poses of all bodies.
+/// Returns the body in whose frame the length of a segment is a function of its ends: that of its
+/// wrap, else that of its start.
+int reference_body(const Tendon& tendon, const TendonSegment& segment);
+
+/// Returns all bodies of the path, ascending.
+std::set<int> path_bodies(const Tendon& tendon);
+
 struct PlacedSegment {
-  int reference = 0;   ///< body in which the origin is fixed
   Vector3 start, end;  ///< the ends in W [m]
   SegmentLength length;
 };
+/// Returns a segment where the bodies have the poses X_WB, with derivatives of its length if
+/// `second`.
 PlacedSegment place_segment(const Tendon& tendon, const TendonSegment& segment,
                             const std::vector<Pose>& X_WB, bool second);
 

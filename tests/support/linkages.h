@@ -12,6 +12,8 @@
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/simulator.h"
+#include "support/allocation_guard.h"
+#include "support/random_model.h"
 
 namespace counterpoint::test {
 
@@ -52,6 +54,43 @@ inline double open_by(const Simulator& sim) {
     worst = std::max({worst, std::abs(gap.distance), gap.angle});
   }
   return worst;
+}
+
+/// Gives all bodies random velocities up to `speed` [m/s, rad/s].
+inline void set_random_velocities(Simulator& sim, double speed) {
+  State start = sim.state();
+  start.v = random_vector(sim.model().nv(), 11, speed);
+  sim.set_state(start);
+}
+
+/// Expects the momentum of free bodies to stay in 1000 steps; calls after_step() after each.
+template <class AfterStep>
+void expect_momentum_kept(Simulator& sim, AfterStep after_step) {
+  sim.settings().tolerance = 1e-12;
+  const auto momentum = [&] { return total_momentum(sim.model(), kinematics_of(sim)); };
+  const Force before = momentum();
+  for (int i = 0; i < 1000; ++i) {
+    ASSERT_TRUE(sim.step().succeeded());
+    after_step();
+  }
+  const Force after = momentum();
+  // Rounding of momenta of 10 kg m/s over 1000 steps.
+  EXPECT_LT((after.force - before.force).norm(), 1e-11);
+  EXPECT_LT((after.torque - before.torque).norm(), 1e-11);
+}
+
+/// Expects that neither steps nor their inverses allocate after `warm_up` of both, which bring the
+/// sizes of all paths of the solver.
+inline void expect_no_allocations(Simulator& sim, int warm_up) {
+  const auto round = [&] {
+    const VectorX q = sim.state().q, v = sim.state().v;
+    const std::size_t before = allocation_count();
+    EXPECT_TRUE(sim.step().succeeded());
+    sim.inverse(q, v, sim.state().v);
+    return allocation_count() - before;
+  };
+  for (int i = 0; i < warm_up; ++i) round();
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(round(), 0u);
 }
 
 /// Adds a link, a thin rod of 1 kg/m from its origin to `along`, on a revolute joint about `axis`

@@ -97,12 +97,12 @@ void add_tendon_curvature(const InvertedStep& inverted, const Model& model, doub
     for (size_t j = 0; j < terms.size(); ++j) {
       double y_by_q = 0.0;
       for (size_t m = 0; m < terms.size(); ++m)
-        y_by_q += row.along * scratch(static_cast<int>(m), static_cast<int>(j)) *
+        y_by_q += row.along() * scratch(static_cast<int>(m), static_cast<int>(j)) *
                   v_next[terms[m].v_index];
       for (size_t i = 0; i < terms.size(); ++i)
         d.dq(terms[i].v_index, terms[j].v_index) +=
             (terms[i].coefficient * G * y_by_q -
-             row.along * f * scratch(static_cast<int>(i), static_cast<int>(j))) /
+             row.along() * f * scratch(static_cast<int>(i), static_cast<int>(j))) /
             h;
     }
   }

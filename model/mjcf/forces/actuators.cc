@@ -264,14 +264,11 @@ class ActuatorReader {
     TendonServo& servo = tendon.servo;
     servo.stiffness += actuator.stiffness;
     servo.damping += actuator.damping;
-    const bool limited = law.force_limited == "true" ||
-                         (law.force_limited == "auto" && document_.compiler(e).auto_limits);
     double least = -kInfinity, most = kInfinity;
-    if (law.force_range && limited)
+    if (limits_force(e, law))
       std::tie(least, most) =
           std::minmax({g * law.force_range->first, g * law.force_range->second});
-    if (affine == false &&
-        actuator.least) {  // a motor's largest force is at a bound of its control
+    if (!affine && actuator.least) {  // a motor's largest force is at a bound of its control
       const auto [low, high] =
           std::minmax({actuator.gain * *actuator.least, actuator.gain * *actuator.most});
       least = std::max(least, low);
@@ -317,12 +314,16 @@ class ActuatorReader {
     bound_effort(e, law, c, joint, actuator, stiffness > 0.0 || damping > 0.0 || ratio > 0.0);
   }
 
+  /// Whether the force range is given and in force.
+  bool limits_force(const Element& e, const Law& law) const {
+    return law.force_range && (law.force_limited == "true" ||
+                               (law.force_limited == "auto" && document_.compiler(e).auto_limits));
+  }
+
   void bound_effort(const Element& e, const Law& law, double c, int joint,
                     const MjcfModel::Actuator& actuator, bool servo) {
     double limit = kInfinity;
-    const bool limited = law.force_limited == "true" ||
-                         (law.force_limited == "auto" && document_.compiler(e).auto_limits);
-    if (law.force_range && limited) {
+    if (limits_force(e, law)) {
       const auto [low, high] = *law.force_range;
       const double most = std::max(std::abs(low), std::abs(high));
       limit = std::abs(c) * most;
