@@ -150,6 +150,17 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
       }
       return call(found, "tendons", rows);
     }
+    case Effect::kActuators: {
+      Found found;
+      int rows = 0;
+      for (const Actuator& actuator : model.actuators()) {
+        found.add(actuator.name);
+        rows += actuator.joint >= 0 || actuator.tendon >= 0;
+      }
+      return call(found, "actuators", rows);
+    }
+    case Effect::kPrescribed:
+      return call(joints_that(model, [](const JointInfo& j) { return j.prescribed; }), "joints");
     case Effect::kClosures: {
       Found found;
       for (const Closure& closure : model.closures()) found.add(closure.name);

@@ -7,6 +7,7 @@ std::uint64_t state_hash(const State& state) {
   hash.add(state.time);
   hash.add(state.q);
   hash.add(state.v);
+  hash.add(state.z);
   return hash.value();
 }
 

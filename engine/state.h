@@ -34,12 +34,14 @@ struct State {
   double time = 0.0;  ///< [s]
   VectorX q;          ///< nq, coordinates of each joint: model/model.h
   VectorX v;          ///< nv [m/s, rad/s]
+  /// nz, internal states of actuators and switched closures (Model::nz); empty: Model::default_z.
+  VectorX z = {};
   /// Forces of the last step, for the warm start of the next one; may be empty.
   std::vector<RememberedForce> memory = {};
 };
 
-/// Returns a hash of the bits of time, q and v: 64-bit FNV-1a over the doubles in this order, each
-/// from its lowest byte. Equal for equal states; 0 and -0 differ.
+/// Returns a hash of the bits of time, q, v and z: 64-bit FNV-1a over the doubles in this order,
+/// each from its lowest byte. Equal for equal states; 0 and -0 differ.
 std::uint64_t state_hash(const State& state);
 
 /// A force and torque on a body, constant over the step, in axes of W.
@@ -84,6 +86,16 @@ struct Input {
   /// Forces along tendons, by Model::tendons [N]: pulling is negative; empty: none.
   VectorX tendon_force = {};
   VectorX tendon_target = {};  ///< lengths that their servos aim at [m]; empty: the model's
+  VectorX command = {};        ///< by Model::actuators, in their units; empty: the model's
+  /// Per closure (Model::closures), for the switched ones: 1 attaches, 0 releases; empty: as they
+  /// are. A closure that broke stays open until it has been released and attached again.
+  VectorX attach = {};
+  /// nq, coordinates at the end of the step of the joints whose motion is prescribed (other entries
+  /// are not used); empty: they stand still.
+  VectorX prescribed = {};
+  /// Internal states (nz) at the start of a step that is to be inverted; empty: Model::default_z. A
+  /// forward step takes those of its state.
+  VectorX z = {};
   /// Softening reported by a step that is to be inverted or repeated.
   Softening softening = {};
   /// Taut links of such a step, sorted by body (find_taut_links). If it is not empty, the step uses

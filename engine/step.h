@@ -89,6 +89,10 @@ struct Inverse {
   /// Per tendon (Model::tendons): force of its spring, damper, friction, limits, servo and input
   /// together, mean over the step [N]; it is part of contact_force.
   VectorX tendon_force;
+  /// Per actuator (Model::actuators): its force F, mean over the step [N, N m]. Those on joints and
+  /// tendons are part of contact_force, the others act as known wrenches.
+  VectorX actuator_force;
+  VectorX z_next;  ///< internal states at the end of the step (nz)
   /// Per servo (Model::servos): force that the servo demands at v_next [N, N m]. Its sum with the
   /// applied force is the force of the motor, within its effort limit.
   VectorX servo_force;

@@ -9,9 +9,10 @@ namespace counterpoint {
 struct StepContext {
   const Model& model;
   const SimulationOptions& options;
-  EffectSet effects;  ///< effects that act in the step
-  VectorRef q;        ///< nq
-  VectorRef v;        ///< nv
+  EffectSet effects;        ///< effects that act in the step
+  VectorRef q;              ///< nq
+  VectorRef v;              ///< nv
+  VectorRef z = VectorX();  ///< nz, internal states; or empty where nothing that has some acts
 
   double h() const { return options.time_step; }  ///< [s]
 };

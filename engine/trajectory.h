@@ -29,8 +29,13 @@ struct InputColumns {
   bool targets = false;
   std::vector<int> links;  ///< indices into Model::frames, ascending
   bool tendons = false;
+  bool actuators = false;   ///< commands of all actuators
+  bool closures = false;    ///< whether switched closures are attached
+  bool prescribed = false;  ///< coordinates of all joints whose motion is prescribed
 
-  bool empty() const { return !targets && links.empty() && !tendons; }
+  bool empty() const {
+    return !targets && links.empty() && !tendons && !actuators && !closures && !prescribed;
+  }
   std::vector<std::string> names(const Model& model) const;
   /// Sets the servo targets of `input` if `targets` is true, forces and targets of its tendons if
   /// `tendons` is, and replaces its wrenches.
@@ -72,6 +77,9 @@ struct CoordinateNames {
   std::vector<std::string> q;      ///< nq: "<joint>.q", "<link>.x", "<link>.qw" ...
   std::vector<std::string> v;      ///< nv: "<joint>.v", "<link>.vx", "<link>.wx" ...
   std::vector<std::string> force;  ///< nv: "<joint>.u", "<link>.fx", "<link>.tx" ...
+  /// nz: "<actuator>.delayed0", ".setpoint", ".lagged", ".integral", ".current", ".activation",
+  /// "<closure>.attached", ".attached_x", ".attached_qw" ...
+  std::vector<std::string> z;
 };
 CoordinateNames coordinate_names(const Model& model);
 
@@ -115,6 +123,7 @@ struct Trajectory {
   std::vector<double> time_step;
   MatrixX q;              ///< nq x rows
   MatrixX v;              ///< nv x rows
+  MatrixX z;              ///< nz x rows; 0 x 0 if the file has no such columns
   MatrixX applied_force;  ///< nv x (rows - 1) [N, N m]; 0 x 0 if the file has no such columns
   std::vector<Softening> softening;  ///< one per step; empty if the file has no such columns
   /// One list per step; empty if the file has no such columns.

@@ -30,6 +30,8 @@ const char* effect_name(Effect effect) {
       return "mimics";
     case Effect::kTendons:
       return "tendons";
+    case Effect::kActuators:
+      return "actuators";
     case Effect::kClosures:
       return "closures";
     case Effect::kContacts:
@@ -50,6 +52,8 @@ const char* effect_name(Effect effect) {
       return "restitution";
     case Effect::kStiffness:
       return "stiffness";
+    case Effect::kPrescribed:
+      return "prescribed_motion";
     case Effect::kTautLinks:
       return "taut_links";
     case Effect::kAppliedForces:

@@ -4,6 +4,17 @@
 #include <cmath>
 
 namespace counterpoint {
+namespace {
+
+/// Returns the index of the part with this name; -1 if there is none.
+template <class Part>
+int index_of(const std::vector<Part>& parts, const std::string& name) {
+  const auto it =
+      std::find_if(parts.begin(), parts.end(), [&](const Part& p) { return p.name == name; });
+  return it == parts.end() ? -1 : static_cast<int>(it - parts.begin());
+}
+
+}  // namespace
 
 CoordinateRange coordinates(const Model& model, const Tree& tree) {
   const int begin = model.body(tree.body_begin).q_index;
@@ -58,23 +69,10 @@ int Model::tree_of_velocity(int v_index) const {
   return static_cast<int>(it - trees_.begin());
 }
 
-int Model::find_joint(const std::string& name) const {
-  const auto it = std::find_if(joints_.begin(), joints_.end(),
-                               [&](const JointInfo& j) { return j.name == name; });
-  return it == joints_.end() ? -1 : static_cast<int>(it - joints_.begin());
-}
-
-int Model::find_tendon(const std::string& name) const {
-  const auto it = std::find_if(tendons_.begin(), tendons_.end(),
-                               [&](const Tendon& t) { return t.name == name; });
-  return it == tendons_.end() ? -1 : static_cast<int>(it - tendons_.begin());
-}
-
-int Model::find_frame(const std::string& name) const {
-  const auto it =
-      std::find_if(frames_.begin(), frames_.end(), [&](const Frame& f) { return f.name == name; });
-  return it == frames_.end() ? -1 : static_cast<int>(it - frames_.begin());
-}
+int Model::find_joint(const std::string& name) const { return index_of(joints_, name); }
+int Model::find_frame(const std::string& name) const { return index_of(frames_, name); }
+int Model::find_tendon(const std::string& name) const { return index_of(tendons_, name); }
+int Model::find_actuator(const std::string& name) const { return index_of(actuators_, name); }
 
 // ---- Closures.
 

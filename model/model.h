@@ -10,6 +10,7 @@
 
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/joint.h"
+#include "counterpoint/model/parts/actuator.h"
 #include "counterpoint/model/parts/closure.h"
 #include "counterpoint/model/parts/sensor.h"
 #include "counterpoint/model/parts/tendon.h"
@@ -53,6 +54,8 @@ struct JointInfo {
   double velocity_limit = std::numeric_limits<double>::infinity();
   /// False for a floating joint and for the joint of a base: forces there count as unactuated.
   bool actuated = true;
+  /// Its motion is given (Input::prescribed): whatever force that takes acts on it.
+  bool prescribed = false;
 };
 
 /// A spring in a joint of one coordinate: force -stiffness (q - reference).
@@ -136,6 +139,8 @@ class Model {
   int num_trees() const { return static_cast<int>(trees_.size()); }
   int nq() const { return nq_; }
   int nv() const { return nv_; }
+  /// Number of internal states (State::z): those of actuators, then of switched closures.
+  int nz() const { return static_cast<int>(default_z_.size()); }
 
   const Body& body(int i) const { return bodies_[i]; }
   const std::vector<Body>& bodies() const { return bodies_; }
@@ -168,12 +173,15 @@ class Model {
   }
   const std::vector<Closure>& closures() const { return closures_; }
   const std::vector<Tendon>& tendons() const { return tendons_; }
+  const std::vector<Actuator>& actuators() const { return actuators_; }
   const std::vector<Sensor>& sensors() const { return sensors_; }
   const std::vector<Note>& notes() const { return notes_; }
 
   const Vector3& gravity() const { return gravity_; }  ///< [m/s^2] in W
   /// Initial q (nq), with unit quaternions; joint limits are not enforced.
   const VectorX& default_q() const { return default_q_; }
+  /// Initial internal states (nz): actuators at rest at their commands, closures as they begin.
+  const VectorX& default_z() const { return default_z_; }
   const VectorX& damping() const { return damping_; }  ///< nv, viscous [N m s/rad or N s/m]
   /// Rotor inertia reflected to the joints (nv) [kg m^2 or kg].
   const VectorX& armature() const { return armature_; }
@@ -182,10 +190,11 @@ class Model {
   /// Returns the tree of a velocity coordinate.
   int tree_of_velocity(int v_index) const;
 
-  /// Return the index of the named joint, frame or tendon; -1 if there is none.
+  /// Return the index of the named joint, frame, tendon or actuator; -1 if there is none.
   int find_joint(const std::string& name) const;
   int find_frame(const std::string& name) const;
   int find_tendon(const std::string& name) const;
+  int find_actuator(const std::string& name) const;
   /// Pairs of geometries (first < second), ascending, that never collide: named by the scene file
   /// or an SRDF, or connected by a closure.
   const std::vector<std::pair<int, int>>& excluded_geometry_pairs() const {
@@ -218,12 +227,13 @@ class Model {
   std::vector<GravityCompensation> gravity_compensations_;
   std::vector<Closure> closures_;
   std::vector<Tendon> tendons_;
+  std::vector<Actuator> actuators_;
   std::vector<Sensor> sensors_;
   std::vector<Note> notes_;
   std::vector<std::pair<int, int>> excluded_pairs_, included_pairs_;
   std::vector<std::string> exclusion_reasons_;
   Vector3 gravity_ = Vector3(0, 0, -kStandardGravity);
-  VectorX default_q_, damping_, armature_, dry_friction_;
+  VectorX default_q_, default_z_, damping_, armature_, dry_friction_;
 };
 
 /// Bodies begin ... end - 1.

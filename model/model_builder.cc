@@ -311,6 +311,7 @@ Model ModelBuilder::build() {
   check_inertias();
   place_closures();
   place_tendons();
+  place_internal_states();
   orient_terrains();
   say_once_of_meshes(model_.notes_);
   Model model = std::move(model_);

@@ -57,6 +57,7 @@ struct JointSpec {
   ServoSpec servo;                          ///< for joints of one coordinate without mimic
   std::string mimic_master;                 ///< empty: no mimic
   double mimic_multiplier = 1.0, mimic_offset = 0.0;
+  bool prescribed = false;  ///< JointInfo::prescribed
   std::string where;
 };
 
@@ -91,6 +92,10 @@ struct ClosureSpec {
   /// in both leaves a direction free.
   std::optional<Vector3> stiffness, damping, rotational_stiffness, rotational_damping;
   bool collide = false;  ///< true: the two bodies may touch
+  /// Closure::switched ... in_place
+  bool switched = false, attached = true, in_place = false;
+  double breaking_force = std::numeric_limits<double>::infinity();
+  double breaking_torque = std::numeric_limits<double>::infinity();
   std::string where;
 };
 
@@ -118,6 +123,15 @@ struct TendonSpec {
   double upper = std::numeric_limits<double>::infinity();
   TendonServo servo;                   ///< its target is `target`
   std::optional<double> servo_target;  ///< default: the length in the initial configuration
+  std::string where;
+};
+
+/// An actuator as a file describes it; names are with prefix.
+struct ActuatorSpec {
+  /// Its indices are found from the names below, `point` and `direction` are in the frame of the
+  /// link.
+  Actuator actuator;
+  std::string joint, tendon, link;  ///< what it acts on, as its transmission says
   std::string where;
 };
 
@@ -215,6 +229,10 @@ class ModelBuilder {
   /// invalid.
   void add_tendon(const TendonSpec& tendon);
 
+  /// Adds an actuator; call it after the joint, tendon or link that it acts on. @throws InputError
+  /// when a name is unknown or taken, or a value is invalid.
+  void add_actuator(const ActuatorSpec& actuator);
+
   /// Adds a sensor; call it after all robots and geometry that it names. @throws InputError when a
   /// name is unknown or taken, a value is invalid, or the sensor cannot be computed for this link
   /// (docs/reference/sensors.md).
@@ -259,6 +277,7 @@ class ModelBuilder {
   void find_sensed_joint(const SensorSpec& spec, Sensor& sensor) const;
   void find_sensed_link(const SensorSpec& spec, Sensor& sensor) const;
   void add_joint_forces(const JointSpec& joint, int index);
+  void place_internal_states();
   void add_exclusion(int a, int b, const std::string& reason);
   void sort_pairs();
   void apply_mimics();
@@ -325,9 +344,10 @@ class ModelEditor {
   static auto parts(Model& m) {
     return std::tie(m.nq_, m.nv_, m.bodies_, m.trees_, m.joints_, m.frames_, m.geometries_,
                     m.pair_materials_, m.mimics_, m.springs_, m.servos_, m.drags_,
-                    m.gravity_compensations_, m.closures_, m.tendons_, m.sensors_, m.notes_,
-                    m.excluded_pairs_, m.exclusion_reasons_, m.included_pairs_, m.gravity_,
-                    m.default_q_, m.damping_, m.armature_, m.dry_friction_);
+                    m.gravity_compensations_, m.closures_, m.tendons_, m.actuators_, m.sensors_,
+                    m.notes_, m.excluded_pairs_, m.exclusion_reasons_, m.included_pairs_,
+                    m.gravity_, m.default_q_, m.default_z_, m.damping_, m.armature_,
+                    m.dry_friction_);
   }
 
   Model model_;

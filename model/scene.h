@@ -30,13 +30,15 @@ enum class Effect : unsigned char {
   kDamping,
   kSprings,
   kServos,
+  kPrescribed,  ///< joints whose motion is given
   // joints, rows of the contact problem
   kDryFriction,
   kLimits,
   kEffortLimits,
   kVelocityLimits,
   kMimics,
-  kTendons,  ///< springs, dampers, friction, limits and servos of tendons
+  kTendons,    ///< springs, dampers, friction, limits and servos of tendons
+  kActuators,  ///< actuators: motors, muscles, thrusters, adhesion
   // between bodies
   kClosures,
   kContacts,

@@ -330,8 +330,10 @@ State read_state(const std::filesystem::path& file, const Model& model,
     }
   }
   const int last = trajectory.num_rows() - 1;
-  return {trajectory.time[last], trajectory.q.col(last), trajectory.v.col(last),
-          read_memory(table, model)};
+  State state{trajectory.time[last], trajectory.q.col(last), trajectory.v.col(last)};
+  if (trajectory.z.cols() > 0) state.z = trajectory.z.col(last);
+  state.memory = read_memory(table, model);
+  return state;
 }
 
 std::optional<double> read_next_step(const std::filesystem::path& file) {

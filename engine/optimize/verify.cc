@@ -100,7 +100,7 @@ void Verifier::check_contacts(const VectorX& q, const VectorX& v_next, Verificat
 
 void Verifier::check_forward(const VectorX& q, const VectorX& v, const VectorX& q_next,
                              Verification& out) {
-  State state{0.0, q, v, memory_of(*model_, q, inverse_)}, next;
+  State state{0.0, q, v, {}, memory_of(*model_, q, inverse_)}, next;
   Input input;
   input.applied_force = inverse_.applied_force;
   const StepReport report =

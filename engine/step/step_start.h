@@ -15,6 +15,11 @@ namespace counterpoint {
 
 class Sleepers;
 
+/// Returns the given internal states, or those that replace missing ones.
+inline const VectorX& given_z(const Model& model, const VectorX& z) {
+  return z.size() > 0 ? z : model.default_z();
+}
+
 /// The arguments of step_forward: a step from `state` under `input`.
 struct StepArguments {
   const Model& model;
@@ -25,7 +30,9 @@ struct StepArguments {
   EffectSet effects;  ///< effects that act in the step
 
   double h() const { return options.time_step; }  ///< [s]
-  StepContext context() const { return {model, options, effects, state.q, state.v}; }
+  StepContext context() const {
+    return {model, options, effects, state.q, state.v, given_z(model, state.z)};
+  }
 };
 
 /// The arguments of step_inverse: a step from (q, v) to (q_next, v_next), and the known part of the
@@ -43,7 +50,7 @@ struct InverseArguments {
   bool exact_q_next = false;
 
   double h() const { return options.time_step; }  ///< [s]
-  StepContext context() const { return {model, options, effects, q, v}; }
+  StepContext context() const { return {model, options, effects, q, v, given_z(model, known.z)}; }
 };
 
 /// Everything of a step that follows from (q, v) alone: kinematics, constraints with their laws,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,18 @@ struct Closure {
   bool rope = false;    ///< kDistance: it only pulls, where the anchors are farther apart
   ClosureSpring linear, angular;   ///< springs of the rows of displacement, and of angles
   int frame_a = -1, frame_b = -1;  ///< frames of the two links; -1: the world
+  /// It acts only while it is attached, as its first internal state says (1 or 0), which an input
+  /// changes (Input::attach).
+  bool switched = false;
+  bool attached = true;  ///< initially
+  /// It lets go after a step in which its force [N] or torque [N m] was larger.
+  double breaking_force = std::numeric_limits<double>::infinity();
+  double breaking_torque = std::numeric_limits<double>::infinity();
+  /// A weld that holds the bodies in the pose where they are when it is attached: pose of B's
+  /// anchor frame in A's, seven more internal states (x y z [m] qw qx qy qz).
+  bool in_place = false;
+  int z_index = 0;  ///< first of its internal states (Model::nz), if it is switched
+  int num_states() const { return switched ? (in_place ? 8 : 1) : 0; }
 };
 /// Returns the number of scalar constraints of a closure, springs included.
 int num_rows(const Closure& closure);

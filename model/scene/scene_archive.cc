@@ -8,7 +8,7 @@ namespace counterpoint {
 namespace {
 
 /// Mark with the version of the format; increase it with every change of the content.
-constexpr std::string_view kMark = "counterpoint scene 6\n";
+constexpr std::string_view kMark = "counterpoint scene 7\n";
 constexpr const char* kWhat = "scene archive";
 
 }  // namespace
@@ -46,8 +46,8 @@ void visit(A& a, Tree& x) {
 }
 template <class A>
 void visit(A& a, JointInfo& x) {
-  auto& [name, link, lower, upper, effort, velocity, actuated] = x;
-  a(name, link, lower, upper, effort, velocity, actuated);
+  auto& [name, link, lower, upper, effort, velocity, actuated, prescribed] = x;
+  a(name, link, lower, upper, effort, velocity, actuated, prescribed);
 }
 template <class A>
 void visit(A& a, JointSpring& x) {
@@ -93,10 +93,14 @@ void visit(A& a, ClosureSpring& x) {
 template <class A>
 void visit(A& a, Closure& x) {
   auto& [name, type, body_a, body_b, X_AC, X_BC, length, pitch, rope, linear, angular, frame_a,
-         frame_b] = x;
+         frame_b, switched, attached, breaking_force, breaking_torque, in_place, z_index] = x;
   a(name, type, body_a, body_b, X_AC, X_BC, length, pitch);
   a.plain(rope);
   a(linear, angular, frame_a, frame_b);
+  a.plain(switched);
+  a.plain(attached);
+  a.plain(in_place);
+  a(breaking_force, breaking_torque, z_index);
 }
 template <class A>
 void visit(A& a, TendonJoint& x) {
@@ -129,6 +133,24 @@ void visit(A& a, Tendon& x) {
          servo] = x;
   a(name, joints, path, wraps, stiffness, shortest, longest, damping, friction, lower, upper,
     servo);
+}
+template <class A>
+void visit(A& a, Muscle& x) {
+  auto& [curves, force, optimal, slack, pennation, speed, damping, shortest, longest, passive,
+         eccentric, activation, deactivation, smoothing] = x;
+  a(curves, force, optimal, slack, pennation, speed, damping, shortest, longest, passive, eccentric,
+    activation, deactivation, smoothing);
+}
+template <class A>
+void visit(A& a, Actuator& x) {
+  auto& [name, transmission, joint, tendon, body, frame, point, direction, reach, gear, command,
+         least_command, most_command, delay, samples, slew, lag, law, gain, bias, stiffness,
+         damping, kp, ki, kd, integral_limit, torque_constant, resistance, inductance,
+         current_limit, muscle, least, most, z_index] = x;
+  a(name, transmission, joint, tendon, body, frame, point, direction.torque, direction.force, reach,
+    gear, command, least_command, most_command, delay, samples, slew, lag, law, gain, bias);
+  a(stiffness, damping, kp, ki, kd, integral_limit, torque_constant, resistance, inductance,
+    current_limit, muscle, least, most, z_index);
 }
 template <class A>
 void visit(A& a, SensorErrors& x) {
