@@ -27,7 +27,8 @@ void check_not_negative(const ActuatorSpec& spec, const Numbers& numbers) {
 
 void check_positive(const ActuatorSpec& spec, const Numbers& numbers) {
   for (const auto& [what, value] : numbers)
-    if (!(value > 0.0)) fail_actuator(spec, fmt::format("{} must be positive, it is {}", what, value));
+    if (!(value > 0.0))
+      fail_actuator(spec, fmt::format("{} must be positive, it is {}", what, value));
 }
 
 void check_muscle(const ActuatorSpec& spec) {
@@ -70,12 +71,11 @@ void check_law(const ActuatorSpec& spec) {
                             {"inductance", a.inductance}});
   check_positive(spec, {{"integral_limit", a.integral_limit}, {"current_limit", a.current_limit}});
   if (a.law == ActuatorLaw::kDcMotor)
-    check_positive(spec,
-                   {{"torque_constant", a.torque_constant}, {"resistance", a.resistance}});
+    check_positive(spec, {{"torque_constant", a.torque_constant}, {"resistance", a.resistance}});
   if (a.law == ActuatorLaw::kMuscle) check_muscle(spec);
   if (!(a.least <= a.most) || (std::isfinite(a.least) != std::isfinite(a.most)))
-    fail_actuator(
-        spec, "two finite bounds of the force are expected, the lower one first, or none");
+    fail_actuator(spec,
+                  "two finite bounds of the force are expected, the lower one first, or none");
 }
 
 void check_command(const ActuatorSpec& spec) {
@@ -92,13 +92,27 @@ void check_command(const ActuatorSpec& spec) {
     fail_actuator(spec, "delay and delay_samples are expected together");
 }
 
-/// Initial internal states of an actuator whose command has been constant.
+/// Appends the internal states of an actuator whose command has been constant.
 void append_states(const Actuator& a, std::vector<double>& z) {
   const double command = std::clamp(a.command, a.least_command, a.most_command);
-  const bool muscle = a.law == ActuatorLaw::kMuscle;
-  const int of_command = a.num_states() - (a.has_law_state() ? 1 : 0);
-  z.insert(z.end(), static_cast<std::size_t>(of_command), command);
-  if (a.has_law_state()) z.push_back(muscle ? std::clamp(command, 0.0, 1.0) : 0.0);
+  const auto append = [&](bool has, double value) {
+    if (has) z.push_back(value);
+  };
+  z.insert(z.end(), static_cast<std::size_t>(a.delay_samples), command);
+  append(a.delay_samples > 0, 0.0);
+  append(a.keeps_setpoint(), command);
+  append(a.lag > 0.0, command);
+  append(a.has_law_state(), a.law == ActuatorLaw::kMuscle ? std::clamp(command, 0.0, 1.0) : 0.0);
+}
+
+void place_on_link(const ActuatorSpec& spec, const Frame& link, int frame, Actuator& a) {
+  a.frame = frame;
+  a.body = link.body;
+  a.point = link.X_BF * a.point;
+  a.direction = {link.X_BF.rotation * a.direction.torque, link.X_BF.rotation * a.direction.force};
+  if (!a.point.allFinite() || !a.direction.force.allFinite() || !a.direction.torque.allFinite())
+    fail_actuator(spec, "point, force and torque must be finite numbers");
+  check_not_negative(spec, {{"reach", a.reach}});
 }
 
 }  // namespace
@@ -114,40 +128,29 @@ void ModelBuilder::add_actuator(const ActuatorSpec& spec) {
   if (!std::isfinite(a.gear)) fail_actuator(spec, "the gear must be finite");
   check_law(spec);
   check_command(spec);
-  switch (a.transmission) {
-    case Transmission::kJoint: {
-      const auto found = joint_names_.find(spec.joint);
-      if (found == joint_names_.end())
-        fail_actuator(spec, fmt::format("there is no joint '{}'", spec.joint));
-      a.joint = found->second;
-      if (joint_nv(model_.bodies_[a.joint + 1].joint_type) != 1)
-        fail_actuator(spec,
-                      fmt::format("joint '{}' has several coordinates; one is expected", spec.joint));
-      break;
-    }
-    case Transmission::kTendon:
-      a.tendon = model_.find_tendon(spec.tendon);
-      if (a.tendon < 0) fail_actuator(spec, fmt::format("there is no tendon '{}'", spec.tendon));
-      break;
-    case Transmission::kLink:
-    case Transmission::kAdhesion: {
-      const auto found = frame_names_.find(spec.link);
-      if (found == frame_names_.end())
-        fail_actuator(spec, fmt::format("there is no link '{}'", spec.link));
-      if (a.law != ActuatorLaw::kAffine || a.stiffness > 0.0 || a.damping > 0.0)
-        fail_actuator(spec, "on a link only a force is possible: it has no length");
-      const Frame& frame = model_.frames_[found->second];
-      a.frame = found->second;
-      a.body = frame.body;
-      a.point = frame.X_BF * a.point;
-      a.direction = {frame.X_BF.rotation * a.direction.torque,
-                     frame.X_BF.rotation * a.direction.force};
-      if (!a.point.allFinite() || !a.direction.force.allFinite() ||
-          !a.direction.torque.allFinite())
-        fail_actuator(spec, "point, force and torque must be finite numbers");
-      check_not_negative(spec, {{"reach", a.reach}});
-      break;
-    }
+  const bool on_link =
+      a.transmission == Transmission::kLink || a.transmission == Transmission::kAdhesion;
+  if (a.transmission == Transmission::kJoint || a.law == ActuatorLaw::kPropeller) {
+    const auto found = joint_names_.find(spec.joint);
+    if (found == joint_names_.end())
+      fail_actuator(spec, fmt::format("there is no joint '{}'", spec.joint));
+    a.joint = found->second;
+    if (joint_nv(model_.bodies_[a.joint + 1].joint_type) != 1)
+      fail_actuator(spec,
+                    fmt::format("joint '{}' has several coordinates; one is expected", spec.joint));
+  }
+  if (a.transmission == Transmission::kTendon) {
+    a.tendon = model_.find_tendon(spec.tendon);
+    if (a.tendon < 0) fail_actuator(spec, fmt::format("there is no tendon '{}'", spec.tendon));
+  }
+  if (on_link) {
+    const auto found = frame_names_.find(spec.link);
+    if (found == frame_names_.end())
+      fail_actuator(spec, fmt::format("there is no link '{}'", spec.link));
+    const bool is_force = a.law == ActuatorLaw::kAffine && a.stiffness == 0.0 && a.damping == 0.0;
+    if (!is_force && a.law != ActuatorLaw::kPropeller)
+      fail_actuator(spec, "on a link only a force is possible: it has no length");
+    place_on_link(spec, model_.frames_[found->second], found->second, a);
   }
   model_.actuators_.push_back(std::move(a));
 }

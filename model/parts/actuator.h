@@ -5,13 +5,14 @@
 // With x = gear times the coordinate (or tendon length), y its rate, u the command after its
 // filters, and the force F clamped to [least, most], which acts on the coordinate as gear F:
 //
-//   kAffine   F = gain u + bias - stiffness x - damping y
-//   kPid      F = kp (u - x) + ki I + kd (du/dt - y),  dI/dt = u - x,  |ki I| <= integral_limit
-//   kDcMotor  F = K i,  L di/dt + R i = u - K y,  |i| <= current_limit
-//   kMuscle   F = -force of the muscle at activation a, length x, speed y; u excites it
+//   kAffine     F = gain u + bias - stiffness x - damping y
+//   kPid        F = kp (u - x) + ki I + kd (du/dt - y),  dI/dt = u - x,  |ki I| <= integral_limit
+//   kDcMotor    F = K i,  L di/dt + R i = u - K y,  |i| <= current_limit
+//   kMuscle     F = -force of the muscle at activation a, length x, speed y; u excites it
+//   kPropeller  F = gain w |w| with the rate w of a joint [rad/s]; no command
 //
-// All but the muscle are implicit in y (backward Euler); the muscle's force is linear in y about
-// the speed at the start of a step.
+// Affine, PID and DC laws are implicit in y (backward Euler); the muscle's force is linear in y
+// about the speed at the start of a step, and a propeller takes w there.
 #pragma once
 
 #include <limits>
@@ -22,7 +23,7 @@
 
 namespace counterpoint {
 
-enum class ActuatorLaw : unsigned char { kAffine, kPid, kDcMotor, kMuscle };
+enum class ActuatorLaw : unsigned char { kAffine, kPid, kDcMotor, kMuscle, kPropeller };
 
 /// What an actuator acts on.
 enum class Transmission : unsigned char {
@@ -36,7 +37,7 @@ enum class Transmission : unsigned char {
 struct Actuator {
   std::string name;  ///< unique
   Transmission transmission = Transmission::kJoint;
-  int joint = -1;                   ///< kJoint: index into Model::joints
+  int joint = -1;                   ///< kJoint, kPropeller: index into Model::joints
   int tendon = -1;                  ///< kTendon: index into Model::tendons
   int body = -1;                    ///< kLink, kAdhesion
   int frame = -1;                   ///< kLink, kAdhesion: the link, index into Model::frames
@@ -55,7 +56,8 @@ struct Actuator {
   double lag = 0.0;                                       ///< time constant, first order [s]
 
   ActuatorLaw law = ActuatorLaw::kAffine;
-  double gain = 1.0, bias = 0.0;          ///< kAffine: [N per unit of the command], [N]
+  /// kAffine: [N per unit of the command], [N]; kPropeller: [N s^2/rad^2], unused.
+  double gain = 1.0, bias = 0.0;
   double stiffness = 0.0, damping = 0.0;  ///< kAffine: [N/m], [N s/m], not negative
   double kp = 0.0, ki = 0.0, kd = 0.0;    ///< kPid: [N/m], [N/(m s)], [N s/m]
   double integral_limit = std::numeric_limits<double>::infinity();  ///< kPid [N]
@@ -75,13 +77,14 @@ struct Actuator {
     return (law == ActuatorLaw::kPid && ki > 0.0) ||
            (law == ActuatorLaw::kDcMotor && inductance > 0.0) || law == ActuatorLaw::kMuscle;
   }
-  /// Returns the number of internal states: delayed commands, oldest first; the command behind the
-  /// slew limit (of a PID law always); behind the lag; that of the law.
-  int num_states() const {
-    return delay_samples + (keeps_setpoint() ? 1 : 0) + (lag > 0.0 ? 1 : 0) +
-           (has_law_state() ? 1 : 0);
-  }
   bool keeps_setpoint() const { return has_slew() || (law == ActuatorLaw::kPid && kd > 0.0); }
+  /// Returns the number of internal states: commands in the delay line, the next one out first, and
+  /// the part of a sample's time that has passed; the command behind the slew limit; behind the
+  /// lag; the state of the law.
+  int num_states() const {
+    return (delay_samples > 0 ? delay_samples + 1 : 0) + (keeps_setpoint() ? 1 : 0) +
+           (lag > 0.0 ? 1 : 0) + (has_law_state() ? 1 : 0);
+  }
 };
 
 }  // namespace counterpoint
