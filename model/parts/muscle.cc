@@ -28,13 +28,13 @@ struct Knot {
 
 /// A quintic Bezier curve between two knots. The second and third control points coincide, and the
 /// fourth and fifth: the curvature is 0 at both ends.
-struct Piece {
+struct CurvePiece {
   std::array<double, 4> x{}, y{};
 };
 
 /// Returns the piece whose double control points lie on the tangents of its ends, at the part
 /// 0.1 + 0.8 curviness of the way to the point where the tangents meet.
-constexpr Piece piece(const Knot& a, const Knot& b, double curviness) {
+constexpr CurvePiece piece(const Knot& a, const Knot& b, double curviness) {
   const double part = 0.1 + 0.8 * curviness;
   const double x = (b.y - a.y + a.slope * a.x - b.slope * b.x) / (a.slope - b.slope);
   const double from_a = part * (x - a.x), from_b = part * (x - b.x);
@@ -55,7 +55,7 @@ constexpr std::array<Knot, 6> kActiveKnots = {
     {1.0, 1.0, 0.0},
     {0.5 * (1.0 + kPlateau + kLongest), 0.5, -1.0 / (kLongest - 1.0 - 2.0 * kPlateau)},
     {kLongest, 0.0, 0.0}};
-constexpr std::array<Piece, 5> kActive = {
+constexpr std::array<CurvePiece, 5> kActiveCurve = {
     piece(kActiveKnots[0], kActiveKnots[1], 1.0), piece(kActiveKnots[1], kActiveKnots[2], 1.0),
     piece(kActiveKnots[2], kActiveKnots[3], 1.0), piece(kActiveKnots[3], kActiveKnots[4], 1.0),
     piece(kActiveKnots[4], kActiveKnots[5], 1.0)};
@@ -66,22 +66,23 @@ constexpr double kStrain = 0.7, kStiffness = 2.0 / kStrain, kFootStiffness = 0.2
                  kFoot = 0.1 / kStiffness;
 constexpr std::array<Knot, 3> kPassiveKnots = {
     Knot{1.0, 0.0, 0.0},
-    {1.0 + kFoot, 0.5 * kFoot * kFootStiffness, kFootStiffness},
+    {1.0 + kFoot, 0.5 * kFoot* kFootStiffness, kFootStiffness},
     {1.0 + kStrain, 1.0, kStiffness}};
-constexpr std::array<Piece, 2> kPassive = {piece(kPassiveKnots[0], kPassiveKnots[1], 0.75),
-                                           piece(kPassiveKnots[1], kPassiveKnots[2], 0.75)};
+constexpr std::array<CurvePiece, 2> kPassiveCurve = {
+    piece(kPassiveKnots[0], kPassiveKnots[1], 0.75),
+    piece(kPassiveKnots[1], kPassiveKnots[2], 0.75)};
 
 /// The default parameters of the curve over the speed: the largest force of a lengthening fibre,
 /// the slope at rest, and the slopes at nine tenths of the largest speeds.
 constexpr double kEccentric = 1.4, kSlopeAtRest = 5.0, kNearShortening = 0.25,
                  kNearLengthening = 0.15;
-constexpr std::array<Knot, 5> kSpeedKnots = {Knot{-1.0, 0.0, 0.0},
-                                             {-0.9, 0.05 * kNearShortening, kNearShortening},
-                                             {0.0, 1.0, kSlopeAtRest},
-                                             {0.9, kEccentric - 0.05 * kNearLengthening,
-                                              kNearLengthening},
-                                             {1.0, kEccentric, 0.0}};
-constexpr std::array<Piece, 4> kSpeed = {
+constexpr std::array<Knot, 5> kSpeedKnots = {
+    Knot{-1.0, 0.0, 0.0},
+    {-0.9, 0.05 * kNearShortening, kNearShortening},
+    {0.0, 1.0, kSlopeAtRest},
+    {0.9, kEccentric - 0.05 * kNearLengthening, kNearLengthening},
+    {1.0, kEccentric, 0.0}};
+constexpr std::array<CurvePiece, 4> kSpeedCurve = {
     piece(kSpeedKnots[0], kSpeedKnots[1], 0.6), piece(kSpeedKnots[1], kSpeedKnots[2], 0.6),
     piece(kSpeedKnots[2], kSpeedKnots[3], 0.9), piece(kSpeedKnots[3], kSpeedKnots[4], 0.9)};
 
@@ -99,7 +100,7 @@ double bezier_slope(const std::array<double, 4>& p, double u) {
 
 /// Returns the parameter of a piece at x between its ends. Newton's method within a bracket that
 /// shrinks: x grows with the parameter, since its control points ascend.
-double parameter_at(const Piece& piece, double x) {
+double parameter_at(const CurvePiece& piece, double x) {
   double low = 0.0, high = 1.0, u = (x - piece.x[0]) / (piece.x[3] - piece.x[0]);
   for (int i = 0; i < 100; ++i) {
     const double error = bezier(piece.x, u) - x;
@@ -113,16 +114,16 @@ double parameter_at(const Piece& piece, double x) {
 }
 
 /// Returns a curve of pieces, which goes on along its tangents beyond its ends.
-Value curve_at(std::span<const Piece> pieces, double x) {
-  const Piece &first = pieces.front(), &last = pieces.back();
-  const auto tangent = [x](const Piece& p, int at, int from, int to) {
+Value curve_at(std::span<const CurvePiece> pieces, double x) {
+  const CurvePiece &first = pieces.front(), &last = pieces.back();
+  const auto tangent = [x](const CurvePiece& p, int at, int from, int to) {
     const double slope = (p.y[to] - p.y[from]) / (p.x[to] - p.x[from]);
     return Value{p.y[at] + slope * (x - p.x[at]), slope};
   };
   if (x <= first.x[0]) return tangent(first, 0, 0, 1);
   if (x >= last.x[3]) return tangent(last, 3, 2, 3);
   const auto here =
-      std::find_if(pieces.begin(), pieces.end(), [x](const Piece& p) { return x < p.x[3]; });
+      std::find_if(pieces.begin(), pieces.end(), [x](const CurvePiece& p) { return x < p.x[3]; });
   const double u = parameter_at(*here, x);
   return {bezier(here->y, u), bezier_slope(here->y, u) / bezier_slope(here->x, u)};
 }
@@ -140,7 +141,8 @@ Value mujoco_active(const Muscle& m, double x) {
 Value mujoco_passive(const Muscle& m, double x) {
   if (x <= 1.0) return {};
   const double width = 0.5 * (m.longest - 1.0), strain = (x - 1.0) / width;
-  if (strain < 1.0) return {0.5 * m.passive_force * strain * strain, m.passive_force * strain / width};
+  if (strain < 1.0)
+    return {0.5 * m.passive_force * strain * strain, m.passive_force * strain / width};
   return {m.passive_force * (strain - 0.5), m.passive_force / width};
 }
 
@@ -181,8 +183,8 @@ MuscleForce millard_force(const Muscle& m, double activation, double x, double v
   const double width = std::sin(m.pennation), length = std::hypot(x, width);
   const double cosine = x / length, cosine_slope = width / length * (width / length) / length;
   const double fibre_speed = v * cosine;
-  const Value active = curve_at(kActive, length), passive = curve_at(kPassive, length),
-              speed = curve_at(kSpeed, fibre_speed), fading = smooth_step(x / kFadingLength);
+  const Value active = curve_at(kActiveCurve, length), passive = curve_at(kPassiveCurve, length),
+              speed = curve_at(kSpeedCurve, fibre_speed), fading = smooth_step(x / kFadingLength);
   const double fibre = activation * active.y * speed.y + passive.y + m.damping * fibre_speed;
   const double by_fibre_speed = activation * active.y * speed.slope + m.damping;
   const double by_x = (activation * active.slope * speed.y + passive.slope) * cosine +
@@ -207,8 +209,7 @@ double time_constant(const Muscle& m, double activation, double excitation) {
 MuscleForce muscle_force(const Muscle& muscle, double activation, double length, double speed) {
   constexpr double kFar = 1e9;  // farther lengths and speeds count as this one: no overflow
   const double fastest = muscle.optimal_length * muscle.max_speed;
-  const double x =
-      std::clamp((length - muscle.slack_length) / muscle.optimal_length, -kFar, kFar);
+  const double x = std::clamp((length - muscle.slack_length) / muscle.optimal_length, -kFar, kFar);
   const double v = std::clamp(speed / fastest, -kFar, kFar);
   const double a = std::clamp(activation, 0.0, 1.0);
   const MuscleForce f = muscle.curves == Muscle::Curves::kMujoco ? mujoco_force(muscle, a, x, v)

@@ -16,7 +16,7 @@ struct Muscle {
   double slack_length = 0.0;    ///< length of the tendon [m]; kMujoco: may be negative
   double pennation = 0.0;       ///< angle between fibre and tendon at the optimal length [rad]
   double max_speed = 10.0;      ///< largest shortening speed [optimal lengths per second]
-  double damping = 0.1;  ///< fibre force over max_force at max_speed [-]; kMillard
+  double damping = 0.1;         ///< fibre force over max_force at max_speed [-]; kMillard
   /// Fibre lengths over the optimal one between which active force acts [-]; kMujoco.
   double shortest = 0.5, longest = 1.6;
   /// Passive force over max_force, twice that midway between 1 and `longest` [-]; kMujoco.

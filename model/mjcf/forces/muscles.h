@@ -21,9 +21,9 @@ struct MusclePath {
 /// tendon. `levels`: the elements of its default classes, the outermost first, and last itself. The
 /// lengths are those of `lengthrange`; where it is missing, those of the limits of joint or tendon.
 /// A negative force becomes scale / acc0, acc0 = |inv(M) J'| of a joint in the reference pose (call
-/// after read_inertias). Returns nothing after a refusal: neither lengthrange nor limits, a negative
-/// force on a tendon, different parameters of active and passive force. @throws InputError naming
-/// the attribute for values out of range.
+/// after read_inertias). Returns nothing after a refusal: neither lengthrange nor limits, a
+/// negative force on a tendon, different parameters of active and passive force. @throws InputError
+/// naming the attribute for values out of range.
 std::optional<Muscle> read_muscle(Document& document, const std::vector<const Element*>& levels,
                                   const MusclePath& path, const MjcfModel& model);
 

@@ -89,7 +89,8 @@ TEST(Muscle, RatesOfActivationAreThoseOfMujoco) {
   struct Row {
     double activation, excitation, rate;
   };
-  const double h = 1e-8;  // the quotient is exact to h times the square of a rate, and round-off / h
+  const double h =
+      1e-8;  // the quotient is exact to h times the square of a rate, and round-off / h
   for (const Row& row :
        {Row{0.1, 0, -1.6250000000000002}, Row{0.1, 0.4, 46.153846153846153},
         Row{0.1, 1, 138.46153846153845}, Row{0.5, 0, -15.625}, Row{0.5, 0.4, -3.125},
@@ -128,10 +129,10 @@ std::array<double, 2> corner_point(const Knot& a, const Knot& b, double part, do
   const double x = (b.y - b.slope * b.x - a.y + a.slope * a.x) / (a.slope - b.slope);
   const double y = a.y + a.slope * (x - a.x);
   const auto between = [&](double from, double to) { return from + part * (to - from); };
-  std::array<double, 6> px = {a.x, between(a.x, x), between(a.x, x),
-                              between(b.x, x), between(b.x, x), b.x};
-  std::array<double, 6> py = {a.y, between(a.y, y), between(a.y, y),
-                              between(b.y, y), between(b.y, y), b.y};
+  std::array<double, 6> px = {
+      a.x, between(a.x, x), between(a.x, x), between(b.x, x), between(b.x, x), b.x};
+  std::array<double, 6> py = {
+      a.y, between(a.y, y), between(a.y, y), between(b.y, y), between(b.y, y), b.y};
   for (int level = 5; level > 0; --level) {
     for (int i = 0; i < level; ++i) {
       px[i] += u * (px[i + 1] - px[i]);
@@ -155,12 +156,17 @@ std::vector<Corner> corners() {
   const Knot falling{1.43115, 0.5, -1 / 0.7123};
   const Knot foot{1.035, 0.0035, 0.2}, slow{-0.9, 0.0125, 0.25}, rest{0, 1, 5};
   const Knot fast{0.9, 1.3925, 0.15};
-  return {{{0.4441, 0, 0}, steep, 0.9, active_curve}, {steep, shallow, 0.9, active_curve},
-          {shallow, top, 0.9, active_curve},          {top, falling, 0.9, active_curve},
+  return {{{0.4441, 0, 0}, steep, 0.9, active_curve},
+          {steep, shallow, 0.9, active_curve},
+          {shallow, top, 0.9, active_curve},
+          {top, falling, 0.9, active_curve},
           {falling, {1.8123, 0, 0}, 0.9, active_curve},
-          {{1, 0, 0}, foot, 0.7, passive_curve},      {foot, {1.7, 1, 2 / 0.7}, 0.7, passive_curve},
-          {{-1, 0, 0}, slow, 0.58, speed_curve},      {slow, rest, 0.58, speed_curve},
-          {rest, fast, 0.82, speed_curve},            {fast, {1, 1.4, 0}, 0.82, speed_curve}};
+          {{1, 0, 0}, foot, 0.7, passive_curve},
+          {foot, {1.7, 1, 2 / 0.7}, 0.7, passive_curve},
+          {{-1, 0, 0}, slow, 0.58, speed_curve},
+          {slow, rest, 0.58, speed_curve},
+          {rest, fast, 0.82, speed_curve},
+          {fast, {1, 1.4, 0}, 0.82, speed_curve}};
 }
 
 TEST(Muscle, CurvesAreBezierCurvesToRoundoff) {
@@ -259,7 +265,8 @@ TEST(Muscle, FibreKeepsItsWidth) {
   // Half an optimal length wide and one long: the fibre is sqrt(1.25) long.
   const double fibre = std::sqrt(1.25), speed = 0.3, shortening = -speed / fibre;
   const double expected = (0.6 * active_curve(fibre) * speed_curve(shortening) +
-                           passive_curve(fibre) + m.damping * shortening) / fibre;
+                           passive_curve(fibre) + m.damping * shortening) /
+                          fibre;
   const MuscleForce f = muscle_force(m, 0.6, m.slack_length + m.optimal_length, -speed);
   EXPECT_NEAR(f.force, m.max_force * expected, 1e-9);
 }
