@@ -77,7 +77,7 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
 
 void ConstraintFinder::find(const StepContext& at, const Kinematics& data, ConstraintSet& out,
                             EffectCounts& counts, SleepMask idle) {
-  const auto& [model, options, effects, q, v] = at;
+  const auto& [model, options, effects, q, v, z] = at;
   out.clear();
   const auto runs = [&](Effect effect) {
     if (!at.effects.has(effect)) return false;

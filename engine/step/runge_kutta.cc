@@ -16,8 +16,9 @@ void refuse_constraints(const Model& model, EffectSet effects) {
         throw InputError("runge_kutta_4 takes closures as rigid; closure '" + closure.name +
                          "' is a spring or a rope: use implicit_midpoint or semi_implicit_euler");
   std::string found;
-  for (const Effect effect : {Effect::kDryFriction, Effect::kLimits, Effect::kEffortLimits,
-                              Effect::kVelocityLimits, Effect::kTendons, Effect::kContacts}) {
+  for (const Effect effect :
+       {Effect::kDryFriction, Effect::kLimits, Effect::kEffortLimits, Effect::kVelocityLimits,
+        Effect::kTendons, Effect::kActuators, Effect::kContacts}) {
     if (effects.has(effect))
       found += (found.empty() ? "" : ", ") + std::string(effect_name(effect));
   }

@@ -89,6 +89,11 @@ void Sleepers::begin(const Model& model, const SimulationOptions& options,
     const bool same_tendons = same(input.tendon_force, last_input_.tendon_force) &&
                               same(input.tendon_target, last_input_.tendon_target);
     if (!same_tendons) std::fill(island_awake_.begin(), island_awake_.end(), 1);
+    // An actuator, or a closure that opens, may act on any tree.
+    const bool same_states = still_states_ && same(given_z(model, state.z), last_.z) &&
+                             same(input.command, last_input_.command) &&
+                             same(input.attach, last_input_.attach);
+    if (model.nz() > 0 && !same_states) std::fill(island_awake_.begin(), island_awake_.end(), 1);
     for (const ExternalWrench& w : input.wrenches)
       if (w.body != 0) island_awake_[islands_.root(model.body(w.body).tree)] = 1;
     for (int t = 0; t < model.num_trees(); ++t) asleep_[t] = island_awake_[islands_.root(t)] == 0;
@@ -182,6 +187,10 @@ void Sleepers::end(const Model& model, const State& state, const Input& input,
   last_input_.servo_velocity = input.servo_velocity;
   last_input_.tendon_force = input.tendon_force;
   last_input_.tendon_target = input.tendon_target;
+  last_input_.command = input.command;
+  last_input_.attach = input.attach;
+  last_.z = next.z;
+  still_states_ = same(given_z(model, state.z), next.z);
   for (int t = 0; t < model.num_trees(); ++t) {
     if (asleep_[t]) continue;
     const Tree& tree = model.trees()[t];

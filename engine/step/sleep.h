@@ -69,6 +69,7 @@ class Sleepers {
   SimulationOptions options_;
   contact::Settings settings_;
   Input last_input_;
+  bool still_states_ = false;  ///< the last step left the internal states as they were
   State last_;                 ///< state from which the last step left the resting trees unchanged
   std::vector<char> resting_;  ///< per tree: the last step changed nothing
   std::vector<char> asleep_;   ///< per tree

@@ -141,6 +141,15 @@ void keep_awake(const Model& model, const SoftenedTrees* softened_trees,
   for (const TautLink& link : taut_links) sleepers.keep_awake(model.body(link.body).tree);
 }
 
+/// Writes the internal states that the step leads to.
+void advance_internal_states(const StepArguments& step, Workspace::Impl& ws, State& next) {
+  next.z = given_z(step.model, step.state.z);
+  if (!step.effects.has(Effect::kActuators)) return;
+  const bool midpoint = step.options.integrator == Integrator::kImplicitMidpoint;
+  ws.actuators.conclude(step.context(), ws.start.tendons(), midpoint ? ws.midpoint.w_c : next.v,
+                        ws.actuator_force, next.z);
+}
+
 /// The final stage: checks the result, and stores the impulses and sleeping trees that the next
 /// step starts from.
 void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report) {
@@ -150,6 +159,7 @@ void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepR
   report.constraint_rows = ws.constraints.empty() ? 0 : ws.solution.problem.num_rows();
   report.sleeping_bodies = ws.sleepers.num_sleeping_bodies();
   report.max_penetration = std::max(ws.constraints.max_penetration, ws.sleepers.max_penetration());
+  if (report.succeeded()) advance_internal_states(step, ws, next);
   if (report.succeeded()) remember(step, ws, next);
   if (may_sleep(step) && report.succeeded()) {
     ws.sleepers.end(step.model, step.state, step.input, ws.constraints, next);
@@ -161,11 +171,46 @@ void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepR
   }
 }
 
+/// Finds the forces of actuators; returns the input of the step with their wrenches, and adds the
+/// effect that lets these act.
+const Input& actuate(const StepContext& at, const Input& given, Workspace::Impl& ws,
+                     EffectSet& effects) {
+  if (!effects.has(Effect::kActuators)) return given;
+  ws.counts.add(Effect::kActuators);
+  ws.actuators.find(at, ws.start.kinematics(), ws.start.tendons(), ws.start.constraints(), given);
+  ws.actuators.add_rows(at, ws.start.tendons(), ws.sleepers.sleep_mask(), ws.constraints);
+  const std::span<const ExternalWrench> wrenches = ws.actuators.wrenches();
+  if (wrenches.empty()) return given;
+  ws.actuated = given;
+  if (!effects.has(Effect::kExternalWrenches)) ws.actuated.wrenches.clear();
+  ws.actuated.wrenches.insert(ws.actuated.wrenches.end(), wrenches.begin(), wrenches.end());
+  effects.set(Effect::kExternalWrenches, true);
+  return ws.actuated;
+}
+
+}  // namespace
+
+StepArguments actuate(const StepArguments& step, Workspace::Impl& ws) {
+  EffectSet effects = step.effects;
+  const Input& input = actuate(step.context(), step.input, ws, effects);
+  return {step.model, step.options, step.settings, step.state, input, effects};
+}
+
+InverseArguments actuate(const InverseArguments& step, Workspace::Impl& ws) {
+  EffectSet effects = step.effects;
+  const Input& known = actuate(step.context(), step.known, ws, effects);
+  return {step.model,  step.options, step.q,  step.v,           step.q_next,
+          step.v_next, known,        effects, step.exact_q_next};
+}
+
+namespace {
+
 /// Advances the awake trees from `state` to `next` with one of the integrators.
-void advance(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report) {
+void advance(const StepArguments& given, Workspace::Impl& ws, State& next, StepReport& report) {
   report = {};
-  report.softening = step.input.softening;
-  ws.constraints = prepare_step(step.context(), ws).constraints();
+  report.softening = given.input.softening;
+  ws.constraints = prepare_step(given.context(), ws).constraints();
+  const StepArguments step = actuate(given, ws);
   if (step.effects.has(Effect::kTendons))
     add_tendon_servos(step.context(), ws.start.tendons(), step.input, ws.constraints);
   switch (step.options.integrator) {

@@ -16,7 +16,10 @@ StepStart::StepStart(const Model& model)
       mid_velocity_(model),
       energy_projection_(model),
       other_(VectorX::Zero(model.nv())),
-      no_rotors_(VectorX::Zero(model.nv())) {}
+      no_rotors_(VectorX::Zero(model.nv())) {
+  actuates_tendons_ = std::any_of(model.actuators().begin(), model.actuators().end(),
+                                  [](const Actuator& a) { return a.tendon >= 0; });
+}
 
 void StepStart::find_inertias(const Model& model, std::span<const BodyRange> ranges) {
   for (const BodyRange& bodies : ranges) compute_inertias(model, bodies, data_);
@@ -35,9 +38,11 @@ void StepStart::find_constraints(const StepContext& at, ConstraintFinder& finder
       compute_velocities(at.model, at.v, bodies, data_);
     }
     finder.find(at, data_, constraints_, counts, sleepers.sleep_mask());
+    const bool pulled = at.effects.has(Effect::kActuators) && actuates_tendons_;
+    if (at.effects.has(Effect::kTendons) || pulled)
+      tendons_.find(at.model, at.q, data_, sleepers.sleep_mask());
     if (!at.effects.has(Effect::kTendons)) return;
     counts.add(Effect::kTendons);
-    tendons_.find(at.model, at.q, data_, sleepers.sleep_mask());
     add_tendon_rows(at, tendons_, finder.weights(), constraints_);
   };
   find(sleepers.awake());

@@ -109,6 +109,8 @@ void append_states(const Actuator& a, std::vector<double>& z) {
 }
 
 void place_on_link(const ActuatorSpec& spec, const Frame& link, int frame, Actuator& a) {
+  if (link.body == 0)
+    fail_actuator(spec, fmt::format("link '{}' is fixed to the world", link.name));
   a.frame = frame;
   a.body = link.body;
   a.point = link.X_BF * a.point;

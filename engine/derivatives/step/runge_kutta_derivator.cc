@@ -60,7 +60,7 @@ bool RungeKuttaDerivator::accelerate(const Model& model, const SmoothDerivator& 
 
 bool RungeKuttaDerivator::compute(const StepContext& start, const Input& input, Workspace::Impl& ws,
                                   SmoothDerivator& smooth, ForwardDerivatives& d) {
-  const auto& [model, options, effects, q, v] = start;
+  const auto& [model, options, effects, q, v, z] = start;
   const double h = start.h();
   refuse_constraints(model, effects);
   refuse_equalities(model, effects);
@@ -88,7 +88,8 @@ bool RungeKuttaDerivator::compute(const StepContext& start, const Input& input, 
       dw_.middleCols(nv, nv).diagonal().array() += 1.0;
     }
     exponent_rate(model, theta_, at_.v, rate_);
-    compute_acceleration({model, options, effects, at_.q, at_.v}, input, ws, acceleration_, report);
+    compute_acceleration({model, options, effects, at_.q, at_.v, z}, input, ws, acceleration_,
+                         report);
     if (!report.succeeded()) return false;
     smooth.compute(model, effects, at_.v, acceleration_, input.wrenches, ws.stage,
                    ws.start.rotor_inertia(model, effects));
