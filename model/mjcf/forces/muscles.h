@@ -12,7 +12,7 @@ namespace counterpoint::mjcf {
 /// The joint of one coordinate, or else the tendon, at which a muscle pulls. The length of the
 /// muscle is gear times the coordinate or the tendon's length.
 struct MusclePath {
-  const JointSpec* joint = nullptr;    ///< of `MjcfModel::robot`
+  const JointSpec* joint = nullptr;    ///< a joint of MjcfModel::robot
   const TendonSpec* tendon = nullptr;  ///< with its limits
   double gear = 1.0;
 };
