@@ -39,6 +39,7 @@ InputColumns AppliedInputs::columns(const Model& model) const {
   InputColumns columns = schedule_ ? schedule_->columns() : InputColumns();
   columns.targets = !model.servos().empty();
   columns.tendons = !model.tendons().empty();
+  columns.actuators = !model.actuators().empty();
   return columns;
 }
 

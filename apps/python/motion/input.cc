@@ -45,6 +45,8 @@ void InputHandle::assign(const Input& other) {
     input_->tendon_force.setZero();
   if (other.tendon_target.size() == input_->tendon_target.size())
     input_->tendon_target = other.tendon_target;
+  if (other.command.size() == input_->command.size()) input_->command = other.command;
+  input_->z = other.z;
   input_->wrenches = other.wrenches;
   input_->softening = other.softening;
   input_->taut_links = other.taut_links;
@@ -104,6 +106,15 @@ void bind_inputs(py::module_& m) {
           "tendon_target", [](const InputHandle& i) { return i.tendon_target; },
           [](InputHandle& i, const Array& x) { set(i.tendon_target, x, "tendon_target"); },
           "Lengths [m] that servos of tendons aim at, in the order of model.tendons, a view.")
+      .def_property(
+          "command", [](const InputHandle& i) { return i.command; },
+          [](InputHandle& i, const Array& x) { set(i.command, x, "command"); },
+          "Commands in the units of their actuators, in the order of model.actuators, a view.")
+      .def_property(
+          "z", [](const InputHandle& i) { return copy(i.value().z); },
+          [](InputHandle& i, const Array& x) { i.value().z = vector(x, i.model->model.nz(), "z"); },
+          "Internal states at the start of a step that is to be inverted (State.z), a copy; empty: "
+          "the model's initial ones. Steps forward take those of their state.")
       .def(
           "__getitem__", [](const InputHandle& i, const std::string& name) { return i.at(name); },
           py::arg("name"), "input['elbow.u'], input['cube.fx'], input['elbow.target'].")

@@ -115,7 +115,12 @@ InputHandle::InputHandle(ModelPtr m) : model(std::move(m)), input_(std::make_sha
       VectorX::Zero(static_cast<Eigen::Index>(tendons.size()));
   for (size_t i = 0; i < tendons.size(); ++i)
     input_->tendon_target[static_cast<Eigen::Index>(i)] = tendons[i].servo.target;
+  const auto& actuators = model->model.actuators();
+  input_->command.resize(static_cast<Eigen::Index>(actuators.size()));
+  for (size_t i = 0; i < actuators.size(); ++i)
+    input_->command[static_cast<Eigen::Index>(i)] = actuators[i].command;
   const py::capsule owner = keep(input_);
+  command = view(input_->command, owner, true);
   tendon_force = view(input_->tendon_force, owner, true);
   tendon_target = view(input_->tendon_target, owner, true);
   applied_force = view(input_->applied_force, owner, true);
@@ -143,7 +148,11 @@ double& InputHandle::at(const std::string& name) const {
     if (name == tendon + ".tendon_target") return input_->tendon_target[index];
     names.push_back(tendon + ".tendon_force");
   }
-  throw_unknown("applied force, servo target or force of a tendon", name, names);
+  for (size_t i = 0; i < m.actuators().size(); ++i) {
+    names.push_back(m.actuators()[i].name + ".command");
+    if (name == names.back()) return input_->command[static_cast<Eigen::Index>(i)];
+  }
+  throw_unknown("applied force, servo target, force of a tendon or command", name, names);
 }
 
 const Input& input_of(const InputPtr& input, const Input& none) {

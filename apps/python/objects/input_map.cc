@@ -29,6 +29,7 @@ InputMap::InputMap(const ModelHandle& handle, const std::vector<std::string>& na
   const Model& model = handle.model;
   columns_.targets = !model.servos().empty();
   columns_.tendons = !model.tendons().empty();
+  columns_.actuators = !model.actuators().empty();
   if (names.empty()) {
     plain_ = true;
     size_ = model.nv();
