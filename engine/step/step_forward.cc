@@ -6,6 +6,7 @@
 #include "counterpoint/engine/diagnosis/failure_cause.h"
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/effects.h"
+#include "counterpoint/engine/forces/closure_switches.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/step/midpoint.h"
 #include "counterpoint/engine/step/runge_kutta.h"
@@ -38,7 +39,7 @@ namespace {
 void integrate(const StageInput& in, const ConstraintSet& constraints,
                const std::vector<double>& radii, const VectorX& displacement, Sleepers& sleepers,
                State& next) {
-  const auto& [model, options, settings, state, input, effects] = in.step;
+  const auto& [model, options, settings, state, input, effects, z] = in.step;
   const double h = in.step.h();
   sleepers.find_islands(model, constraints);
   next.q = state.q;
@@ -96,6 +97,14 @@ void remember(const StepArguments& step, Workspace::Impl& ws, State& next) {
   if (step.effects.has(Effect::kTautLinks)) ws.taut_links.remember(step.h(), next.memory);
 }
 
+/// Sets the internal states at the end of the step.
+void set_next_states(const StepArguments& step, Workspace::Impl& ws, State& next) {
+  next.z = step.z;
+  if (!ws.constraints.closures.empty())
+    break_closures(step.model, ws.constraints, ws.solution.problem, ws.solution.impulse, step.h(),
+                   next.z);
+}
+
 /// If an argument was invalid, reports that instead of its consequences.
 void report_invalid_input(const StepArguments& step, const StateCheck& check, StepReport& report) {
   const Fault given = check.of_given(step.model, step.state, step.input);
@@ -107,7 +116,7 @@ void report_invalid_input(const StepArguments& step, const StateCheck& check, St
 /// Reports a state that is not finite or too fast.
 void check_result(const StepArguments& step, const StateCheck& check, const State& next,
                   StepReport& report) {
-  const auto& [model, options, settings, state, input, effects] = step;
+  const auto& [model, options, settings, state, input, effects, z] = step;
   if (check.accepts(options.max_speed, next)) return;
   report.fault = check.of_result(model, options.max_speed, next);
   report.status = status_of(report.fault);
@@ -125,7 +134,7 @@ bool may_sleep(const StepArguments& step) {
 void choose_awake(const StepArguments& step, Sleepers& sleepers, EffectCounts& counts) {
   if (!may_sleep(step)) return sleepers.wake_all(step.model);
   counts.add(Effect::kSleeping);
-  sleepers.begin(step.model, step.options, step.settings, step.state, step.input);
+  sleepers.begin(step.context(), step.settings, step.state, step.input);
 }
 
 /// Keeps trees awake whose next step may differ from this one at an equal state: trees that a fast
@@ -150,9 +159,12 @@ void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepR
   report.constraint_rows = ws.constraints.empty() ? 0 : ws.solution.problem.num_rows();
   report.sleeping_bodies = ws.sleepers.num_sleeping_bodies();
   report.max_penetration = std::max(ws.constraints.max_penetration, ws.sleepers.max_penetration());
-  if (report.succeeded()) remember(step, ws, next);
+  if (report.succeeded()) {
+    set_next_states(step, ws, next);
+    remember(step, ws, next);
+  }
   if (may_sleep(step) && report.succeeded()) {
-    ws.sleepers.end(step.model, step.state, step.input, ws.constraints, next);
+    ws.sleepers.end(step.context(), step.state, step.input, ws.constraints, next);
     keep_awake(step.model, report.softening.any() ? &ws.solution.softened_trees : nullptr,
                ws.finder.contacts().search().in_reach_of_fast(), ws.taut_links.links(),
                ws.sleepers);
@@ -210,7 +222,7 @@ void advance_with_taut_links(const StepArguments& step, Workspace::Impl& ws, Sta
   }
   const auto try_step = [&](const SimulationOptions& how) {
     const StepArguments slowed{
-        taut.slowed(step.model), how, step.settings, step.state, input, step.effects};
+        taut.slowed(step.model), how, step.settings, step.state, input, step.effects, step.z};
     advance_awake(slowed, ws, next, report);
     if (report.succeeded() && on) find_taut_rates(slowed, next, ws);
   };
@@ -242,7 +254,7 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
   Workspace::Impl& ws = workspace.impl();
   const PhaseTimer timer(ws.times, &PhaseTimes::step);
   const EffectSet effects = active_effects(ws.called, options.effects);
-  const StepArguments step{model, options, settings, state, input, effects};
+  const StepArguments step{model, options, settings, state, input, effects, ws.z};
   StepReport report;
   check_time_step(options.time_step);
   if (!ws.check.accepts(model, state, input)) {
@@ -250,6 +262,7 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
     report_invalid_input(step, ws.check, report);
     return report;
   }
+  set_internal_states(model, effects, state.q, state.z, input, ws);
   choose_awake(step, ws.sleepers, ws.counts);
   advance_with_taut_links(step, ws, next, report);
   conclude(step, ws, next, report);

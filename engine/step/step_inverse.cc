@@ -9,6 +9,7 @@
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/dynamics/rnea.h"
 #include "counterpoint/engine/effects.h"
+#include "counterpoint/engine/forces/closure_switches.h"
 #include "counterpoint/engine/forces/drag.h"
 #include "counterpoint/engine/forces/joint_forces.h"
 #include "counterpoint/engine/forces/servos.h"
@@ -79,7 +80,7 @@ void recover_impulses(const Model& model, double h, const ConstraintSet& constra
       contact.torque = impulse.torque / h;
       contact.slip = slip(pair, y, at, inverse.body_velocity);
     } else {
-      ClosureForce& closure = out.closures[constraints.closures[i - constraints.contacts.size()]];
+      ClosureForce& closure = out.closures[constraints.closures[i - constraints.contacts.size()].index];
       closure.position = pair.position;
       closure.force += impulse * (1.0 / h);
     }
@@ -137,6 +138,7 @@ void void_inverse(const Model& model, Inverse& out) {
   out.closures.clear();
   out.joints.clear();
   out.tendon_force.setConstant(static_cast<Eigen::Index>(model.tendons().size()), kNaN);
+  out.z_next.setConstant(model.nz(), kNaN);
 }
 
 /// Recovers the applied force u of a semi-implicit step, given out.contact_force.
@@ -191,7 +193,7 @@ void invert_midpoint(const InverseArguments& step, bool refined, Workspace::Impl
 void find_constraints(const InverseArguments& step, const StepStart& start,
                       ConstraintFinder& finder, ConstraintSet& constraints,
                       InverseScratch& inverse) {
-  const auto& [model, options, q, v, q_next, v_next, known, effects, exact_q_next] = step;
+  const auto& [model, options, q, v, q_next, v_next, known, effects, z, exact_q_next] = step;
   const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
   const bool found = !midpoint || q_next.size() > 0;
   inverse.contact_velocity = v_next;
@@ -248,6 +250,8 @@ void invert_step(const InverseArguments& step, Workspace::Impl& ws, Inverse& out
                             inverse.body_velocity);
   recover_impulses(model, step.h(), ws.constraints, start.kinematics(), inverse, out);
   out.contact_force = inverse.tau / step.h();
+  out.z_next = step.z;
+  if (!ws.constraints.closures.empty()) break_closures(model, out.closures, out.z_next);
   if (step.options.integrator == Integrator::kSemiImplicitEuler) {
     invert_euler(step, ws, out);
   } else {
@@ -280,7 +284,8 @@ void step_inverse(const Model& model, const SimulationOptions& options, VectorRe
   Workspace::Impl& ws = workspace.impl();
   const EffectSet effects = active_effects(ws.called, options.effects);
   ws.taut_links.set(known.taut_links);
-  invert_step({ws.taut_links.slowed(model), options, q, v, q_next, v_next, known, effects}, ws,
+  const VectorX& z = set_internal_states(model, effects, q, known.z, known, ws);
+  invert_step({ws.taut_links.slowed(model), options, q, v, q_next, v_next, known, effects, z}, ws,
               out);
 }
 

@@ -89,6 +89,7 @@ struct Workspace::Impl {
   StateCheck check;
   ConstraintFinder finder;
   Sleepers sleepers;
+  VectorX z;               ///< nz: internal states at which the step acts
   StepStart start;         ///< written by prepare_step
   FreeGroups free_groups;  ///< found by prepare_step
   /// start.constraints() and the rows that input and solution add: limited servos, limits and

@@ -27,8 +27,8 @@ void add_exponent_rate(const Model& model, const VectorX& theta, const VectorX& 
   }
 }
 
-void refuse_equalities(const Model& model, EffectSet effects) {
-  if (!has_equalities(model, effects)) return;
+void refuse_equalities(const Model& model, EffectSet effects, const VectorRef& z) {
+  if (!has_equalities(model, effects, z)) return;
   throw InputError(
       "derivatives of runge_kutta_4 with closures or mimic joints are not given: use "
       "implicit_midpoint or semi_implicit_euler");
@@ -60,10 +60,10 @@ bool RungeKuttaDerivator::accelerate(const Model& model, const SmoothDerivator& 
 
 bool RungeKuttaDerivator::compute(const StepContext& start, const Input& input, Workspace::Impl& ws,
                                   SmoothDerivator& smooth, ForwardDerivatives& d) {
-  const auto& [model, options, effects, q, v] = start;
+  const auto& [model, options, effects, q, v, z] = start;
   const double h = start.h();
   refuse_constraints(model, effects);
-  refuse_equalities(model, effects);
+  refuse_equalities(model, effects, z);
   ws.constraints.clear();
   ws.sleepers.wake_all(model);
   prepare_step(start, ws);
@@ -88,7 +88,7 @@ bool RungeKuttaDerivator::compute(const StepContext& start, const Input& input, 
       dw_.middleCols(nv, nv).diagonal().array() += 1.0;
     }
     exponent_rate(model, theta_, at_.v, rate_);
-    compute_acceleration({model, options, effects, at_.q, at_.v}, input, ws, acceleration_, report);
+    compute_acceleration({model, options, effects, at_.q, at_.v, z}, input, ws, acceleration_, report);
     if (!report.succeeded()) return false;
     smooth.compute(model, effects, at_.v, acceleration_, input.wrenches, ws.stage,
                    ws.start.rotor_inertia(model, effects));
