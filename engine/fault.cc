@@ -19,6 +19,8 @@ std::string constraint_name(const Model& model, const Fault& fault) {
       return model.closures()[fault.index].name;
     case ConstraintKind::kTendon:
       return model.tendons()[static_cast<size_t>(fault.index)].name;
+    case ConstraintKind::kActuator:
+      return model.actuators()[static_cast<size_t>(fault.index)].name;
     case ConstraintKind::kMimic:
       return pair_name(joint_name(model, fault.body), joint_name(model, fault.other_body));
     case ConstraintKind::kLimit:
@@ -44,6 +46,8 @@ const char* constraint_words(ConstraintKind kind) {
       return "dry friction or motor of joint";
     case ConstraintKind::kTendon:
       return "tendon";
+    case ConstraintKind::kActuator:
+      return "actuator";
     case ConstraintKind::kNone:
       break;
   }
@@ -84,6 +88,14 @@ std::string element(const Model& model, const Fault& fault) {
     case FaultKind::kTendonForce:
     case FaultKind::kTendonTarget:
       return model.tendons()[static_cast<size_t>(fault.index)].name;
+    case FaultKind::kCommand:
+      return model.actuators()[static_cast<size_t>(fault.index)].name;
+    case FaultKind::kAttach:
+      return model.closures()[static_cast<size_t>(fault.index)].name;
+    case FaultKind::kPrescribed:
+      return at(coordinate_names(model).q);
+    case FaultKind::kInternalState:
+      return coordinate_names(model).z[static_cast<size_t>(fault.index)];
     case FaultKind::kSingularInertia:
       return joint_name(model, fault.body);
     case FaultKind::kConstraint:
@@ -120,6 +132,14 @@ std::string reason(const Fault& fault, const std::string& name) {
       return is("force of tendon");
     case FaultKind::kTendonTarget:
       return is("target length of tendon");
+    case FaultKind::kCommand:
+      return is("command of actuator");
+    case FaultKind::kAttach:
+      return is("input of switched closure");
+    case FaultKind::kPrescribed:
+      return is("prescribed coordinate");
+    case FaultKind::kInternalState:
+      return is("internal state");
     case FaultKind::kSingularInertia:
       return fmt::format("joint '{}' moves no inertia in this pose ({:.3g})", name, fault.value);
     case FaultKind::kConstraint:
@@ -177,6 +197,10 @@ std::string advice(const Fault& fault) {
     case FaultKind::kServoVelocity:
     case FaultKind::kTendonForce:
     case FaultKind::kTendonTarget:
+    case FaultKind::kCommand:
+    case FaultKind::kAttach:
+    case FaultKind::kPrescribed:
+    case FaultKind::kInternalState:
       return "check what computes it";
     case FaultKind::kQuaternion:
       return fmt::format("normalize it (to {:g})", kQuaternionTolerance);
@@ -259,6 +283,14 @@ const char* fault_kind_name(FaultKind kind) {
       return "tendon_force";
     case FaultKind::kTendonTarget:
       return "tendon_target";
+    case FaultKind::kCommand:
+      return "command";
+    case FaultKind::kAttach:
+      return "attach";
+    case FaultKind::kPrescribed:
+      return "prescribed";
+    case FaultKind::kInternalState:
+      return "internal_state";
     case FaultKind::kSingularInertia:
       return "singular_inertia";
     case FaultKind::kConstraint:

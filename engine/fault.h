@@ -16,12 +16,16 @@ enum class FaultKind : unsigned char {
   kPosition,      ///< a coordinate of q, not finite
   kQuaternion,    ///< not of unit length, see kQuaternionTolerance
   kVelocity,      ///< a coordinate of v, not finite
-  kAppliedForce,  ///< not finite, like the next five
+  kAppliedForce,  ///< not finite, like the next nine
   kWrench,
   kServoPosition,  ///< target
   kServoVelocity,  ///< target
   kTendonForce,
   kTendonTarget,
+  kCommand,        ///< command of an actuator
+  kAttach,         ///< input of a switched closure
+  kPrescribed,     ///< prescribed coordinate
+  kInternalState,  ///< entry of z
   // in the step
   kSingularInertia,  ///< the bodies that a joint moves have no inertia along it
   kConstraint,       ///< a constraint whose law is not finite, or not valid
@@ -45,6 +49,7 @@ enum class ConstraintKind : unsigned char {
   kMimic,
   kJointFriction,  ///< dry friction of a joint, or a servo with an effort limit
   kTendon,
+  kActuator,
 };
 
 /// Why a coordinate is too fast, for kSpeed.
@@ -64,7 +69,7 @@ struct Fault {
   int coordinate = -1;  ///< index into q for positions, else into v
   int geometry_a = -1, geometry_b = -1;  ///< geometries of a contact
   int index = -1;  ///< closure in Model::closures, wrench in Input, servo in Model::servos,
-                   ///< tendon in Model::tendons
+                   ///< tendon in Model::tendons, actuator in Model::actuators, entry of z
   /// Value of the named quantity, SI. kUnsolved: error of the velocity there [m/s, rad/s]; kSpeed:
   /// speed of the mass moved [m/s]; kSingularInertia: inertia; kTolerance: error over the allowed
   /// one [-]; kStaysOpen: opening [m or rad].

@@ -13,7 +13,10 @@ Simulator::Simulator(Scene scene)
 void Simulator::set_state(const State& state) {
   if (state.q.size() != model().nq() || state.v.size() != model().nv())
     throw InputError("set_state: q and v do not have the model's sizes");
+  if (state.z.size() != 0 && state.z.size() != model().nz())
+    throw InputError("set_state: z does not have the model's size");
   state_ = state;
+  if (state.z.size() == 0) state_.z = model().default_z();
   last_length_ = 0.0;
   next_step_.reset();
   watch_.restart();
@@ -38,10 +41,11 @@ StepReport Simulator::step() {
       step_forward(model(), options(), settings_, state_, input_, workspace_, next_);
   watch(report);
   if (!report.succeeded()) return report;
-  keep_last(options().time_step, report);
   middle_.time = state_.time;
   middle_.q = state_.q;
   middle_.v = state_.v;
+  middle_.z = state_.z;
+  keep_last(options().time_step, report);
   std::swap(state_, next_);
   return report;
 }
@@ -61,6 +65,7 @@ ControlledReport Simulator::step_controlled(double until) {
 void Simulator::keep_last(double length, const StepReport& report) {
   last_length_ = length;
   last_input_ = input_;
+  last_input_.z = middle_.z;
   last_input_.softening = report.softening;
   find_taut_links(next_, last_input_.taut_links);
 }

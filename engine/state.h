@@ -40,6 +40,11 @@ struct State {
   std::vector<RememberedForce> memory = {};
 };
 
+/// Returns the given internal states (nz), or those that replace missing ones.
+inline const VectorX& given_z(const Model& model, const VectorX& z) {
+  return z.size() > 0 ? z : model.default_z();
+}
+
 /// Returns a hash of the bits of time, q, v and z: 64-bit FNV-1a over the doubles in this order,
 /// each from its lowest byte. Equal for equal states; 0 and -0 differ.
 std::uint64_t state_hash(const State& state);

@@ -92,6 +92,8 @@ struct Inverse {
   /// Per actuator (Model::actuators): its force F, mean over the step [N, N m]. Those on joints and
   /// tendons are part of contact_force, the others act as known wrenches.
   VectorX actuator_force;
+  /// Wrenches by which actuators on links and adhesion acted, beside those of the input.
+  std::vector<ExternalWrench> actuator_wrenches;
   VectorX z_next;  ///< internal states at the end of the step (nz)
   /// Per servo (Model::servos): force that the servo demands at v_next [N, N m]. Its sum with the
   /// applied force is the force of the motor, within its effort limit.

@@ -18,6 +18,8 @@ namespace counterpoint {
 // (docs/reference/trajectory-format.md).
 //
 //   J.target, J.target_velocity    targets of the servo of joint J
+//   T.tendon_force, T.tendon_target  of tendon T
+//   A.command                      of actuator A
 //   L.fx L.fy L.fz L.tx L.ty L.tz  wrench on link L about its origin, in world axes [N, N m]
 //
 // For the child link of a planar, spherical or floating joint the names are L.wrench.fx ..., since

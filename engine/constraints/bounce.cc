@@ -116,10 +116,14 @@ double share_of_weight(const Model& model, const Tree& tree) {
   return mass > 0.0 ? left / mass : 1.0;
 }
 
-/// Whether a spring or a servo may hold the joint, so that it does not fall freely.
+/// Whether a spring, a servo or an actuator may hold the joint, so that it does not fall freely.
 bool is_carried(const Model& model, int joint) {
   const auto holds = [&](const JointSpring& spring) { return spring.joint == joint; };
+  const auto drives = [&](const Actuator& a) {
+    return a.transmission == Transmission::kJoint && a.joint == joint;
+  };
   return model.find_servo(joint) >= 0 ||
+         std::any_of(model.actuators().begin(), model.actuators().end(), drives) ||
          std::any_of(model.springs().begin(), model.springs().end(), holds);
 }
 

@@ -1,5 +1,5 @@
 // The constraints of one step: contacts, closures, joint limits, speed limits, dry joint friction,
-// mimic joints and tendons, with their laws.
+// mimic joints, tendons and actuators, with their laws.
 #pragma once
 
 #include <initializer_list>
@@ -89,7 +89,8 @@ struct JointConstraint {
   int first_term = 0, num_terms = 0;  ///< in ConstraintSet::row_terms
   int tendon = -1;                    ///< index into Model::tendons, or -1
   TendonPart part = TendonPart::kNone;
-  /// Springs and servos of tendons: derivative of the bias by the length along the row [1/s].
+  int actuator = -1;  ///< index into Model::actuators, or -1; `part` is kServo then
+  /// Springs, servos, actuators: derivative of the bias by the length along the row [1/s].
   double bias_by_length = 0.0;
   /// Sign of the force along the tendon that a positive impulse gives.
   double along() const {

@@ -245,6 +245,22 @@ contact::Law make_dry_friction_law(const ContactOptions& options, double h, doub
   return law;
 }
 
+void set_motor_law(double h, const MotorForce& motor, contact::Law& law) {
+  const bool bounded = std::isfinite(motor.least);
+  const bool given = !(motor.gain > 0.0);
+  law.type = given || bounded ? contact::LawType::kDryFriction : contact::LawType::kSpring;
+  if (given) {
+    law.regularizer = 1.0;
+    law.center = h * std::clamp(motor.force, motor.least, motor.most);
+    return;
+  }
+  set_gain(h, motor.gain, motor.force, law);
+  if (!bounded) return;
+  law.center = 0.5 * h * (motor.least + motor.most);
+  law.bound = 0.5 * h * (motor.most - motor.least);
+  law.bias[0] += law.regularizer * law.center;
+}
+
 contact::Law make_mimic_law(const ContactOptions& options, double h, double alpha, double error) {
   contact::Law law;
   law.type = contact::LawType::kEquality;

@@ -172,6 +172,15 @@ inline void set_gain(double h, double gain, double force, contact::Law& law) {
   law.bias[0] = -force / gain;
 }
 
+/// Force of a motor [N, N m]: force - gain y, within bounds that are both finite or both infinite.
+struct MotorForce {
+  double force = 0.0;
+  double gain = 0.0;  ///< [N s/m, N m s/rad]
+  double least = 0.0, most = 0.0;
+};
+/// Sets the law of the row of a motor in a step of h [s].
+void set_motor_law(double h, const MotorForce& motor, contact::Law& law);
+
 /// Compliance of mimic joints and closures relative to contacts. They hold moving bodies, and the
 /// error of the inverse is the rounding of the velocity over the regularizer
 /// (docs/decisions/README.md).

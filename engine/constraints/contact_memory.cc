@@ -39,7 +39,7 @@ RememberedForce identify_closure(const ConstraintSet& constraints, size_t i) {
 }
 
 /// Identifies the kind of a joint row: limits of position and of speed on either side, dry
-/// friction, a servo, a mimic joint, the rows of a tendon.
+/// friction, a servo, a mimic joint, the rows of a tendon, an actuator.
 RememberedForce identify_joint(const JointConstraint& row, std::span<const RowTerm> terms) {
   RememberedForce out;
   out.kind = RememberedForce::Kind::kJoint;
@@ -48,7 +48,9 @@ RememberedForce identify_joint(const JointConstraint& row, std::span<const RowTe
                    2 * static_cast<int>(std::isnan(row.gap_bias)) +
                    static_cast<int>(terms[0].coefficient > 0.0);
   const int partner = terms.size() > 1 ? terms[1].v_index + 1 : 0;
-  out.b = row.tendon < 0 ? 8 * partner + kind : -1 - (8 * row.tendon + static_cast<int>(row.part));
+  out.b = 8 * partner + kind;
+  if (row.tendon >= 0) out.b = -1 - (8 * row.tendon + static_cast<int>(row.part));
+  if (row.actuator >= 0) out.b = -1 - 8 * row.actuator;  // no part of a tendon is 0
   return out;
 }
 

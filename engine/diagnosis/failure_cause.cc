@@ -14,6 +14,7 @@ namespace {
 
 ConstraintKind joint_row_kind(const JointConstraint& row) {
   if (row.tendon >= 0) return ConstraintKind::kTendon;
+  if (row.actuator >= 0) return ConstraintKind::kActuator;
   switch (row.law.type) {
     case contact::LawType::kEquality:
       return ConstraintKind::kMimic;
@@ -46,6 +47,7 @@ Fault constraint_fault(FaultKind kind, const Model& model, const ConstraintSet& 
   fault.constraint = joint_row_kind(row);
   const std::span<const RowTerm> terms = set.terms(row);
   if (row.tendon >= 0) fault.index = row.tendon;
+  if (row.actuator >= 0) fault.index = row.actuator;
   fault.coordinate = terms.front().v_index;
   fault.body = body_of_velocity(model, terms.front().v_index);
   if (terms.size() > 1) fault.other_body = body_of_velocity(model, terms.back().v_index);

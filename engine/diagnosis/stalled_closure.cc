@@ -67,7 +67,7 @@ Fault StalledClosureDetector::look(const Model& model, const SimulationOptions& 
   };
   if (options.effects.has(Effect::kClosures) && !closures_.empty()) {
     compute_poses(model, state.q, *data_);
-    const VectorX& z = state.z.size() > 0 ? state.z : model.default_z();
+    const VectorX& z = given_z(model, state.z);
     for (size_t i = 0; i < closures_.size(); ++i) {
       const Closure& closure = model.closures()[i];
       const double error = closure_gap(closure, data_->X_WB, z).largest();

@@ -78,6 +78,9 @@ void check_known(const Model& model, const Input& input) {
   const auto tendons = static_cast<Eigen::Index>(model.tendons().size());
   for (const VectorX* numbers : {&input.tendon_force, &input.tendon_target})
     if (numbers->size() != 0) check_size("tendons", numbers->size(), tendons);
+  const auto actuators = static_cast<Eigen::Index>(model.actuators().size());
+  if (input.command.size() != 0) check_size("commands", input.command.size(), actuators);
+  if (input.z.size() != 0) check_size("internal states", input.z.size(), model.nz());
   for (const ExternalWrench& w : input.wrenches) {
     if (w.body >= 0 && w.body < model.num_bodies()) continue;
     throw InputError(fmt::format("a wrench acts on body {}; the model has bodies 0 to {}", w.body,
@@ -110,6 +113,8 @@ Fault of_known(const Model& model, const Input& input) {
     return target_fault(FaultKind::kTendonForce, model, input.tendon_force);
   if (!all_finite(input.tendon_target))
     return target_fault(FaultKind::kTendonTarget, model, input.tendon_target);
+  if (!all_finite(input.command)) return target_fault(FaultKind::kCommand, model, input.command);
+  if (!all_finite(input.z)) return target_fault(FaultKind::kInternalState, model, input.z);
   return of_wrenches(input.wrenches);
 }
 

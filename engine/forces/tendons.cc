@@ -250,25 +250,11 @@ void add_tendon_servos(const StepContext& at, const Tendons& tendons, const Inpu
     if (tendons.is_idle(i) || (!servo.any() && pull == 0.0)) continue;
     const double target = input.tendon_target.size() > 0 ? input.tendon_target[i] : servo.target;
     JointConstraint row = row_of(i, TendonPart::kServo);
-    contact::Law& law = row.law;
     const double gain = servo.damping + h * servo.stiffness;
-    const bool bounded = std::isfinite(servo.most);
-    if (servo.any()) {
-      set_gain(h, gain,
-               servo.stiffness * (target - tendons.length(i)) + servo.damping * servo.speed + given,
-               law);
-      row.bias_by_length = servo.stiffness / gain;
-    } else {
-      law.regularizer = 1.0;
-    }
-    law.type = servo.any() && !bounded ? contact::LawType::kSpring : contact::LawType::kDryFriction;
-    if (!servo.any()) {
-      law.center = h * pull;
-    } else if (bounded) {
-      law.center = 0.5 * h * (servo.least + servo.most);
-      law.bound = 0.5 * h * (servo.most - servo.least);
-      law.bias[0] += law.regularizer * law.center;
-    }
+    const double force =
+        servo.stiffness * (target - tendons.length(i)) + servo.damping * servo.speed + given;
+    set_motor_law(h, {force, gain, servo.least, servo.most}, row.law);
+    if (servo.any()) row.bias_by_length = servo.stiffness / gain;
     out.add(row, tendons.arms(i));
   }
 }

@@ -16,6 +16,7 @@ std::string target_velocity_name(const Model& model, const JointServo& servo) {
 }
 
 std::string tendon_force_name(const Tendon& tendon) { return tendon.name + ".tendon_force"; }
+std::string command_name(const Actuator& actuator) { return actuator.name + ".command"; }
 std::string tendon_target_name(const Tendon& tendon) { return tendon.name + ".tendon_target"; }
 
 /// Returns the first part of the names of a link's wrench columns.
@@ -62,6 +63,8 @@ std::vector<std::string> InputColumns::names(const Model& model) const {
     names.push_back(tendon_force_name(tendon));
     names.push_back(tendon_target_name(tendon));
   }
+  for (const Actuator& actuator : model.actuators())
+    if (actuators) names.push_back(command_name(actuator));
   return names;
 }
 
@@ -87,21 +90,26 @@ void InputColumns::set(const Model& model, const VectorRef& values, Input& input
     input.wrenches.push_back(wrench);
     next += 6;
   }
-  if (!tendons) return;
-  const auto count = static_cast<Eigen::Index>(model.tendons().size());
-  input.tendon_force.resize(count);
-  input.tendon_target.resize(count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    input.tendon_force[i] = values[next++];
-    input.tendon_target[i] = values[next++];
+  if (tendons) {
+    const auto count = static_cast<Eigen::Index>(model.tendons().size());
+    input.tendon_force.resize(count);
+    input.tendon_target.resize(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      input.tendon_force[i] = values[next++];
+      input.tendon_target[i] = values[next++];
+    }
   }
+  if (!actuators) return;
+  const auto count = static_cast<Eigen::Index>(model.actuators().size());
+  input.command = values.segment(next, count);
 }
 
 VectorX InputColumns::values(const Model& model, const Input& input) const {
   const Eigen::Index servos = targets ? static_cast<Eigen::Index>(model.servos().size()) : 0;
   const size_t count = tendons ? model.tendons().size() : 0;
+  const size_t commands = actuators ? model.actuators().size() : 0;
   VectorX values = VectorX::Zero(2 * servos + 6 * static_cast<Eigen::Index>(links.size()) +
-                                 2 * static_cast<Eigen::Index>(count));
+                                 static_cast<Eigen::Index>(2 * count + commands));
   Eigen::Index next = 0;
   for (Eigen::Index i = 0; i < servos; ++i) {
     const JointServo& servo = model.servos()[i];
@@ -110,18 +118,22 @@ VectorX InputColumns::values(const Model& model, const Input& input) const {
   }
   for (size_t i = 0; i < links.size() && i < input.wrenches.size(); ++i, next += 6)
     values.segment<6>(next) << input.wrenches[i].wrench.force, input.wrenches[i].wrench.torque;
-  next = values.size() - 2 * static_cast<Eigen::Index>(count);
+  next = values.size() - static_cast<Eigen::Index>(2 * count + commands);
   for (size_t i = 0; i < count; ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     values[next++] = input.tendon_force.size() > 0 ? input.tendon_force[k] : 0.0;
     values[next++] =
         input.tendon_target.size() > 0 ? input.tendon_target[k] : model.tendons()[i].servo.target;
   }
+  for (size_t i = 0; i < commands; ++i)
+    values[next++] = input.command.size() > 0 ? input.command[static_cast<Eigen::Index>(i)]
+                                              : model.actuators()[i].command;
   return values;
 }
 
 bool is_input_column(const Model& model, const std::string& name) {
-  const std::vector<std::string> all = InputColumns{true, moving_links(model), true}.names(model);
+  const std::vector<std::string> all =
+      InputColumns{true, moving_links(model), true, true, true, true}.names(model);
   return std::find(all.begin(), all.end(), name) != all.end();
 }
 
@@ -134,6 +146,8 @@ InputColumns find_input_columns(const Table& table, const Model& model) {
   for (const Tendon& tendon : model.tendons())
     columns.tendons = columns.tendons || table.find_column(tendon_force_name(tendon)) >= 0 ||
                       table.find_column(tendon_target_name(tendon)) >= 0;
+  for (const Actuator& actuator : model.actuators())
+    columns.actuators = columns.actuators || table.find_column(command_name(actuator)) >= 0;
   for (const int link : moving_links(model))
     if (has_wrench_column(table, wrench_stem(model, link))) columns.links.push_back(link);
   return columns;

@@ -105,6 +105,45 @@ void add_joint_effects(const Model& model, Hash& hash) {
   }
 }
 
+void add_actuators(const Model& model, Hash& hash) {
+  for (const Actuator& a : model.actuators()) {
+    for (const int x : {static_cast<int>(a.transmission), static_cast<int>(a.law), a.joint,
+                        a.tendon, a.body, a.frame, a.delay_samples})
+      hash.add(x);
+    for (const Vector3& x : {a.point, a.direction.force, a.direction.torque}) hash.add(x);
+    for (const double x : {a.reach,
+                           a.gear,
+                           a.command,
+                           a.least_command,
+                           a.most_command,
+                           a.delay,
+                           a.slew,
+                           a.lag,
+                           a.gain,
+                           a.bias,
+                           a.stiffness,
+                           a.damping,
+                           a.kp,
+                           a.ki,
+                           a.kd,
+                           a.integral_limit,
+                           a.torque_constant,
+                           a.resistance,
+                           a.inductance,
+                           a.current_limit,
+                           a.least,
+                           a.most})
+      hash.add(x);
+    if (a.law != ActuatorLaw::kMuscle) continue;
+    const Muscle& m = a.muscle;
+    hash.add(static_cast<int>(m.curves));
+    for (const double x : {m.max_force, m.optimal_length, m.slack_length, m.pennation, m.max_speed,
+                           m.damping, m.shortest, m.longest, m.passive_force, m.eccentric_force,
+                           m.activation_time, m.deactivation_time, m.activation_smoothing})
+      hash.add(x);
+  }
+}
+
 void add_tendons(const Model& model, Hash& hash) {
   for (const Tendon& tendon : model.tendons()) {
     for (const TendonJoint& term : tendon.joints) {
@@ -256,6 +295,7 @@ std::uint64_t model_hash(const Model& model) {
   add_joint_effects(model, hash);
   add_drags_and_closures(model, hash);
   add_tendons(model, hash);
+  add_actuators(model, hash);
   return hash.value();
 }
 
@@ -277,12 +317,16 @@ std::uint64_t options_hash(const SimulationOptions& options) {
   }
   for (int i = 0; i < kNumEffects; ++i) {
     const auto effect = static_cast<Effect>(i);
-    if (effect == Effect::kTautLinks) continue;
+    if (effect == Effect::kTautLinks || effect == Effect::kActuators ||
+        effect == Effect::kPrescribed)
+      continue;
     hash.add(effect != Effect::kSleeping && options.effects.has(effect) ? 1 : 0);
   }
   // Options added later change the hash only if they differ from the earlier behaviour, so that the
   // hashes in older files stay valid.
   if (!options.effects.has(Effect::kTautLinks)) hash.add(2);
+  if (!options.effects.has(Effect::kActuators)) hash.add(3);
+  if (!options.effects.has(Effect::kPrescribed)) hash.add(4);
   if (!options.mean_velocity_forces) hash.add(0);
   if (options.push_deep) hash.add(1);
   return hash.value();
@@ -293,7 +337,7 @@ void write_state(const std::filesystem::path& file, const Model& model,
                  std::optional<double> next_step) {
   const CoordinateNames names = coordinate_names(model);
   std::vector<Column> columns{"time"};
-  for (const auto* list : {&names.q, &names.v})
+  for (const auto* list : {&names.q, &names.v, &names.z})
     columns.insert(columns.end(), list->begin(), list->end());
   for (const char* name : {kStateHashColumn, kModelHashColumn, kOptionsHashColumn})
     columns.emplace_back(name, CellType::kInteger);
@@ -304,6 +348,7 @@ void write_state(const std::filesystem::path& file, const Model& model,
   table.number(state.time);
   for (const double x : state.q) table.number(x);
   for (const double x : state.v) table.number(x);
+  for (const double x : given_z(model, state.z)) table.number(x);
   for (const std::uint64_t hash : {state_hash(state), model_hash(model), options_hash(options)})
     table.integer(hash);
   if (next_step) table.number(*next_step);

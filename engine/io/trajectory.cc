@@ -46,7 +46,7 @@ void refuse_unknown_columns(const Table& table, const Model& model, const Coordi
                        column == kNextStepColumn || column == kSofteningColumn ||
                        column == kSoftenedTreeColumn || column.starts_with(kMemoryPrefix) ||
                        column.starts_with(kTautPrefix) || column.starts_with(kTautKeptPrefix);
-    if (!other && !holds(names.q, column) && !holds(names.v, column) &&
+    if (!other && !holds(names.q, column) && !holds(names.v, column) && !holds(names.z, column) &&
         !holds(names.force, column) && !is_input_column(model, column)) {
       throw InputError(
           fmt::format("{}: column '{}' is no coordinate of this scene; remove it, or "
@@ -86,10 +86,38 @@ int count_altered_rows(const Table& table, const Trajectory& trajectory) {
   const int column = table.find_column(kStateHashColumn);
   int altered = 0;
   for (int row = 0; column >= 0 && row < trajectory.num_rows(); ++row) {
-    const State state{trajectory.time[row], trajectory.q.col(row), trajectory.v.col(row)};
+    State state{trajectory.time[row], trajectory.q.col(row), trajectory.v.col(row)};
+    if (trajectory.z.cols() > 0) state.z = trajectory.z.col(row);
     altered += table.value(row, column) != static_cast<double>(state_hash(state));
   }
   return altered;
+}
+
+}  // namespace
+
+namespace {
+
+void add_state_names(const Actuator& actuator, std::vector<std::string>& names) {
+  const auto add = [&](bool has, const std::string& what) {
+    if (has) names.push_back(actuator.name + "." + what);
+  };
+  for (int i = 0; i < actuator.delay_samples; ++i) add(true, fmt::format("delayed{}", i));
+  add(actuator.delay_samples > 0, "delay_phase");
+  add(actuator.keeps_setpoint(), "setpoint");
+  add(actuator.lag > 0.0, "lagged");
+  if (!actuator.has_law_state()) return;
+  const ActuatorLaw law = actuator.law;
+  add(law == ActuatorLaw::kPid, "integral");
+  add(law == ActuatorLaw::kDcMotor, "current");
+  add(law == ActuatorLaw::kMuscle, "activation");
+}
+
+void add_state_names(const Closure& closure, std::vector<std::string>& names) {
+  if (!closure.switched) return;
+  names.push_back(closure.name + ".attached");
+  if (!closure.in_place) return;
+  for (const char* part : {"x", "y", "z", "qw", "qx", "qy", "qz"})
+    names.push_back(closure.name + ".attached_" + part);
 }
 
 }  // namespace
@@ -105,6 +133,8 @@ CoordinateNames coordinate_names(const Model& model) {
     for (const char* suffix : suffixes.v) names.v.push_back(owner + "." + suffix);
     for (const char* suffix : suffixes.force) names.force.push_back(owner + "." + suffix);
   }
+  for (const Actuator& actuator : model.actuators()) add_state_names(actuator, names.z);
+  for (const Closure& closure : model.closures()) add_state_names(closure, names.z);
   return names;
 }
 
@@ -114,7 +144,7 @@ std::vector<Column> trajectory_columns(const Model& model, const InputColumns& i
   const CoordinateNames names = coordinate_names(model);
   const std::vector<std::string> input_names = inputs.names(model);
   std::vector<Column> columns{"time", "time_step"};
-  for (const auto* list : {&names.q, &names.v, &names.force, &input_names}) {
+  for (const auto* list : {&names.q, &names.v, &names.z, &names.force, &input_names}) {
     columns.insert(columns.end(), list->begin(), list->end());
   }
   columns.insert(columns.end(), {kSofteningColumn, kSoftenedTreeColumn});
@@ -140,6 +170,7 @@ void TrajectoryWriter::write_state(const State& state, std::optional<double> tim
   time_step ? table_.number(*time_step) : table_.empty();
   for (const double x : state.q) table_.number(x);
   for (const double x : state.v) table_.number(x);
+  for (const double x : state.z.size() > 0 ? state.z : model_.default_z()) table_.number(x);
 }
 
 void TrajectoryWriter::write_step(const State& state, const Input& input, double time_step,
@@ -225,6 +256,8 @@ std::vector<std::vector<TautLink>> read_taut_links(const Table& table, const Mod
 
 void Trajectory::set_known(const Model& model, int step, Input& input) const {
   columns.set(model, known.col(step), input);
+  input.z.resize(0);
+  if (z.cols() > 0) input.z = z.col(step);
   input.softening = softening.empty() ? Softening() : softening[static_cast<size_t>(step)];
   input.taut_links.clear();
   if (!taut_links.empty()) input.taut_links = taut_links[static_cast<size_t>(step)];
@@ -252,12 +285,14 @@ Trajectory read_trajectory(const std::filesystem::path& file, const Model& model
   for (int row = 0; time_step >= 0 && row + 1 < rows; ++row) {
     trajectory.time_step.push_back(table.value(row, time_step));
   }
+  const auto has_any = [&](const std::vector<std::string>& list) {
+    return std::any_of(list.begin(), list.end(),
+                       [&](const std::string& name) { return table.find_column(name) >= 0; });
+  };
   trajectory.q = read_block(table, find_columns(table, names.q), rows);
   trajectory.v = read_block(table, find_columns(table, names.v), rows);
-  const bool has_forces =
-      std::any_of(names.force.begin(), names.force.end(),
-                  [&](const std::string& name) { return table.find_column(name) >= 0; });
-  if (has_forces) {
+  if (has_any(names.z)) trajectory.z = read_block(table, find_columns(table, names.z), rows);
+  if (has_any(names.force)) {
     trajectory.applied_force = read_block(table, find_columns(table, names.force), rows - 1);
   }
   trajectory.softening = read_softening(table, model, rows - 1);

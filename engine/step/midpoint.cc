@@ -100,6 +100,7 @@ void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
     ConstraintStage(in, ws.motion, ws.finder, ws.constraints, ws.solution, report).solve(next.v);
   }
   integrate_configuration(model, state.q, next.v, h, next.q);
+  ws.midpoint.w_c = next.v;
   next.v += ws.midpoint.w_m - state.v;
   if (report.succeeded()) ws.free_groups.correct(step.context(), input, next.q, next);
 }

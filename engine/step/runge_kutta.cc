@@ -22,8 +22,9 @@ void refuse_constraints(const Model& model, EffectSet effects) {
                          ": use implicit_midpoint or semi_implicit_euler");
     }
   std::string found;
-  for (const Effect effect : {Effect::kDryFriction, Effect::kLimits, Effect::kEffortLimits,
-                              Effect::kVelocityLimits, Effect::kTendons, Effect::kContacts}) {
+  for (const Effect effect :
+       {Effect::kDryFriction, Effect::kLimits, Effect::kEffortLimits, Effect::kVelocityLimits,
+        Effect::kTendons, Effect::kActuators, Effect::kContacts}) {
     if (effects.has(effect))
       found += (found.empty() ? "" : ", ") + std::string(effect_name(effect));
   }

@@ -9,7 +9,7 @@ namespace counterpoint {
 namespace {
 
 /// Whether the bits are equal: 0 and -0 differ, since results may depend on the sign.
-bool same(const VectorRef& a, const VectorRef& b, int begin, int size) {
+bool same(const VectorX& a, const VectorX& b, int begin, int size) {
   if (size == 0) return true;  // memcmp takes no null pointers
   return std::memcmp(a.data() + begin, b.data() + begin, sizeof(double) * size) == 0;
 }
@@ -61,10 +61,8 @@ void Sleepers::forget() {
   std::fill(resting_.begin(), resting_.end(), 0);
 }
 
-void Sleepers::begin(const StepContext& at, const contact::Settings& settings, const State& state,
-                     const Input& input) {
-  const Model& model = at.model;
-  const SimulationOptions& options = at.options;
+void Sleepers::begin(const Model& model, const SimulationOptions& options,
+                     const contact::Settings& settings, const State& state, const Input& input) {
   const bool known = valid_ && options == options_ && settings == settings_;
   if (!known) {
     forget();
@@ -91,11 +89,11 @@ void Sleepers::begin(const StepContext& at, const contact::Settings& settings, c
     const bool same_tendons = same(input.tendon_force, last_input_.tendon_force) &&
                               same(input.tendon_target, last_input_.tendon_target);
     if (!same_tendons) std::fill(island_awake_.begin(), island_awake_.end(), 1);
-    for (const Closure& closure : model.closures()) {
-      if (!closure.switched || same(at.z, last_.z, closure.z_index, closure.num_states())) continue;
-      for (const int body : {closure.body_a, closure.body_b})
-        if (body != 0) island_awake_[islands_.root(model.body(body).tree)] = 1;
-    }
+    // An actuator, or a closure that opens, may act on any tree.
+    const bool same_states = still_states_ && same(given_z(model, state.z), last_.z) &&
+                             same(input.command, last_input_.command) &&
+                             same(input.attach, last_input_.attach);
+    if (model.nz() > 0 && !same_states) std::fill(island_awake_.begin(), island_awake_.end(), 1);
     for (const ExternalWrench& w : input.wrenches)
       if (w.body != 0) island_awake_[islands_.root(model.body(w.body).tree)] = 1;
     for (int t = 0; t < model.num_trees(); ++t) asleep_[t] = island_awake_[islands_.root(t)] == 0;
@@ -180,10 +178,8 @@ void Sleepers::hold_still(const Model& model, double h, const std::vector<double
   }
 }
 
-void Sleepers::end(const StepContext& at, const State& state, const Input& input,
+void Sleepers::end(const Model& model, const State& state, const Input& input,
                    const ConstraintSet& constraints, const State& next) {
-  const Model& model = at.model;
-  last_.z = at.z;
   last_.q.resize(model.nq());
   last_.v.resize(model.nv());
   last_input_.applied_force = input.applied_force;
@@ -191,6 +187,10 @@ void Sleepers::end(const StepContext& at, const State& state, const Input& input
   last_input_.servo_velocity = input.servo_velocity;
   last_input_.tendon_force = input.tendon_force;
   last_input_.tendon_target = input.tendon_target;
+  last_input_.command = input.command;
+  last_input_.attach = input.attach;
+  last_.z = next.z;
+  still_states_ = same(given_z(model, state.z), next.z);
   for (int t = 0; t < model.num_trees(); ++t) {
     if (asleep_[t]) continue;
     const Tree& tree = model.trees()[t];

@@ -16,7 +16,6 @@
 #include "counterpoint/contact/solver.h"
 #include "counterpoint/engine/constraints/constraint_set.h"
 #include "counterpoint/engine/state.h"
-#include "counterpoint/engine/step_context.h"
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint {
@@ -26,9 +25,9 @@ class Sleepers {
   explicit Sleepers(const Model& model);
 
   /// Finds the trees that sleep through this step: trees of islands whose state the last step left
-  /// unchanged, if state, input and options are the same as then. `at`: the step from the state.
-  void begin(const StepContext& at, const contact::Settings& settings, const State& state,
-             const Input& input);
+  /// unchanged, if state, input and options are the same as then.
+  void begin(const Model& model, const SimulationOptions& options,
+             const contact::Settings& settings, const State& state, const Input& input);
   /// Wakes the islands that a constraint joins to an awake body, and islands in reach of a fast
   /// body (in_reach: per tree), whose contact search used a larger margin; woken() lists their
   /// bodies. False if there are none.
@@ -45,7 +44,7 @@ class Sleepers {
                   const Kinematics& data, const State& state, const VectorX& displacement,
                   State& next);
   /// Stores which awake trees this step left unchanged.
-  void end(const StepContext& at, const State& state, const Input& input,
+  void end(const Model& model, const State& state, const Input& input,
            const ConstraintSet& constraints, const State& next);
   /// Keeps a tree awake in the next step, whose result at an equal state may differ. Call after
   /// end.
@@ -70,7 +69,8 @@ class Sleepers {
   SimulationOptions options_;
   contact::Settings settings_;
   Input last_input_;
-  State last_;  ///< state from which the last step left the resting trees unchanged; z: it acted at
+  bool still_states_ = false;  ///< the last step left the internal states as they were
+  State last_;                 ///< state from which the last step left the resting trees unchanged
   std::vector<char> resting_;  ///< per tree: the last step changed nothing
   std::vector<char> asleep_;   ///< per tree
   std::vector<char> idle_;     ///< per body

@@ -27,7 +27,7 @@ constexpr double kRoundings = 16.0 * kEpsilon;
 constexpr double kSmoothings = 16.0;
 
 bool given_is_at_fault(const StepReport& report) {
-  return report.fault.kind >= FaultKind::kTime && report.fault.kind <= FaultKind::kTendonTarget;
+  return report.fault.kind >= FaultKind::kTime && report.fault.kind <= FaultKind::kInternalState;
 }
 
 /// The action of contacts and limits in a step.

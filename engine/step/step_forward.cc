@@ -97,14 +97,6 @@ void remember(const StepArguments& step, Workspace::Impl& ws, State& next) {
   if (step.effects.has(Effect::kTautLinks)) ws.taut_links.remember(step.h(), next.memory);
 }
 
-/// Sets the internal states at the end of the step.
-void set_next_states(const StepArguments& step, Workspace::Impl& ws, State& next) {
-  next.z = step.z;
-  if (!ws.constraints.closures.empty())
-    break_closures(step.model, ws.constraints, ws.solution.problem, ws.solution.impulse, step.h(),
-                   next.z);
-}
-
 /// If an argument was invalid, reports that instead of its consequences.
 void report_invalid_input(const StepArguments& step, const StateCheck& check, StepReport& report) {
   const Fault given = check.of_given(step.model, step.state, step.input);
@@ -134,7 +126,7 @@ bool may_sleep(const StepArguments& step) {
 void choose_awake(const StepArguments& step, Sleepers& sleepers, EffectCounts& counts) {
   if (!may_sleep(step)) return sleepers.wake_all(step.model);
   counts.add(Effect::kSleeping);
-  sleepers.begin(step.context(), step.settings, step.state, step.input);
+  sleepers.begin(step.model, step.options, step.settings, step.state, step.input);
 }
 
 /// Keeps trees awake whose next step may differ from this one at an equal state: trees that a fast
@@ -150,6 +142,18 @@ void keep_awake(const Model& model, const SoftenedTrees* softened_trees,
   for (const TautLink& link : taut_links) sleepers.keep_awake(model.body(link.body).tree);
 }
 
+/// Writes the internal states that the step leads to.
+void advance_internal_states(const StepArguments& step, Workspace::Impl& ws, State& next) {
+  next.z = step.z;
+  if (!ws.constraints.closures.empty())
+    break_closures(step.model, ws.constraints, ws.solution.problem, ws.solution.impulse, step.h(),
+                   next.z);
+  if (!step.effects.has(Effect::kActuators)) return;
+  const bool midpoint = step.options.integrator == Integrator::kImplicitMidpoint;
+  ws.actuators.conclude(step.context(), ws.start.tendons(), midpoint ? ws.midpoint.w_c : next.v,
+                        ws.actuator_force, next.z);
+}
+
 /// The final stage: checks the result, and stores the impulses and sleeping trees that the next
 /// step starts from.
 void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report) {
@@ -159,12 +163,10 @@ void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepR
   report.constraint_rows = ws.constraints.empty() ? 0 : ws.solution.problem.num_rows();
   report.sleeping_bodies = ws.sleepers.num_sleeping_bodies();
   report.max_penetration = std::max(ws.constraints.max_penetration, ws.sleepers.max_penetration());
-  if (report.succeeded()) {
-    set_next_states(step, ws, next);
-    remember(step, ws, next);
-  }
+  if (report.succeeded()) advance_internal_states(step, ws, next);
+  if (report.succeeded()) remember(step, ws, next);
   if (may_sleep(step) && report.succeeded()) {
-    ws.sleepers.end(step.context(), step.state, step.input, ws.constraints, next);
+    ws.sleepers.end(step.model, step.state, step.input, ws.constraints, next);
     keep_awake(step.model, report.softening.any() ? &ws.solution.softened_trees : nullptr,
                ws.finder.contacts().search().in_reach_of_fast(), ws.taut_links.links(),
                ws.sleepers);
@@ -173,11 +175,46 @@ void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepR
   }
 }
 
+/// Finds the forces of actuators; returns the input of the step with their wrenches, and adds the
+/// effect that lets these act.
+const Input& actuate(const StepContext& at, const Input& given, Workspace::Impl& ws,
+                     EffectSet& effects) {
+  if (!effects.has(Effect::kActuators)) return given;
+  ws.counts.add(Effect::kActuators);
+  ws.actuators.find(at, ws.start.kinematics(), ws.start.tendons(), ws.start.constraints(), given);
+  ws.actuators.add_rows(at, ws.start.tendons(), ws.sleepers.sleep_mask(), ws.constraints);
+  const std::span<const ExternalWrench> wrenches = ws.actuators.wrenches();
+  if (wrenches.empty()) return given;
+  ws.actuated = given;
+  if (!effects.has(Effect::kExternalWrenches)) ws.actuated.wrenches.clear();
+  ws.actuated.wrenches.insert(ws.actuated.wrenches.end(), wrenches.begin(), wrenches.end());
+  effects.set(Effect::kExternalWrenches, true);
+  return ws.actuated;
+}
+
+}  // namespace
+
+StepArguments actuate(const StepArguments& step, Workspace::Impl& ws) {
+  EffectSet effects = step.effects;
+  const Input& input = actuate(step.context(), step.input, ws, effects);
+  return {step.model, step.options, step.settings, step.state, input, effects, step.z};
+}
+
+InverseArguments actuate(const InverseArguments& step, Workspace::Impl& ws) {
+  EffectSet effects = step.effects;
+  const Input& known = actuate(step.context(), step.known, ws, effects);
+  return {step.model,  step.options, step.q,  step.v, step.q_next,
+          step.v_next, known,        effects, step.z, step.exact_q_next};
+}
+
+namespace {
+
 /// Advances the awake trees from `state` to `next` with one of the integrators.
-void advance(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report) {
+void advance(const StepArguments& given, Workspace::Impl& ws, State& next, StepReport& report) {
   report = {};
-  report.softening = step.input.softening;
-  ws.constraints = prepare_step(step.context(), ws).constraints();
+  report.softening = given.input.softening;
+  ws.constraints = prepare_step(given.context(), ws).constraints();
+  const StepArguments step = actuate(given, ws);
   if (step.effects.has(Effect::kTendons))
     add_tendon_servos(step.context(), ws.start.tendons(), step.input, ws.constraints);
   switch (step.options.integrator) {

@@ -93,7 +93,9 @@ void recover_impulses(const Model& model, double h, const ConstraintSet& constra
     const double speed = row_velocity(terms, inverse.contact_velocity) + j.law.bias[0];
     double f = 0.0;
     contact::impulse(j.law, &speed, &f);
-    if (j.tendon < 0) {
+    if (j.actuator >= 0) {
+      // Actuators::conclude reports it
+    } else if (j.tendon < 0) {
       out.joints.push_back({j.effect, terms[0].v_index, terms[0].coefficient * f / h});
     } else {
       out.tendon_force[j.tendon] += j.along() * f / h;
@@ -138,6 +140,8 @@ void void_inverse(const Model& model, Inverse& out) {
   out.closures.clear();
   out.joints.clear();
   out.tendon_force.setConstant(static_cast<Eigen::Index>(model.tendons().size()), kNaN);
+  out.actuator_force.setConstant(static_cast<Eigen::Index>(model.actuators().size()), kNaN);
+  out.actuator_wrenches.clear();
   out.z_next.setConstant(model.nz(), kNaN);
 }
 
@@ -188,8 +192,9 @@ void invert_midpoint(const InverseArguments& step, bool refined, Workspace::Impl
 }
 
 /// Finds the contact velocity (w+, or w_c of the midpoint rule as read off the poses) that the
-/// impulses are functions of, the velocities of the bodies at it, and the constraints of the step
-/// before softening. Writes `constraints`, inverse.contact_velocity and inverse.body_velocity.
+/// impulses are functions of, the velocities of the bodies at it, and adds to `constraints` those
+/// that known input and velocities call for, before softening. Writes `constraints`,
+/// inverse.contact_velocity and inverse.body_velocity.
 void find_constraints(const InverseArguments& step, const StepStart& start,
                       ConstraintFinder& finder, ConstraintSet& constraints,
                       InverseScratch& inverse) {
@@ -203,7 +208,6 @@ void find_constraints(const InverseArguments& step, const StepStart& start,
   } else if (midpoint) {
     inverse.contact_velocity = 0.5 * (v + v_next);  // holds without constraints
   }
-  constraints = start.constraints();
   if (effects.has(Effect::kTendons))
     add_tendon_servos(step.context(), start.tendons(), known, constraints);
   compute_body_velocities(model, inverse.contact_velocity, start.kinematics(),
@@ -216,6 +220,18 @@ void find_constraints(const InverseArguments& step, const StepStart& start,
         "constraints");
 }
 
+/// Reports the forces of actuators, and the internal states at the end of the step.
+void conclude_states(const InverseArguments& step, Workspace::Impl& ws, Inverse& out) {
+  out.z_next = step.z;
+  if (!ws.constraints.closures.empty()) break_closures(step.model, out.closures, out.z_next);
+  out.actuator_force.setZero(static_cast<Eigen::Index>(step.model.actuators().size()));
+  out.actuator_wrenches.clear();
+  if (!step.effects.has(Effect::kActuators)) return;
+  ws.actuators.conclude(step.context(), ws.start.tendons(), ws.inverse.contact_velocity,
+                        out.actuator_force, out.z_next);
+  out.actuator_wrenches.assign(ws.actuators.wrenches().begin(), ws.actuators.wrenches().end());
+}
+
 double largest_force(const VectorX& tau, const Inverse& out) {
   double largest = 0.0;
   for (const VectorX* force : {&tau, &out.contact_force, &out.applied_force})
@@ -225,17 +241,19 @@ double largest_force(const VectorX& tau, const Inverse& out) {
 
 }  // namespace
 
-void invert_step(const InverseArguments& step, Workspace::Impl& ws, Inverse& out) {
-  const Model& model = step.model;
+void invert_step(const InverseArguments& given, Workspace::Impl& ws, Inverse& out) {
+  const Model& model = given.model;
   InverseScratch& inverse = ws.inverse;
-  check_time_step(step.h());
-  if (step.options.integrator == Integrator::kRungeKutta4)
+  check_time_step(given.h());
+  if (given.options.integrator == Integrator::kRungeKutta4)
     throw InputError("runge_kutta_4 has no inverse: use implicit_midpoint or semi_implicit_euler");
-  out.fault = ws.check.of_given(model, step.q, step.v, step.v_next, step.known);
+  out.fault = ws.check.of_given(model, given.q, given.v, given.v_next, given.known);
   if (out.fault.any()) return void_inverse(model, out);
   ws.sleepers.forget();  // the memory of sleeping trees is overwritten below
   ws.sleepers.wake_all(model);
-  const StepStart& start = prepare_step(step.context(), ws);
+  const StepStart& start = prepare_step(given.context(), ws);
+  ws.constraints = start.constraints();
+  const InverseArguments step = actuate(given, ws);
   find_constraints(step, start, ws.finder, ws.constraints, inverse);
   soften_constraints(model, step.known.softening, ws.solution.softened_trees, ws.constraints);
   // The midpoint rule's w_c from velocities instead of rounded poses, where that is possible.
@@ -250,8 +268,6 @@ void invert_step(const InverseArguments& step, Workspace::Impl& ws, Inverse& out
                             inverse.body_velocity);
   recover_impulses(model, step.h(), ws.constraints, start.kinematics(), inverse, out);
   out.contact_force = inverse.tau / step.h();
-  out.z_next = step.z;
-  if (!ws.constraints.closures.empty()) break_closures(model, out.closures, out.z_next);
   if (step.options.integrator == Integrator::kSemiImplicitEuler) {
     invert_euler(step, ws, out);
   } else {
@@ -265,6 +281,7 @@ void invert_step(const InverseArguments& step, Workspace::Impl& ws, Inverse& out
                            midpoint ? ws.stage.at : start.kinematics(), inverse.body_impulse,
                            out.applied_force);
   }
+  conclude_states(step, ws, out);
   out.fault = ws.check.of_recovered(model, out.applied_force);
   out.force_scale = largest_force(inverse.tau, out);
 }

@@ -19,7 +19,10 @@ StepStart::StepStart(const Model& model)
       mid_velocity_(model),
       energy_projection_(model),
       other_(VectorX::Zero(model.nv())),
-      no_rotors_(VectorX::Zero(model.nv())) {}
+      no_rotors_(VectorX::Zero(model.nv())) {
+  actuates_tendons_ = std::any_of(model.actuators().begin(), model.actuators().end(),
+                                  [](const Actuator& a) { return a.tendon >= 0; });
+}
 
 void StepStart::find_inertias(const Model& model, std::span<const BodyRange> ranges) {
   for (const BodyRange& bodies : ranges) compute_inertias(model, bodies, data_);
@@ -38,9 +41,11 @@ void StepStart::find_constraints(const StepContext& at, ConstraintFinder& finder
       compute_velocities(at.model, at.v, bodies, data_);
     }
     finder.find(at, data_, constraints_, counts, sleepers.sleep_mask());
+    const bool pulled = at.effects.has(Effect::kActuators) && actuates_tendons_;
+    if (at.effects.has(Effect::kTendons) || pulled)
+      tendons_.find(at.model, at.q, data_, sleepers.sleep_mask());
     if (!at.effects.has(Effect::kTendons)) return;
     counts.add(Effect::kTendons);
-    tendons_.find(at.model, at.q, data_, sleepers.sleep_mask());
     add_tendon_rows(at, tendons_, finder.weights(), constraints_);
   };
   find(sleepers.awake());
@@ -103,7 +108,7 @@ const VectorX& set_internal_states(const Model& model, EffectSet effects, const 
   if (given.size() != 0 && given.size() != model.nz())
     throw InputError("a step was given " + std::to_string(given.size()) +
                      " internal states; the model has " + std::to_string(model.nz()));
-  ws.z = given.size() > 0 ? given : model.default_z();
+  ws.z = given_z(model, given);
   if (effects.has(Effect::kClosures)) switch_closures(model, q, input.attach, ws.z);
   return ws.z;
 }

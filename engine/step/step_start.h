@@ -67,7 +67,8 @@ class StepStart {
   /// Contacts, closures, limits, dry friction, mimic joints, tendons with their laws and final
   /// biases. The step works on a copy, to which it adds what input and solution call for.
   const ConstraintSet& constraints() const { return constraints_; }
-  /// Lengths and moment arms at q of the tendons of awake trees, where tendons act.
+  /// Lengths and moment arms at q of the tendons of awake trees, where tendons or actuators on them
+  /// act.
   const Tendons& tendons() const { return tendons_; }
   const Vector3& gravity() const { return gravity_; }  ///< [m/s^2]; zero where it is off
   const VelocityPredictor& predictor() const { return predictor_; }
@@ -95,6 +96,7 @@ class StepStart {
   Data data_;
   ConstraintSet constraints_;
   Tendons tendons_;
+  bool actuates_tendons_ = false;
   Vector3 gravity_ = Vector3::Zero();
   FreeFlight free_flight_;
   VelocityPredictor predictor_;

@@ -10,6 +10,7 @@
 #include "counterpoint/engine/diagnosis/state_check.h"
 #include "counterpoint/engine/dynamics/equality_solver.h"
 #include "counterpoint/engine/effects.h"
+#include "counterpoint/engine/forces/actuators.h"
 #include "counterpoint/engine/forces/free_groups.h"
 #include "counterpoint/engine/forces/taut_links.h"
 #include "counterpoint/engine/step.h"
@@ -27,6 +28,7 @@ struct MidpointVelocities {
   VectorX next_w_m;  ///< next iterate
   VectorX at_w;      ///< w_m and the share of equalities: forces are taken here
   VectorX at_q;      ///< nq: poses at the middle
+  VectorX w_c;       ///< velocity that the constraints saw
 };
 
 /// Scratch memory of the Runge-Kutta method.
@@ -60,6 +62,11 @@ struct InverseScratch {
   VectorX discarded;          ///< nv: output that this caller ignores
 };
 
+/// Finds the forces of actuators, adds their rows to ws.constraints, and returns the arguments of
+/// the step with their wrenches as input. Call after prepare_step.
+StepArguments actuate(const StepArguments& step, Workspace::Impl& ws);
+InverseArguments actuate(const InverseArguments& step, Workspace::Impl& ws);
+
 /// Throws InputError unless the time step [s] is positive and finite.
 void check_time_step(double h);
 
@@ -71,6 +78,7 @@ struct Workspace::Impl {
         finder(model, inverse_weights_of(model)),
         sleepers(model),
         start(model),
+        actuators(model),
         free_groups(model),
         motion(model),
         stage(model),
@@ -91,6 +99,9 @@ struct Workspace::Impl {
   Sleepers sleepers;
   VectorX z;               ///< nz: internal states at which the step acts
   StepStart start;         ///< written by prepare_step
+  Actuators actuators;     ///< found by actuate
+  Input actuated;          ///< input of the step with the wrenches of actuators
+  VectorX actuator_force;  ///< per actuator, in a forward step [N, N m]
   FreeGroups free_groups;  ///< found by prepare_step
   /// start.constraints() and the rows that input and solution add: limited servos, limits and
   /// contacts that w+ reaches. The inverse also softens laws here; the forward step softens them in

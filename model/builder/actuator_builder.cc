@@ -41,7 +41,6 @@ void check_muscle(const ActuatorSpec& spec) {
                         {"longest", m.longest}});
   check_not_negative(spec, {{"max_force", m.max_force},
                             {"optimal_length", m.optimal_length},
-                            {"slack_length", m.slack_length},
                             {"pennation", m.pennation},
                             {"max_speed", m.max_speed},
                             {"damping", m.damping},
@@ -51,6 +50,10 @@ void check_muscle(const ActuatorSpec& spec) {
                             {"activation_time", m.activation_time},
                             {"deactivation_time", m.deactivation_time},
                             {"activation_smoothing", m.activation_smoothing}});
+  // MuJoCo's muscles may have a negative one: only length less slack_length has a meaning there.
+  if (!std::isfinite(m.slack_length) ||
+      (m.curves == Muscle::Curves::kMillard && m.slack_length < 0.0))
+    fail_actuator(spec, fmt::format("slack_length must not be negative, it is {}", m.slack_length));
   if (!(m.pennation < 1.4))
     fail_actuator(spec, fmt::format("pennation must be less than 1.4 rad, it is {}", m.pennation));
   if (!(m.shortest < 1.0 && m.longest > 1.0))
@@ -106,6 +109,8 @@ void append_states(const Actuator& a, std::vector<double>& z) {
 }
 
 void place_on_link(const ActuatorSpec& spec, const Frame& link, int frame, Actuator& a) {
+  if (link.body == 0)
+    fail_actuator(spec, fmt::format("link '{}' is fixed to the world", link.name));
   a.frame = frame;
   a.body = link.body;
   a.point = link.X_BF * a.point;

@@ -75,6 +75,17 @@ fs::path resolved(const fs::path& folder, const std::string& name) {
   return path.is_absolute() ? path : folder / path;
 }
 
+std::pair<double, double> read_range(const YamlValue& in, bool open) {
+  const std::vector<YamlValue> ends = in.list();
+  if (ends.size() != 2) in.fail("two numbers [lowest, highest] are expected");
+  const auto end = [&](const YamlValue& value, double none) {
+    return open && value.is_text("none") ? none : value.number();
+  };
+  const std::pair range(end(ends[0], -kInfinity), end(ends[1], kInfinity));
+  if (!(range.first <= range.second)) in.fail("the first number must not exceed the second");
+  return range;
+}
+
 Pose read_pose(const YamlValue& in) {
   Pose pose;
   if (in.has("position")) pose.translation = in.at("position").vector3();

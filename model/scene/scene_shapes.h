@@ -23,6 +23,9 @@ auto located(const YamlValue& value, Action action) {
   }
 }
 
+/// Reads two numbers, the first not larger; either may be `none`, without bound, if `open`.
+std::pair<double, double> read_range(const YamlValue& in, bool open);
+
 /// Reads `position` [m] with `rpy` [rad] or `quaternion` (w x y z).
 Pose read_pose(const YamlValue& in);
 

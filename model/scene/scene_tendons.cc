@@ -8,18 +8,6 @@ namespace {
 
 using Place = TendonSpec::Place;
 
-/// Reads two numbers, the first not larger; either may be `none` if `open`.
-std::pair<double, double> read_range(const YamlValue& in, bool open) {
-  const std::vector<YamlValue> ends = in.list();
-  if (ends.size() != 2) in.fail("two numbers [lowest, highest] are expected");
-  const auto end = [&](const YamlValue& value, double none) {
-    return open && value.is_text("none") ? none : value.number();
-  };
-  const std::pair range(end(ends[0], -kInfinity), end(ends[1], kInfinity));
-  if (!(range.first <= range.second)) in.fail("the first number must not exceed the second");
-  return range;
-}
-
 Place read_place(const YamlValue& in) {
   in.expect_map(
       {"point", "sphere", "cylinder", "pulley", "link", "position", "rpy", "quaternion", "side"});

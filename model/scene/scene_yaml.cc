@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "counterpoint/model/geometry.h"
+#include "counterpoint/model/scene/scene_actuators.h"
 #include "counterpoint/model/scene/scene_closures.h"
 #include "counterpoint/model/scene/scene_models.h"
 #include "counterpoint/model/scene/scene_sensors.h"
@@ -70,6 +71,8 @@ class SceneReader {
               [&](const YamlValue& in, std::size_t) { builder_.add_closure(read_closure(in)); });
     take_each("tendons",
               [&](const YamlValue& in, std::size_t) { builder_.add_tendon(read_tendon(in)); });
+    take_each("actuators",
+              [&](const YamlValue& in, std::size_t) { builder_.add_actuator(read_actuator(in)); });
     take_each("sensors",
               [&](const YamlValue& in, std::size_t) { builder_.add_sensor(read_sensor(in)); });
     faults_.throw_if_any();
@@ -101,7 +104,7 @@ class SceneReader {
                      "groups",       "hull_vertices",   "meshes",          "closures",
                      "effects",      "max_speed",       "closing_time",    "integrator",
                      "step_control", "velocity_forces", "repair_joints",   "fill_inertia",
-                     "pairs",        "tendons",         "sensors"});
+                     "pairs",        "tendons",         "actuators",       "sensors"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
   }

@@ -254,6 +254,78 @@ RobotSpec make_random_robot(std::uint64_t seed, const RandomModelOptions& option
   return robot;
 }
 
+namespace {
+
+/// Sets what an actuator acts on; joints are never empty.
+void set_random_transmission(Random& random, const std::vector<std::string>& joints,
+                             const std::vector<std::string>& links, const std::string& tendon,
+                             ActuatorSpec& spec) {
+  Actuator& a = spec.actuator;
+  const auto any = [&](const std::vector<std::string>& names) {
+    return names[static_cast<size_t>(random.integer(0, static_cast<int>(names.size()) - 1))];
+  };
+  const int place = random.integer(0, 3);
+  if (place == 0) {
+    a.transmission = Transmission::kLink;
+    spec.link = any(links);
+    a.point = random.vector(0.2);
+    a.direction = {random.vector(1.0), random.vector(1.0)};
+  } else if (place == 1 && !tendon.empty()) {
+    a.transmission = Transmission::kTendon;
+    spec.tendon = tendon;
+  } else {
+    spec.joint = any(joints);
+  }
+  a.gear = random.uniform(-2.0, 2.0);
+}
+
+void set_random_law(Random& random, Actuator& a) {
+  a.gain = random.uniform(-3.0, 3.0);
+  a.bias = random.uniform(-1.0, 1.0);
+  if (a.transmission == Transmission::kLink) return;
+  a.law = static_cast<ActuatorLaw>(random.integer(0, 2));
+  a.stiffness = random.uniform(0.0, 20.0);
+  a.damping = random.uniform(0.0, 2.0);
+  a.kp = random.uniform(0.0, 20.0);
+  a.ki = random.uniform(0.0, 10.0);
+  a.kd = random.uniform(0.0, 2.0);
+  a.integral_limit = random.uniform(0.5, 2.0);
+  a.torque_constant = random.uniform(0.1, 1.0);
+  a.resistance = random.uniform(0.5, 2.0);
+  a.inductance = random.integer(0, 1) * random.uniform(0.0, 0.01);
+  a.current_limit = random.uniform(1.0, 5.0);
+  if (random.integer(0, 1) == 0) return;
+  a.least = -random.uniform(0.0, 5.0);
+  a.most = random.uniform(0.0, 5.0);
+}
+
+/// Adds actuators to a robot whose tendon, if it is given, may carry some.
+void add_actuators(Random& random, int count, const RobotSpec& robot, const std::string& prefix,
+                   const std::string& tendon, ModelBuilder& builder) {
+  std::vector<std::string> links, joints;
+  for (size_t k = 1; k < robot.links.size(); ++k) links.push_back(prefix + robot.links[k].name);
+  for (const JointSpec& joint : robot.joints)
+    if (!joint.fixed && joint_nv(joint.type) == 1) joints.push_back(prefix + joint.name);
+  if (joints.empty()) return;
+  for (int i = 0; i < count; ++i) {
+    ActuatorSpec spec;
+    Actuator& a = spec.actuator;
+    a.name = prefix + "actuator" + std::to_string(i);
+    set_random_transmission(random, joints, links, tendon, spec);
+    set_random_law(random, a);
+    a.command = random.uniform(-1.0, 1.0);
+    if (random.integer(0, 2) == 0) a.lag = random.uniform(0.001, 0.1);
+    if (random.integer(0, 2) == 0) a.slew = random.uniform(1.0, 20.0);
+    if (random.integer(0, 2) == 0) {
+      a.delay_samples = random.integer(1, 5);
+      a.delay = random.uniform(0.001, 0.03);
+    }
+    builder.add_actuator(spec);
+  }
+}
+
+}  // namespace
+
 Model make_random_model(std::uint64_t seed, const RandomModelOptions& options) {
   ModelBuilder builder;
   std::vector<std::string> links;
@@ -265,6 +337,11 @@ Model make_random_model(std::uint64_t seed, const RandomModelOptions& options) {
     if (options.tendons > 0 && robot.links.size() > 1) {
       Random random(seed + 99);
       add_tendons(random, options, robot, prefix, builder);
+    }
+    if (options.actuators > 0 && robot.links.size() > 1) {
+      Random random(seed + 55);
+      add_actuators(random, options.actuators, robot, prefix,
+                    options.tendons > 0 ? prefix + "tendon0" : "", builder);
     }
     // Skips the root, which may be fixed to the world.
     for (size_t k = 1; k < robot.links.size(); ++k) links.push_back(prefix + robot.links[k].name);

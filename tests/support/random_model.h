@@ -45,7 +45,9 @@ struct RandomModelOptions {
   /// Tendons of random kind, with springs, dampers and servos; they need fixed_share 0.
   int tendons = 0;
   bool tendon_friction = false;  ///< dry friction and bounded servos of tendons
-  bool tendon_limits = false;    ///< limits near the lengths in the default pose
+  /// Actuators of every law but muscles, on joints, tendons and links.
+  int actuators = 0;
+  bool tendon_limits = false;  ///< limits near the lengths in the default pose
 };
 
 /// Up to 13 links on up to three robots, alternately with fixed and floating bases.

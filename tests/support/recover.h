@@ -25,6 +25,7 @@ double recover(Simulator& sim, int steps, double force, Random& random, Look aft
     if (!report.succeeded()) break;
     find_taut_links(sim.state(), sim.input().taut_links);
     sim.input().softening = report.softening;
+    sim.input().z = before.z;
     const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
     sim.input().taut_links.clear();
     sim.input().softening = {};

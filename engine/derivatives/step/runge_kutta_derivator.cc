@@ -88,7 +88,8 @@ bool RungeKuttaDerivator::compute(const StepContext& start, const Input& input, 
       dw_.middleCols(nv, nv).diagonal().array() += 1.0;
     }
     exponent_rate(model, theta_, at_.v, rate_);
-    compute_acceleration({model, options, effects, at_.q, at_.v, z}, input, ws, acceleration_, report);
+    compute_acceleration({model, options, effects, at_.q, at_.v, z}, input, ws, acceleration_,
+                         report);
     if (!report.succeeded()) return false;
     smooth.compute(model, effects, at_.v, acceleration_, input.wrenches, ws.stage,
                    ws.start.rotor_inertia(model, effects));

@@ -107,8 +107,10 @@ bool differentiate_runge_kutta(const StepContext& start, const Input& input, Wor
 /// Computes d in closed form. Returns false if something acts that has none.
 bool differentiate(const InverseArguments& of, const InvertedStep& inverted,
                    DerivativeScratch& scratch, InverseDerivatives& d) {
+  const bool actuated = of.effects.has(Effect::kActuators);
   if (of.options.integrator == Integrator::kSemiImplicitEuler)
-    return scratch.inverse.compute(of, inverted, d);
+    return scratch.inverse.compute(of, inverted, d) && !actuated;
+  if (actuated) return false;
   if (inverted.taut_links.loses()) return false;
   if (!scratch.smooth) scratch.smooth.emplace(of.model);
   if (scratch.impulses)
