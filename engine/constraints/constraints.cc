@@ -88,8 +88,7 @@ void ConstraintFinder::find(const StepContext& at, const Kinematics& data, Const
     contacts_.find(at, data, idle, out, counts);
   else
     contacts_.forget();
-  if (runs(Effect::kClosures))
-    find_closures(at, data, weights_, idle, acceleration_, out);
+  if (runs(Effect::kClosures)) find_closures(at, data, weights_, idle, acceleration_, out);
   if (runs(Effect::kLimits)) find_joint_limits(at, limited_, weights_, idle, out);
   if (runs(Effect::kVelocityLimits))
     find_velocity_limits(options, speed_limits_, v, weights_, idle, out);

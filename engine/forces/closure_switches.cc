@@ -20,8 +20,8 @@ Pose body_pose(const Model& model, const VectorRef& q, int i) {
 }
 
 void break_by(const Closure& closure, const Force& force, VectorX& z) {
-  const bool breaks = force.force.norm() > closure.breaking_force ||
-                      force.torque.norm() > closure.breaking_torque;
+  const bool breaks =
+      force.force.norm() > closure.breaking_force || force.torque.norm() > closure.breaking_torque;
   if (breaks) z[closure.z_index] = Closure::kBroken;
 }
 
@@ -38,8 +38,9 @@ void check_state(const Closure& closure, const VectorX& z) {
   if (!closure.in_place) return;
   const auto held = z.segment<7>(closure.z_index + 1);
   if (!held.allFinite() || std::abs(held.tail<4>().norm() - 1.0) > kQuaternionTolerance)
-    fail(closure, "the pose that it holds in place has a number that is not finite, or a "
-                  "quaternion that is not of unit length");
+    fail(closure,
+         "the pose that it holds in place has a number that is not finite, or a "
+         "quaternion that is not of unit length");
 }
 
 }  // namespace
@@ -47,17 +48,18 @@ void check_state(const Closure& closure, const VectorX& z) {
 void switch_closures(const Model& model, const VectorRef& q, const VectorX& attach, VectorX& z) {
   const auto count = static_cast<Eigen::Index>(model.closures().size());
   if (attach.size() != 0 && attach.size() != count)
-    throw InputError(fmt::format("a step was given {} numbers for the attachment of closures; {} "
-                                 "are expected",
-                                 attach.size(), count));
+    throw InputError(
+        fmt::format("a step was given {} numbers for the attachment of closures; {} "
+                    "are expected",
+                    attach.size(), count));
   for (Eigen::Index i = 0; i < count; ++i) {
     const Closure& closure = model.closures()[static_cast<size_t>(i)];
     if (!closure.switched) continue;
     check_state(closure, z);
     if (attach.size() == 0 || std::isnan(attach[i])) continue;
     if (attach[i] != 0.0 && attach[i] != 1.0)
-      fail(closure, fmt::format("its input is {}; 1 (attach), 0 (release) or nan is expected",
-                                attach[i]));
+      fail(closure,
+           fmt::format("its input is {}; 1 (attach), 0 (release) or nan is expected", attach[i]));
     double& state = z[closure.z_index];
     if (attach[i] == 0.0) {
       state = Closure::kReleased;
@@ -78,8 +80,7 @@ void break_closures(const Model& model, const ConstraintSet& constraints,
     Force sum;
     for (; i < count && constraints.closures[i].index == index; ++i) {
       const int c = static_cast<int>(contacts + i);
-      sum += pair_impulse(constraints.pairs[contacts + i],
-                          impulse.data() + problem.first_row(c));
+      sum += pair_impulse(constraints.pairs[contacts + i], impulse.data() + problem.first_row(c));
     }
     const Closure& closure = model.closures()[static_cast<size_t>(index)];
     if (closure.can_break()) break_by(closure, sum * (1.0 / h), z);

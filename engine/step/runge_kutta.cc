@@ -17,9 +17,10 @@ void refuse_constraints(const Model& model, EffectSet effects) {
                             : closure.can_break() ? "one that can break"
                                                   : nullptr;
       if (refused != nullptr)
-        throw InputError("runge_kutta_4 takes closures as rigid and finds no forces in them; "
-                         "closure '" + closure.name + "' is " + refused +
-                         ": use implicit_midpoint or semi_implicit_euler");
+        throw InputError(
+            "runge_kutta_4 takes closures as rigid and finds no forces in them; "
+            "closure '" +
+            closure.name + "' is " + refused + ": use implicit_midpoint or semi_implicit_euler");
     }
   std::string found;
   for (const Effect effect :

@@ -80,7 +80,8 @@ void recover_impulses(const Model& model, double h, const ConstraintSet& constra
       contact.torque = impulse.torque / h;
       contact.slip = slip(pair, y, at, inverse.body_velocity);
     } else {
-      ClosureForce& closure = out.closures[constraints.closures[i - constraints.contacts.size()].index];
+      ClosureForce& closure =
+          out.closures[constraints.closures[i - constraints.contacts.size()].index];
       closure.position = pair.position;
       closure.force += impulse * (1.0 / h);
     }

@@ -1,12 +1,11 @@
 #include "counterpoint/engine/step/step_start.h"
 
+#include <algorithm>
 #include <string>
 
-#include <algorithm>
-
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/step/step_forces.h"
 #include "counterpoint/engine/forces/closure_switches.h"
+#include "counterpoint/engine/step/step_forces.h"
 #include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint {

@@ -79,7 +79,8 @@ void check_switch(const ClosureSpec& spec) {
        {std::tuple(spec.breaking_force, "breaking force", "N"),
         std::tuple(spec.breaking_torque, "breaking torque", "N m")})
     if (!(limit > 0.0))
-      fail(spec, fmt::format("the {} must be a positive number of {}, it is {}", name, unit, limit));
+      fail(spec,
+           fmt::format("the {} must be a positive number of {}, it is {}", name, unit, limit));
   if (std::isfinite(spec.breaking_torque) && !holds_angles(spec.type))
     fail(spec, fmt::format("a {} carries no torque that could break it; leave out the limit",
                            closure_type_name(spec.type)));

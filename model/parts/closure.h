@@ -56,7 +56,8 @@ struct Closure {
   double breaking_force = std::numeric_limits<double>::infinity();
   double breaking_torque = std::numeric_limits<double>::infinity();
   /// A weld that holds the bodies in the pose where they are when it is attached: pose of B's
-  /// anchor frame in A's, seven more internal states (x y z [m] qw qx qy qz). It acts at A's anchor.
+  /// anchor frame in A's, seven more internal states (x y z [m] qw qx qy qz). It acts at A's
+  /// anchor.
   bool in_place = false;
   int z_index = 0;  ///< first of its internal states (Model::nz), if it is switched
   int num_states() const { return switched ? (in_place ? 8 : 1) : 0; }

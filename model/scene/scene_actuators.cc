@@ -114,8 +114,9 @@ void read_transmission(const YamlValue& in, ActuatorSpec& spec) {
     in.at("adhesion").expect_map({"reach"});
     read_numbers(in.at("adhesion"), {{"reach", &a.reach}});
   } else if (!in.has("propeller") && !in.has("force") && !in.has("torque")) {
-    in.fail("on a link, force: [x, y, z] or torque: [x, y, z] per unit of the command, "
-            "propeller, or adhesion is expected");
+    in.fail(
+        "on a link, force: [x, y, z] or torque: [x, y, z] per unit of the command, "
+        "propeller, or adhesion is expected");
   }
   if (in.has("point")) a.point = in.at("point").vector3();
   if (in.has("force")) a.direction.force = in.at("force").vector3();
@@ -125,10 +126,10 @@ void read_transmission(const YamlValue& in, ActuatorSpec& spec) {
 }  // namespace
 
 ActuatorSpec read_actuator(const YamlValue& in) {
-  in.expect_map({"name",     "joint",    "tendon",    "link",   "gear",  "point",  "force",
-                 "torque",   "adhesion", "propeller", "command", "range", "delay",  "delay_samples",
-                 "slew",     "lag",      "gain",      "bias",   "position", "velocity", "pid",
-                 "dc_motor", "muscle",   "force_limits"});
+  in.expect_map({"name",     "joint",         "tendon",   "link",      "gear",    "point",
+                 "force",    "torque",        "adhesion", "propeller", "command", "range",
+                 "delay",    "delay_samples", "slew",     "lag",       "gain",    "bias",
+                 "position", "velocity",      "pid",      "dc_motor",  "muscle",  "force_limits"});
   ActuatorSpec spec;
   spec.where = in.where();
   Actuator& a = spec.actuator;
@@ -136,15 +137,15 @@ ActuatorSpec read_actuator(const YamlValue& in) {
   int laws = 0;
   for (const char* law : {"position", "velocity", "pid", "dc_motor", "muscle", "propeller"})
     laws += in.has(law);
-  if (laws > 1) in.fail("one law is expected: position, velocity, pid, dc_motor, muscle, propeller");
+  if (laws > 1)
+    in.fail("one law is expected: position, velocity, pid, dc_motor, muscle, propeller");
   if (laws == 1 && (in.has("gain") || in.has("bias")))
     in.fail("gain and bias belong to a force without another law");
   read_transmission(in, spec);
   read_law(in, spec);
   if (in.has("range"))
     std::tie(a.least_command, a.most_command) = read_range(in.at("range"), false);
-  if (in.has("force_limits"))
-    std::tie(a.least, a.most) = read_range(in.at("force_limits"), false);
+  if (in.has("force_limits")) std::tie(a.least, a.most) = read_range(in.at("force_limits"), false);
   if (in.has("command")) a.command = in.at("command").number();
   read_numbers(in, {{"delay", &a.delay}, {"lag", &a.lag}});
   if (in.has("slew")) a.slew = in.at("slew").positive();

@@ -36,9 +36,26 @@ void read_switch(const YamlValue& in, ClosureSpec& closure) {
 }  // namespace
 
 ClosureSpec read_closure(const YamlValue& in) {
-  in.expect_map({"type", "between", "name", "anchor_a", "anchor_b", "rpy", "quaternion", "length",
-                 "collide", "axis", "pitch", "rope", "stiffness", "damping", "rotational_stiffness",
-                 "rotational_damping", "switched", "attached", "breaking_force", "breaking_torque",
+  in.expect_map({"type",
+                 "between",
+                 "name",
+                 "anchor_a",
+                 "anchor_b",
+                 "rpy",
+                 "quaternion",
+                 "length",
+                 "collide",
+                 "axis",
+                 "pitch",
+                 "rope",
+                 "stiffness",
+                 "damping",
+                 "rotational_stiffness",
+                 "rotational_damping",
+                 "switched",
+                 "attached",
+                 "breaking_force",
+                 "breaking_torque",
                  "in_place"});
   ClosureSpec closure;
   closure.type = read_type(in.at("type"));

@@ -45,6 +45,13 @@ void InputHandle::assign(const Input& other) {
     input_->tendon_force.setZero();
   if (other.tendon_target.size() == input_->tendon_target.size())
     input_->tendon_target = other.tendon_target;
+  for (const auto part : {&Input::attach, &Input::prescribed}) {
+    VectorX& own = (*input_).*part;
+    if ((other.*part).size() == own.size())
+      own = other.*part;
+    else
+      own.setConstant(kNaN);
+  }
   input_->wrenches = other.wrenches;
   input_->softening = other.softening;
   input_->taut_links = other.taut_links;
@@ -104,6 +111,11 @@ void bind_inputs(py::module_& m) {
           "tendon_target", [](const InputHandle& i) { return i.tendon_target; },
           [](InputHandle& i, const Array& x) { set(i.tendon_target, x, "tendon_target"); },
           "Lengths [m] that servos of tendons aim at, in the order of model.tendons, a view.")
+      .def_property(
+          "attach", [](const InputHandle& i) { return i.attach; },
+          [](InputHandle& i, const Array& x) { set(i.attach, x, "attach"); },
+          "Of switched closures: 1 attaches, 0 releases, nan leaves it as it is; in the order of "
+          "model.closures, a view.")
       .def(
           "__getitem__", [](const InputHandle& i, const std::string& name) { return i.at(name); },
           py::arg("name"), "input['elbow.u'], input['cube.fx'], input['elbow.target'].")

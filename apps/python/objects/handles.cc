@@ -115,7 +115,11 @@ InputHandle::InputHandle(ModelPtr m) : model(std::move(m)), input_(std::make_sha
       VectorX::Zero(static_cast<Eigen::Index>(tendons.size()));
   for (size_t i = 0; i < tendons.size(); ++i)
     input_->tendon_target[static_cast<Eigen::Index>(i)] = tendons[i].servo.target;
+  input_->attach.setConstant(static_cast<Eigen::Index>(model->model.closures().size()), kNaN);
+  input_->prescribed.setConstant(model->model.nq(), kNaN);
   const py::capsule owner = keep(input_);
+  attach = view(input_->attach, owner, true);
+  prescribed = view(input_->prescribed, owner, true);
   tendon_force = view(input_->tendon_force, owner, true);
   tendon_target = view(input_->tendon_target, owner, true);
   applied_force = view(input_->applied_force, owner, true);
@@ -143,7 +147,12 @@ double& InputHandle::at(const std::string& name) const {
     if (name == tendon + ".tendon_target") return input_->tendon_target[index];
     names.push_back(tendon + ".tendon_force");
   }
-  throw_unknown("applied force, servo target or force of a tendon", name, names);
+  for (size_t i = 0; i < m.closures().size(); ++i) {
+    if (!m.closures()[i].switched) continue;
+    names.push_back(m.closures()[i].name + ".attach");
+    if (name == names.back()) return input_->attach[static_cast<Eigen::Index>(i)];
+  }
+  throw_unknown("applied force or other input", name, names);
 }
 
 const Input& input_of(const InputPtr& input, const Input& none) {

@@ -45,7 +45,8 @@ class ClosureDerivator {
   /// Computes the results below for rows of find_closures, aimed or not. Needs begin, and aim if
   /// `aimed`.
   void compute(const Model& model, const ContactOptions& options, double h,
-               const ActingClosure& acting, const PairConstraint& pair, const Kinematics& data, bool aimed);
+               const ActingClosure& acting, const PairConstraint& pair, const Kinematics& data,
+               bool aimed);
   /// Whether compute knows the derivatives of the rows of a pair.
   static bool knows(const PairConstraint& pair) { return pair.error != ClosureError::kThread; }
 

@@ -58,8 +58,8 @@ void EqualityPrediction::add_equalities(const Step& step, const Stage& stage) {
     step.closures.add_to(rows_v_, scale, step.closures.by_v);
     if (aimed) step.closures.add_to(in_second_, scale, step.closures.by_w);
     const PairBodies bodies = pair_bodies(pair, data, V_);
-    find_contact_response(pair, bodies, closure_motion(step.model, acting, pair, data), LawSlopes(), false,
-                          step.h, response);
+    find_contact_response(pair, bodies, closure_motion(step.model, acting, pair, data), LawSlopes(),
+                          false, step.h, response);
     forces_.add_pair(step.model, pair, bodies, response, step.h, data);
   }
 }

@@ -195,8 +195,8 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
   if (options.integrator == Integrator::kRungeKutta4) {
     Workspace::Impl& ws = workspace.impl();
     const EffectSet effects = active_effects(ws.called, options.effects);
-    const StepContext start{model, options, effects, q, v,
-                            set_internal_states(model, effects, q, known.z, known, ws)};
+    const StepContext start{
+        model, options, effects, q, v, set_internal_states(model, effects, q, known.z, known, ws)};
     const bool found = differentiate_runge_kutta(start, known, ws, scratch, d);
     for (MatrixX* m : all)
       if (!found) m->setConstant(kNaN);

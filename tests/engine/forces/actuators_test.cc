@@ -216,8 +216,7 @@ TEST(Actuators, DelayHoldsCommandsForItsTime) {
 /// A free box of 2 kg with a thruster at its corner.
 Scene rocket(const Actuator& thruster, const Vector3& gravity) {
   ModelBuilder builder(gravity);
-  builder.add_robot(object_of("rocket", box_of({0.1, 0.2, 0.3}), 2.0), Base::kFloating, Pose(),
-                    "");
+  builder.add_robot(object_of("rocket", box_of({0.1, 0.2, 0.3}), 2.0), Base::kFloating, Pose(), "");
   builder.add_actuator({thruster, "", "", "body", ""});
   return scene_of(builder.build());
 }
@@ -366,8 +365,9 @@ TEST(Actuators, InverseRecoversAppliedForces) {
     Simulator sim(std::move(scene));
     const auto& actuators = sim.model().actuators();
     worst = std::max(worst, test::recover(sim, 60, 1.0, random, [&] {
-      sim.input().command = test::random_vector(static_cast<int>(actuators.size()), random.bits());
-    }));
+                       sim.input().command =
+                           test::random_vector(static_cast<int>(actuators.size()), random.bits());
+                     }));
   }
   EXPECT_LT(worst, test::kRecovered);
   EXPECT_GT(rows, 50);
