@@ -166,6 +166,12 @@ Trajectory read_trajectory(const std::filesystem::path& file, const Model& model
 std::vector<double> step_lengths(const Trajectory& trajectory, std::optional<double> given,
                                  double scene_step);
 
+/// Fills trajectory.z, if it is empty and the model has internal states: they start as those of the
+/// model and follow from the motion and the known inputs, step by step. Steps that have no inverse
+/// keep them. lengths: of the steps [s].
+void find_internal_states(const Model& model, const SimulationOptions& options,
+                          const std::vector<double>& lengths, Trajectory& trajectory);
+
 // ---- State files, from which a run resumes with the same bits
 // (docs/reference/trajectory-format.md, State files).
 

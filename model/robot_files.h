@@ -80,6 +80,7 @@ struct ModelParts {
   std::vector<Environment> environment;
   std::vector<ClosureSpec> closures;
   std::vector<TendonSpec> tendons;
+  std::vector<ActuatorSpec> commanded;  ///< actuators with a command of their own
   std::vector<Exclusion> exclusions;
   std::vector<std::pair<std::string, std::string>> inclusions;  ///< see ModelBuilder::include_pair
   std::vector<Surface> surfaces;
@@ -150,12 +151,13 @@ struct MjcfModel : ModelParts {
   /// An actuator with control u: the force on its joint is gain u + bias - stiffness q - damping w.
   struct Actuator {
     std::string name;
-    /// Joint of one coordinate; "": it acts on a tendon, or has no counterpart and acts only with a
-    /// control.
+    /// Joint of one coordinate; "": it acts on a tendon, is one of `commanded`, or has no
+    /// counterpart and acts only with a control.
     std::string joint;
     std::string tendon;  ///< in `tendons`; the force is along it, L and dL/dt in place of q and w
     double gain = 0.0, bias = 0.0, stiffness = 0.0, damping = 0.0;
     std::optional<double> least, most;  ///< bounds of u
+    int commanded = -1;                 ///< index into `commanded`, whose law it has then; or -1
     std::string where;
   };
   struct Keyframe {

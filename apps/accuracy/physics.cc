@@ -71,6 +71,7 @@ class Examiner {
   bool has_inverse() const { return setting_.options.integrator != Integrator::kRungeKutta4; }
 
   void look_back(const State& now, const State& next) {
+    known_.z = now.z;
     step_inverse(model_, setting_.options, now.q, now.v, next.q, next.v, known_, backward_,
                  inverse_);
     if (inverse_.fault.any()) return;

@@ -194,10 +194,11 @@ int derivatives(DerivativesArguments& arguments) {
   if (arguments.smoothing) scene.options.contact.smoothing = *arguments.smoothing;
   if (arguments.compliance) scene.options.contact.compliance = *arguments.compliance;
   const bool given = !arguments.trajectory.empty();
-  const Trajectory trajectory =
+  Trajectory trajectory =
       given ? read_motion(arguments.trajectory, scene.model) : first_step(scene);
   const std::vector<double> steps =
       step_lengths(trajectory, arguments.time_step, scene.options.time_step);
+  find_internal_states(scene.model, scene.options, steps, trajectory);
   DerivativesRun run(arguments, scene);
   const MotionPass pass =
       for_each_step("derivatives", scene, trajectory, steps,

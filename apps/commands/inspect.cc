@@ -133,6 +133,7 @@ void inspect_forces(const Model& model, Report& report) {
         model.joint(servo.joint).name, servo.stiffness, servo.damping, servo.position,
         servo.velocity);
   report_tendons(model, report);
+  report_actuators(model, report);
   Json drags = Json::array(), compensations = Json::array();
   for (const auto& [body, center, drag] : model.drags())
     drags.push_back({{"link", link_name(model, body)},

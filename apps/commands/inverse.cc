@@ -206,9 +206,10 @@ void report_forces(const Scene& scene, const Trajectory& trajectory, int steps,
 int inverse(InverseArguments& arguments) {
   arguments.view.check();
   const Scene scene = arguments.scene.load();
-  const Trajectory trajectory = read_motion(arguments.trajectory, scene.model);
+  Trajectory trajectory = read_motion(arguments.trajectory, scene.model);
   const std::vector<double> steps =
       step_lengths(trajectory, arguments.time_step, scene.options.time_step);
+  find_internal_states(scene.model, scene.options, steps, trajectory);
   Extremes extremes;
   const MotionPass pass = recover(arguments, scene, trajectory, steps, extremes);
   if (arguments.view.wanted() && !pass.failed && !pass.stopped)

@@ -77,10 +77,12 @@ view::Clip recorded(const ViewArguments& arguments, const Scene& scene,
 }
 
 view::Replay make_replay(const ViewArguments& arguments, const Scene& scene) {
-  const Trajectory trajectory = read_motion(arguments.motion, scene.model);
+  Trajectory trajectory = read_motion(arguments.motion, scene.model);
   std::vector<double> steps;
-  if (arguments.forces)
+  if (arguments.forces) {
     steps = step_lengths(trajectory, arguments.time_step, scene.options.time_step);
+    find_internal_states(scene.model, scene.options, steps, trajectory);
+  }
   view::Clip clip = recorded(arguments, scene, trajectory, steps, arguments.forces);
   clip.name = "motion";
   if (!arguments.contacts.empty()) view::read_contacts(arguments.contacts, scene.model, clip);

@@ -35,8 +35,8 @@ RunWatch::RunWatch(Simulator& simulator, long every)
   look_at_closures(q_);
 }
 
-/// True if all work on the scene is counted; the work of servos, of belts, of wrenches on links and
-/// of forces along tendons is not.
+/// True if all work on the scene is counted; the work of servos, actuators, belts, of wrenches on
+/// links and of forces along tendons is not.
 bool RunWatch::knows_work() const {
   const Input& input = simulator_.input();
   return !has_drives(simulator_.model()) && input.wrenches.empty() &&

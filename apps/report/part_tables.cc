@@ -53,4 +53,58 @@ void report_tendons(const Model& model, Report& report) {
   report["tendons"] = list;
 }
 
+namespace {
+
+const char* law_name(ActuatorLaw law) {
+  switch (law) {
+    case ActuatorLaw::kAffine:
+      return "affine";
+    case ActuatorLaw::kPid:
+      return "pid";
+    case ActuatorLaw::kDcMotor:
+      return "dc_motor";
+    case ActuatorLaw::kMuscle:
+      return "muscle";
+    case ActuatorLaw::kPropeller:
+      return "propeller";
+  }
+  return "";
+}
+
+/// Kind and name of what an actuator acts on.
+std::pair<const char*, std::string> place_of(const Model& model, const Actuator& a) {
+  switch (a.transmission) {
+    case Transmission::kJoint:
+      return {"joint", model.joint(a.joint).name};
+    case Transmission::kTendon:
+      return {"tendon", model.tendons()[static_cast<std::size_t>(a.tendon)].name};
+    case Transmission::kLink:
+      break;
+    case Transmission::kAdhesion:
+      return {"adhesion", model.frames()[static_cast<std::size_t>(a.frame)].name};
+  }
+  return {"link", model.frames()[static_cast<std::size_t>(a.frame)].name};
+}
+
+}  // namespace
+
+void report_actuators(const Model& model, Report& report) {
+  if (model.actuators().empty()) return;
+  Json list = Json::array();
+  report.print("\nactuators:\n");
+  for (const Actuator& a : model.actuators()) {
+    const auto [kind, name] = place_of(model, a);
+    report.print("  {:<28} {} on {} {}, gear {:.6g}, command {:.6g}, {} internal states\n", a.name,
+                 law_name(a.law), kind, name, a.gear, a.command, a.num_states());
+    list.push_back({{"name", a.name},
+                    {"law", law_name(a.law)},
+                    {"acts_on", kind},
+                    {"place", name},
+                    {"gear", a.gear},
+                    {"command", a.command},
+                    {"internal_states", a.num_states()}});
+  }
+  report["actuators"] = list;
+}
+
 }  // namespace counterpoint::apps

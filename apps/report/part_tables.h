@@ -1,4 +1,4 @@
-// Closures and tendons in reports.
+// Closures, tendons and actuators in reports.
 #pragma once
 
 #include "counterpoint/model/model.h"
@@ -14,5 +14,9 @@ Json closure_json(const Closure& closure, const ClosureGap& gap);
 /// Prints and reports the tendons (key "tendons"): lengths in the initial configuration, and their
 /// forces; nothing if there are none.
 void report_tendons(const Model& model, Report& report);
+
+/// Prints and reports the actuators (key "actuators"): what they act on, their laws and commands;
+/// nothing if there are none.
+void report_actuators(const Model& model, Report& report);
 
 }  // namespace counterpoint::apps

@@ -30,7 +30,7 @@ double SurfaceSprings::energy(const VectorX& q) {
 bool has_drives(const Model& model) {
   const auto moves = [](const Geometry& g) { return !g.material.surface_velocity.isZero(0.0); };
   const auto pulls = [](const Tendon& t) { return t.servo.any(); };
-  return !model.servos().empty() ||
+  return !model.servos().empty() || !model.actuators().empty() ||
          std::any_of(model.geometries().begin(), model.geometries().end(), moves) ||
          std::any_of(model.tendons().begin(), model.tendons().end(), pulls);
 }

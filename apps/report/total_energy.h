@@ -24,8 +24,8 @@ class SurfaceSprings {
   std::vector<collision::Candidate> candidates_;
 };
 
-/// Whether parts of the scene do work by themselves: servos of joints and tendons, and surfaces
-/// that move on their bodies (Material::surface_velocity).
+/// Whether parts of the scene do work by themselves: servos of joints and tendons, actuators, and
+/// surfaces that move on their bodies (Material::surface_velocity).
 bool has_drives(const Model& model);
 
 /// Kinetic plus potential energy, including springs of joints and surfaces [J].

@@ -78,7 +78,9 @@ void ClipRecorder::add_contacts(const State& before, const Input& input, double 
                                 const State& after) {
   if (!forces_) return;
   options_.time_step = h;
-  step_inverse(scene_.model, options_, before.q, before.v, after.q, after.v, input, workspace_,
+  Input known = input;
+  if (before.z.size() > 0) known.z = before.z;
+  step_inverse(scene_.model, options_, before.q, before.v, after.q, after.v, known, workspace_,
                inverse_);
   if (inverse_.fault.any()) return;
   for (const ContactForce& contact : inverse_.contacts)

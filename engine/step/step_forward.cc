@@ -6,7 +6,7 @@
 #include "counterpoint/engine/diagnosis/failure_cause.h"
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/effects.h"
-#include "counterpoint/engine/forces/closure_switches.h"
+#include "counterpoint/engine/forces/driven/closure_switches.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/step/midpoint.h"
 #include "counterpoint/engine/step/runge_kutta.h"

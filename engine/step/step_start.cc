@@ -4,7 +4,7 @@
 #include <string>
 
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/forces/closure_switches.h"
+#include "counterpoint/engine/forces/driven/closure_switches.h"
 #include "counterpoint/engine/step/step_forces.h"
 #include "counterpoint/engine/step/step_workspace.h"
 

@@ -62,6 +62,12 @@ void add_parts(const ModelParts& parts, const Pose& X_WL, const std::string& pre
     for (TendonSpec::Place& place : tendon.path) place.link = prefix + place.link;
     builder.add_tendon(tendon);
   }
+  for (ActuatorSpec actuator : parts.commanded) {
+    actuator.actuator.name = prefix + actuator.actuator.name;
+    for (std::string* name : {&actuator.joint, &actuator.tendon, &actuator.link})
+      if (!name->empty()) *name = prefix + *name;
+    builder.add_actuator(actuator);
+  }
   for (SensorSpec sensor : parts.sensors) {
     sensor.sensor.name = prefix + sensor.sensor.name;
     for (std::string* name : {&sensor.link, &sensor.joint, &sensor.relative_to, &sensor.from})

@@ -150,6 +150,11 @@ void switch_off(const Switches& switches, MjcfModel& model) {
   }
   for (MjcfModel::Actuator& a : model.actuators)
     if (off("clampctrl")) a.least = a.most = std::nullopt;
+  for (ActuatorSpec& spec : model.commanded)
+    if (off("clampctrl") && spec.actuator.law != ActuatorLaw::kMuscle) {
+      spec.actuator.least_command = -kInfinity;
+      spec.actuator.most_command = kInfinity;
+    }
   if (!off("spring") || !off("damper")) return;
   // With springs and dampers off MuJoCo has no passive forces (XML Reference, "flag/spring").
   for (LinkSpec& link : model.robot.links) {

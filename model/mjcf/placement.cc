@@ -50,6 +50,10 @@ void set_controls(const MjcfModel::Keyframe* key, MjcfModel& model) {
     const bool servo = a.stiffness > 0.0 || a.damping > 0.0;
     if (!a.joint.empty() && (servo || pull != 0.0)) of_joints[a.joint] += pull;
     if (!a.tendon.empty() && (servo || pull != 0.0)) of_tendons[a.tendon] += pull;
+    if (a.commanded >= 0) {
+      model.commanded[static_cast<std::size_t>(a.commanded)].actuator.command = u;
+      continue;
+    }
     if (a.joint.empty() && a.tendon.empty() && u != 0.0)
       model.robot.notes.push_back(
           {a.where, fmt::format("its control of {} at the start is not applied", u)});

@@ -1,6 +1,7 @@
 // Inputs applied during a step.
 #include <pybind11/stl.h>
 
+#include "counterpoint/model/special_values.h"
 #include "objects/handles.h"
 #include "objects/typed.h"
 
@@ -45,6 +46,8 @@ void InputHandle::assign(const Input& other) {
     input_->tendon_force.setZero();
   if (other.tendon_target.size() == input_->tendon_target.size())
     input_->tendon_target = other.tendon_target;
+  if (other.command.size() == input_->command.size()) input_->command = other.command;
+  input_->z = other.z;
   for (const auto part : {&Input::attach, &Input::prescribed}) {
     VectorX& own = (*input_).*part;
     if ((other.*part).size() == own.size())
@@ -116,6 +119,15 @@ void bind_inputs(py::module_& m) {
           [](InputHandle& i, const Array& x) { set(i.attach, x, "attach"); },
           "Of switched closures: 1 attaches, 0 releases, nan leaves it as it is; in the order of "
           "model.closures, a view.")
+      .def_property(
+          "command", [](const InputHandle& i) { return i.command; },
+          [](InputHandle& i, const Array& x) { set(i.command, x, "command"); },
+          "Commands in the units of their actuators, in the order of model.actuators, a view.")
+      .def_property(
+          "z", [](const InputHandle& i) { return copy(i.value().z); },
+          [](InputHandle& i, const Array& x) { i.value().z = vector(x, i.model->model.nz(), "z"); },
+          "Internal states at the start of a step that is to be inverted (State.z), a copy; empty: "
+          "the model's initial ones. Steps forward take those of their state.")
       .def(
           "__getitem__", [](const InputHandle& i, const std::string& name) { return i.at(name); },
           py::arg("name"), "input['elbow.u'], input['cube.fx'], input['elbow.target'].")

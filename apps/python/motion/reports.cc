@@ -188,6 +188,12 @@ void bind_inverse(py::module_& m) {
           "tendon_force", [all](const Self& i) { return all(i, i->inverse.tendon_force); },
           "Force along each tendon [N], mean over the step; a part of contact_force.")
       .def_property_readonly(
+          "actuator_force", [all](const Self& i) { return all(i, i->inverse.actuator_force); },
+          "Force of each actuator [N, N m], mean over the step, in the order of model.actuators.")
+      .def_property_readonly(
+          "z_next", [all](const Self& i) { return all(i, i->inverse.z_next); },
+          "Internal states at the end of the step, shape (nz,).")
+      .def_property_readonly(
           "servo_force", [all](const Self& i) { return all(i, i->inverse.servo_force); },
           "What the servos asked for at v_next [N, N m], in the order of model.servos.")
       .def_property_readonly("force_scale", through(&I::inverse, &Inverse::force_scale),

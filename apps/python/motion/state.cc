@@ -53,7 +53,7 @@ CoordinatesPtr coordinates_from(const py::object& what) {
 }
 
 StatePtr make_state(const py::object& model, const py::object& q, const py::object& v, double time,
-                    const py::object& memory) {
+                    const py::object& memory, const py::object& z) {
   CoordinatesPtr names;
   if (py::isinstance<ModelHandle>(model) || py::isinstance<Coordinates>(model))
     names = coordinates_from(model);
@@ -71,6 +71,11 @@ StatePtr make_state(const py::object& model, const py::object& q, const py::obje
     throw py::type_error("State: q is missing");
   state.v = vector_or(v, VectorX::Zero(nv), "v");
   if (!memory.is_none()) state.memory = memory_from(Array(memory));
+  const auto nz = static_cast<Eigen::Index>(names->names.z.size());
+  if (!z.is_none() && py::len(z) > 0)
+    state.z = vector(Array(z), nz, "z");
+  else if (py::isinstance<ModelHandle>(model))
+    state.z = model.cast<ModelPtr>()->model.default_z();
   return std::make_shared<StateHandle>(std::move(names), std::move(state), false);
 }
 
@@ -88,7 +93,7 @@ bool equal(const StateHandle& a, const StateHandle& b) {
   return std::bit_cast<std::uint64_t>(a.value().time) ==
              std::bit_cast<std::uint64_t>(b.value().time) &&
          same(a.value().q, b.value().q) && same(a.value().v, b.value().v) &&
-         a.value().memory == b.value().memory;
+         same(a.value().z, b.value().z) && a.value().memory == b.value().memory;
 }
 
 std::string state_repr(const StateHandle& s) {
@@ -154,13 +159,14 @@ void bind_state_access(Class& state) {
           "factor, kept) each; Input.taut_links of its inverse.")
       .def_property_readonly(
           "hash", [](const StateHandle& s) { return state_hash(s.value()); },
-          "64-bit hash of the bits of time, q and v, as in trajectories.")
+          "64-bit hash of the bits of time, q, v and z, as in trajectories.")
       .def("__repr__", &state_repr)
       .def("__reduce__", [](const py::object& self) {
         const auto& s = self.cast<const StateHandle&>();
-        return py::make_tuple(self.get_type(),
-                              py::make_tuple(s.coordinates, copy(s.value().q), copy(s.value().v),
-                                             s.value().time, memory_array(s.value().memory)));
+        return py::make_tuple(
+            self.get_type(),
+            py::make_tuple(s.coordinates, copy(s.value().q), copy(s.value().v), s.value().time,
+                           memory_array(s.value().memory), copy(s.value().z)));
       });
 }
 
@@ -175,17 +181,21 @@ Names of the coordinates of a model, in the order of q, v and applied forces.)")
                              "'elbow.v', 'cube.vx', 'cube.wx' ..., nv of them.")
       .def_property_readonly("force", through(&Coordinates::names, &CoordinateNames::force),
                              "'elbow.u', 'cube.fx', 'cube.tx' ..., nv of them.")
+      .def_property_readonly("z", through(&Coordinates::names, &CoordinateNames::z),
+                             "'motor.current', 'muscle.activation' ..., nz of them.")
       .def("__repr__",
            [](const Coordinates& c) {
              return py::str("<Coordinates: nq {}, nv {}>")
                  .format(c.names.q.size(), c.names.v.size());
            })
       .def(py::pickle(
-          [](const Coordinates& c) { return py::make_tuple(c.names.q, c.names.v, c.names.force); },
+          [](const Coordinates& c) {
+            return py::make_tuple(c.names.q, c.names.v, c.names.force, c.names.z);
+          },
           [](const py::tuple& t) {
             using Names = std::vector<std::string>;
-            return std::make_shared<Coordinates>(
-                CoordinateNames{t[0].cast<Names>(), t[1].cast<Names>(), t[2].cast<Names>()});
+            return std::make_shared<Coordinates>(CoordinateNames{
+                t[0].cast<Names>(), t[1].cast<Names>(), t[2].cast<Names>(), t[3].cast<Names>()});
           }));
 }
 
@@ -205,13 +215,16 @@ time : float
     [s]
 memory : array_like, shape (n, 12), optional
     Forces of the last step, which the next one starts from.
+z : array_like, shape (nz,), optional
+    Internal states of actuators and switched closures; default: the model's.
 )";
 
 void bind_state(py::module_& m) {
   py::class_<StateHandle, StatePtr> state(m, "State", kStateDoc);
   state
       .def(py::init(&make_state), py::arg("model"), py::arg("q") = py::none(),
-           py::arg("v") = py::none(), py::arg("time") = 0.0, py::arg("memory") = py::none())
+           py::arg("v") = py::none(), py::arg("time") = 0.0, py::arg("memory") = py::none(),
+           py::arg("z") = py::none())
       .def_property(
           "time", [](const StateHandle& s) { return s.value().time; },
           [](StateHandle& s, double t) {
@@ -237,6 +250,16 @@ void bind_state(py::module_& m) {
             s.assign(next);
           },
           "Velocities [m/s, rad/s], shape (nv,), a view; of a simulator read-only.")
+      .def_property(
+          "z", [](const StateHandle& s) { return copy(s.value().z); },
+          [](StateHandle& s, const Array& z) {
+            s.check_writable();
+            State next = s.value();
+            next.z = vector(z, static_cast<Eigen::Index>(s.coordinates->names.z.size()), "z");
+            s.assign(next);
+          },
+          "Internal states of actuators and switched closures, shape (nz,), a copy; named by "
+          "coordinates.z.")
       .def_property(
           "memory", [](const StateHandle& s) { return memory_array(s.value().memory); },
           [](StateHandle& s, const Array& a) {

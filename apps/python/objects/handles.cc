@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "counterpoint/model/special_values.h"
 #include "counterpoint/model/text_files.h"
 
 namespace counterpoint::python {
@@ -115,9 +116,14 @@ InputHandle::InputHandle(ModelPtr m) : model(std::move(m)), input_(std::make_sha
       VectorX::Zero(static_cast<Eigen::Index>(tendons.size()));
   for (size_t i = 0; i < tendons.size(); ++i)
     input_->tendon_target[static_cast<Eigen::Index>(i)] = tendons[i].servo.target;
+  const auto& actuators = model->model.actuators();
+  input_->command.resize(static_cast<Eigen::Index>(actuators.size()));
+  for (size_t i = 0; i < actuators.size(); ++i)
+    input_->command[static_cast<Eigen::Index>(i)] = actuators[i].command;
   input_->attach.setConstant(static_cast<Eigen::Index>(model->model.closures().size()), kNaN);
   input_->prescribed.setConstant(model->model.nq(), kNaN);
   const py::capsule owner = keep(input_);
+  command = view(input_->command, owner, true);
   attach = view(input_->attach, owner, true);
   prescribed = view(input_->prescribed, owner, true);
   tendon_force = view(input_->tendon_force, owner, true);
@@ -146,6 +152,10 @@ double& InputHandle::at(const std::string& name) const {
     if (name == tendon + ".tendon_force") return input_->tendon_force[index];
     if (name == tendon + ".tendon_target") return input_->tendon_target[index];
     names.push_back(tendon + ".tendon_force");
+  }
+  for (size_t i = 0; i < m.actuators().size(); ++i) {
+    names.push_back(m.actuators()[i].name + ".command");
+    if (name == names.back()) return input_->command[static_cast<Eigen::Index>(i)];
   }
   for (size_t i = 0; i < m.closures().size(); ++i) {
     if (!m.closures()[i].switched) continue;

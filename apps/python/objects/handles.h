@@ -123,8 +123,8 @@ class InputHandle {
   double& at(const std::string& name) const;
 
   ModelPtr model;
-  py::array applied_force, servo_position, servo_velocity, tendon_force, tendon_target, attach,
-      prescribed;
+  py::array applied_force, servo_position, servo_velocity, tendon_force, tendon_target, command,
+      attach, prescribed;
 
  private:
   std::shared_ptr<Input> input_;

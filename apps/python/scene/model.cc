@@ -261,6 +261,9 @@ void bind_lists(py::class_<ModelHandle, ModelPtr>& model) {
           "closures", [](const ModelHandle& m) { return names_of(m.model.closures()); },
           "Names of what closes loops.")
       .def_property_readonly(
+          "actuators", [](const ModelHandle& m) { return names_of(m.model.actuators()); },
+          "Names of the actuators.")
+      .def_property_readonly(
           "tendons", [](const ModelHandle& m) { return names_of(m.model.tendons()); },
           "Names of the tendons.")
       .def(

@@ -8,106 +8,13 @@
 #include <set>
 #include <tuple>
 
+#include "counterpoint/model/mjcf/forces/actuator_law.h"
+#include "counterpoint/model/mjcf/forces/commanded.h"
 #include "counterpoint/model/mjcf/forces/damping_ratio.h"
 #include "counterpoint/model/special_values.h"
 
 namespace counterpoint::mjcf {
 namespace {
-
-const std::vector<std::string> kTags = {"general",  "motor",       "position",
-                                        "velocity", "intvelocity", "damper",
-                                        "cylinder", "muscle",      "adhesion"};
-
-/// Actuator law: force = gain u + bias[0] + bias[1] length + bias[2] velocity.
-struct Law {
-  std::string unsupported;  ///< feature that has no counterpart here
-  bool by_itself = false;   ///< may apply a force without control
-  std::string gain_type = "fixed", bias_type = "none", dynamics = "none";
-  std::vector<double> gain = {1.0, 0.0, 0.0}, bias = {0.0, 0.0, 0.0};
-  double damping_ratio = 0.0;
-  double inherited_range = 0.0;
-  std::optional<std::pair<double, double>> control_range, force_range;
-  std::string control_limited = "auto", force_limited = "auto";
-  double gear = 1.0;
-  bool further_gears = false;
-};
-
-void set_first(const std::vector<double>& from, std::vector<double>& to) {
-  if (from.empty()) return;
-  to = from;
-  to.resize(std::max<std::size_t>(to.size(), 3));
-}
-
-std::optional<std::pair<double, double>> range_of(const Values& v, const char* key) {
-  const std::vector<double> range = v.numbers(key, 2, 2);
-  if (range.empty()) return std::nullopt;
-  return std::pair(range[0], range[1]);
-}
-
-void apply_common(const Values& v, Law& law) {
-  if (const auto r = range_of(v, "ctrlrange")) law.control_range = r;
-  if (const auto r = range_of(v, "forcerange")) law.force_range = r;
-  law.control_limited = v.text("ctrllimited", law.control_limited);
-  law.force_limited = v.text("forcelimited", law.force_limited);
-  law.inherited_range = v.number("inheritrange", law.inherited_range);
-  const std::vector<double> gear = v.numbers("gear", 1, 6);
-  if (gear.empty()) return;
-  law.gear = gear[0];
-  law.further_gears = std::any_of(gear.begin() + 1, gear.end(), [](double g) { return g != 0.0; });
-}
-
-void apply_general(const Values& v, Law& law) {
-  law.gain_type = v.text("gaintype", law.gain_type);
-  law.bias_type = v.text("biastype", law.bias_type);
-  law.dynamics = v.text("dyntype", law.dynamics);
-  set_first(v.numbers("gainprm", 1, 10), law.gain);
-  set_first(v.numbers("biasprm", 1, 10), law.bias);
-}
-
-void apply_position(const Values& v, Law& law) {
-  const double kp = v.number("kp", law.gain[0]);
-  law.gain = {kp, 0.0, 0.0};
-  law.gain_type = "fixed";
-  law.bias_type = "affine";
-  law.bias[1] = -kp;
-  if (const auto kv = v.number("kv")) {
-    law.bias[2] = -*kv;
-    law.damping_ratio = 0.0;
-  }
-  if (const auto ratio = v.number("dampratio")) law.damping_ratio = *ratio;
-  if (v.number("timeconst", 0.0) > 0.0) law.dynamics = "filterexact";
-}
-
-void apply_velocity(const Values& v, Law& law) {
-  const double kv = v.number("kv", law.gain[0]);
-  law.gain = {kv, 0.0, 0.0};
-  law.bias = {0.0, 0.0, -kv};
-  law.gain_type = "fixed";
-  law.bias_type = "affine";
-}
-
-/// Applies the attributes of an element, or of a default class, over those applied before.
-void apply(const Document& document, const Element& element, Law& law) {
-  const Values v(document, element);
-  const std::string tag = element.Name();
-  law.unsupported.clear();
-  law.by_itself = false;
-  if (tag == "general") {
-    apply_general(v, law);
-  } else if (tag == "motor") {
-    law.gain = {1.0, 0.0, 0.0};
-    law.gain_type = "fixed";
-    law.bias_type = law.dynamics = "none";
-  } else if (tag == "position") {
-    apply_position(v, law);
-  } else if (tag == "velocity") {
-    apply_velocity(v, law);
-  } else {
-    law.unsupported = "<" + tag + ">";
-    law.by_itself = tag != "damper" && tag != "adhesion" && tag != "muscle";
-  }
-  apply_common(v, law);
-}
 
 class ActuatorReader {
  public:
@@ -131,9 +38,8 @@ class ActuatorReader {
                          "dynprm",     "gainprm",     "biasprm",   "actearly",      "kp",
                          "kv",         "dampratio",   "timeconst", "inheritrange",  "gain",
                          "plugin",     "instance",    "nsample",   "interp",        "delay"});
-    Law law;
-    for (const Element* level : defaults_.chain(e, "", kTags)) apply(document_, *level, law);
-    apply(document_, e, law);
+    const std::vector<const Element*> levels = law_levels(defaults_, e);
+    const Law law = read_law(document_, levels);
     MjcfModel::Actuator actuator;
     actuator.name = name_of(e);
     actuator.where = document_.where(e);
@@ -146,7 +52,9 @@ class ActuatorReader {
     TendonSpec* tendon = nullptr;
     const std::string lacks = what_lacks(e, law, length, tendon);
     bound_control(e, law, actuator);
-    if (!lacks.empty()) {
+    if (lacks.empty() && needs_command(e, law)) {
+      read_commanded({document_, bodies_, e, levels, law, length, tendon}, actuator, model_);
+    } else if (!lacks.empty()) {
       no_counterpart(e, law, lacks);
     } else if (tendon) {
       place_on_tendon(e, law, *tendon, actuator);
@@ -169,10 +77,9 @@ class ActuatorReader {
  private:
   bool is_off(const Element& e) const {
     int group = 0;
-    for (const Element* level : defaults_.chain(e, "", kTags))
+    for (const Element* level : law_levels(defaults_, e))
       group = Values(document_, *level).integer("group", group);
-    return switches_.off.count("actuation") > 0 ||
-           switches_.groups_off.count(Values(document_, e).integer("group", group)) > 0;
+    return switches_.off.count("actuation") > 0 || switches_.groups_off.count(group) > 0;
   }
 
   /// Returns the feature that the engine lacks for this actuator, or "" with the length of the
@@ -181,11 +88,15 @@ class ActuatorReader {
                          TendonSpec*& on) const {
     const Values v(document_, e);
     if (!law.unsupported.empty()) return law.unsupported;
-    if (e.Attribute("plugin")) return "a plugin";
-    if (law.dynamics != "none") return "dyntype=\"" + law.dynamics + "\"";
-    if (law.gain_type != "fixed") return "gaintype=\"" + law.gain_type + "\"";
-    if (law.bias_type != "none" && law.bias_type != "affine")
-      return "biastype=\"" + law.bias_type + "\"";
+    if (v.has("refsite")) return "refsite";
+    const bool plugin = e.Attribute("plugin") || e.Attribute("instance");
+    if (plugin && !is_pid_plugin(document_, e)) return "a plugin other than mujoco.pid";
+    if (!law.is_muscle()) {
+      if (law.dynamics != "none" && !law.is_filtered()) return "dyntype=\"" + law.dynamics + "\"";
+      if (law.gain_type != "fixed") return "gaintype=\"" + law.gain_type + "\"";
+      if (!law.is_affine()) return "biastype=\"" + law.bias_type + "\"";
+    }
+    if (v.has("site") || v.has("body")) return "";
     if (v.has("tendon")) {
       const auto tendon = tendons_.find(v.text("tendon"));
       if (tendon == tendons_.end())
@@ -206,7 +117,7 @@ class ActuatorReader {
       if (joint_nv(model_.robot.joints[spec].type) != 1) return "a joint of several coordinates";
       length = couplings_.reduce({{spec, 1.0}});
     } else {
-      return "a force at a site or body";
+      return "a transmission of this kind";
     }
     if (length.sum.size() == 1) return "";
     return "a sum of joints that are not coupled";
@@ -237,9 +148,7 @@ class ActuatorReader {
         }
       }
     }
-    const bool limited = law.control_limited == "true" ||
-                         (law.control_limited == "auto" && document_.compiler(e).auto_limits);
-    if (!range || !limited) return;
+    if (!is_limited(document_, e, law.control_limited, range)) return;
     if (!(range->first <= range->second))
       document_.fail(e, "ctrlrange: the first number must be less");
     actuator.least = range->first;
@@ -250,7 +159,7 @@ class ActuatorReader {
   /// own.
   void place_on_tendon(const Element& e, const Law& law, TendonSpec& tendon,
                        MjcfModel::Actuator& actuator) {
-    const double g = law.gear;
+    const double g = law.gear[0];
     const bool affine = law.bias_type == "affine";
     if (law.damping_ratio > 0.0 || (affine && (law.bias[1] > 0.0 || law.bias[2] > 0.0)))
       return document_.refuse(e, LeaveOut::kActuators,
@@ -265,7 +174,7 @@ class ActuatorReader {
     servo.stiffness += actuator.stiffness;
     servo.damping += actuator.damping;
     double least = -kInfinity, most = kInfinity;
-    if (limits_force(e, law))
+    if (is_limited(document_, e, law.force_limited, law.force_range))
       std::tie(least, most) =
           std::minmax({g * law.force_range->first, g * law.force_range->second});
     if (!affine && actuator.least) {  // a motor's largest force is at a bound of its control
@@ -283,7 +192,7 @@ class ActuatorReader {
   void place(const Element& e, const Law& law, const Couplings::Reduced& length,
              MjcfModel::Actuator& actuator) {
     // length = c q + constant; the joint force is c times the actuator force.
-    const double c = law.gear * length.sum[0].second, constant = law.gear * length.constant;
+    const double c = law.gear[0] * length.sum[0].second, constant = law.gear[0] * length.constant;
     const int joint = length.sum[0].first;
     JointSpec& spec = model_.robot.joints[joint];
     const bool affine = law.bias_type == "affine";
@@ -314,16 +223,10 @@ class ActuatorReader {
     bound_effort(e, law, c, joint, actuator, stiffness > 0.0 || damping > 0.0 || ratio > 0.0);
   }
 
-  /// Whether the force range is given and in force.
-  bool limits_force(const Element& e, const Law& law) const {
-    return law.force_range && (law.force_limited == "true" ||
-                               (law.force_limited == "auto" && document_.compiler(e).auto_limits));
-  }
-
   void bound_effort(const Element& e, const Law& law, double c, int joint,
                     const MjcfModel::Actuator& actuator, bool servo) {
     double limit = kInfinity;
-    if (limits_force(e, law)) {
+    if (is_limited(document_, e, law.force_limited, law.force_range)) {
       const auto [low, high] = *law.force_range;
       const double most = std::max(std::abs(low), std::abs(high));
       limit = std::abs(c) * most;

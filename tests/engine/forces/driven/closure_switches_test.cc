@@ -16,10 +16,11 @@ namespace {
 
 using test::kRecovered;
 
-constexpr double kGravity = 9.81;                 // [m/s^2]
-constexpr double kCarrier = 2.0, kLoad = 1.5;     // masses of the carrier and of the load [kg]
-constexpr double kMargin = 1e-3;                  // of a limit around the load that it is for [-]
-constexpr int kSettled = 20;  // steps within which the compliance of a closure has taken up its load
+constexpr double kGravity = 9.81;              // [m/s^2]
+constexpr double kCarrier = 2.0, kLoad = 1.5;  // masses of the carrier and of the load [kg]
+constexpr double kMargin = 1e-3;               // of a limit around the load that it is for [-]
+constexpr int kSettled =
+    20;  // steps within which the compliance of a closure has taken up its load
 
 /// A carrier "cup" on a prismatic joint along z, 0.2 m above a free box "box/body", and a closure
 /// between them; all in steps of 2 ms.

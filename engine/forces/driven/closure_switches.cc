@@ -1,4 +1,4 @@
-#include "counterpoint/engine/forces/closure_switches.h"
+#include "counterpoint/engine/forces/driven/closure_switches.h"
 
 #include <fmt/format.h>
 
