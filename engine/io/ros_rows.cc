@@ -11,12 +11,12 @@
 
 #include "counterpoint/engine/io/bytes.h"
 #include "counterpoint/model/spatial.h"
+#include "counterpoint/model/special_values.h"
 #include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr int kMaxDepth = 32;  // nesting depth of messages
 // Largest number of values in a message: more means a point cloud or an image.
 constexpr std::size_t kMaxValues = 100'000;

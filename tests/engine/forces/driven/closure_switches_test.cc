@@ -1,4 +1,4 @@
-// Switched closures: what they hold, when they break, and what the inverse makes of it.
+// Switched closures: the loads that they hold, their breaking, and the inverse of both.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,9 +18,9 @@ using test::kRecovered;
 
 constexpr double kGravity = 9.81;              // [m/s^2]
 constexpr double kCarrier = 2.0, kLoad = 1.5;  // masses of the carrier and of the load [kg]
-constexpr double kMargin = 1e-3;               // of a limit around the load that it is for [-]
-constexpr int kSettled =
-    20;  // steps within which the compliance of a closure has taken up its load
+constexpr double kMargin = 1e-3;               // limits differ by this from the load [-]
+/// Steps within which the compliance of a closure has taken up its load.
+constexpr int kSettled = 20;
 
 /// A carrier "cup" on a prismatic joint along z, 0.2 m above a free box "box/body", and a closure
 /// between them; all in steps of 2 ms.
@@ -163,7 +163,7 @@ TEST(ClosureSwitches, HoldsThePoseInWhichItWasAttached) {
   EXPECT_LT(sim.state().q[3], height);
 }
 
-/// What broke stays open until it has been released and attached again; empty and NaN leave a
+/// A broken closure stays open until it has been released and attached again; empty and NaN leave a
 /// closure as it is.
 TEST(ClosureSwitches, StaysBrokenUntilReleasedAndAttachedAgain) {
   Hoist hoist;
