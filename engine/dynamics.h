@@ -71,8 +71,9 @@ void add_springs(const Model& model, double h, const VectorRef& q, const VectorR
 void add_springs_inverse(const Model& model, double h, const VectorRef& q, const VectorRef& w_next,
                          VectorOut tau);
 
-/// Potential energy of the springs [J].
-double spring_energy(const Model& model, const VectorRef& q);
+/// Potential energy of the springs [J]. z: internal states (nz), which say which closures act;
+/// empty: the model's.
+double spring_energy(const Model& model, const VectorRef& q, const VectorRef& z = VectorX());
 
 // ---- Derivatives of inverse dynamics (RNEA) and forward dynamics (ABA).
 
@@ -147,7 +148,8 @@ class Dynamics {
   void frame_jacobian(int index, MatrixX& jacobian) const;
   /// Returns X_WG of a geometry, by its index into Model::geometries().
   Pose geometry_pose(int index) const;
-  /// Returns how far the closure of this index in Model::closures() is open.
+  /// Returns how far the closure of this index in Model::closures() is open, as if it were
+  /// attached; how far its anchor frames are apart, if it holds in place.
   ClosureGap closure_opening(int index) const;
   /// Returns the length of the tendon of this index in Model::tendons() [m, or rad].
   double tendon_length(int index) const;

@@ -64,8 +64,11 @@ ControlledReport Simulator::step_controlled(double until) {
 
 void Simulator::keep_last(double length, const StepReport& report) {
   last_length_ = length;
+  VectorX z;
+  z.swap(last_input_.z);  // keeps its memory, which an empty one of the input would free
   last_input_ = input_;
-  last_input_.z = middle_.z;
+  z = middle_.z;
+  last_input_.z.swap(z);
   last_input_.softening = report.softening;
   find_taut_links(next_, last_input_.taut_links);
 }

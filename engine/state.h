@@ -92,11 +92,12 @@ struct Input {
   VectorX tendon_force = {};
   VectorX tendon_target = {};  ///< lengths that their servos aim at [m]; empty: the model's
   VectorX command = {};        ///< by Model::actuators, in their units; empty: the model's
-  /// Per closure (Model::closures), for the switched ones: 1 attaches, 0 releases; empty: as they
-  /// are. A closure that broke stays open until it has been released and attached again.
+  /// Per closure (Model::closures), for the switched ones: 1 attaches, 0 releases, NaN leaves it as
+  /// it is; empty: all as they are. A closure that broke stays open until it has been released and
+  /// attached again.
   VectorX attach = {};
   /// nq, coordinates at the end of the step of the joints whose motion is prescribed (other entries
-  /// are not used); empty: they stand still.
+  /// are not used); a joint with a NaN stands still, and all do where this is empty.
   VectorX prescribed = {};
   /// Internal states (nz) at the start of a step that is to be inverted; empty: Model::default_z. A
   /// forward step takes those of its state.

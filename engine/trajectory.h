@@ -20,13 +20,16 @@ namespace counterpoint {
 //   J.target, J.target_velocity    targets of the servo of joint J
 //   T.tendon_force, T.tendon_target  of tendon T
 //   A.command                      of actuator A
+//   C.attach                       of the switched closure C; empty: it stays as it is
+//   J.target, L.target_x, L.target_qw ...  coordinates at the end of the step of a joint whose
+//                                  motion is prescribed; empty: it stands still
 //   L.fx L.fy L.fz L.tx L.ty L.tz  wrench on link L about its origin, in world axes [N, N m]
 //
 // For the child link of a planar, spherical or floating joint the names are L.wrench.fx ..., since
 // L.fx ... are the applied forces of that joint.
 
-/// The set of these columns in a table: all servos or none, some links, all tendons or none. The
-/// values of one row form a vector with as many entries as names().
+/// The set of these columns in a table: some links, and of each other kind all or none. The values
+/// of one row form a vector with as many entries as names(), NaN for an empty cell.
 struct InputColumns {
   bool targets = false;
   std::vector<int> links;  ///< indices into Model::frames, ascending
@@ -35,12 +38,13 @@ struct InputColumns {
   bool closures = false;    ///< whether switched closures are attached
   bool prescribed = false;  ///< coordinates of all joints whose motion is prescribed
 
+  /// Returns the columns of all inputs that the model has, without wrenches.
+  static InputColumns of(const Model& model);
   bool empty() const {
     return !targets && links.empty() && !tendons && !actuators && !closures && !prescribed;
   }
   std::vector<std::string> names(const Model& model) const;
-  /// Sets the servo targets of `input` if `targets` is true, forces and targets of its tendons if
-  /// `tendons` is, and replaces its wrenches.
+  /// Sets the parts of `input` that it has columns of, and replaces its wrenches.
   void set(const Model& model, const VectorRef& values, Input& input) const;
   /// Returns the vector of values of `input`, the inverse of set(); input.wrenches must be in the
   /// order of `links`. The model's targets replace missing ones.
@@ -54,8 +58,10 @@ bool is_input_column(const Model& model, const std::string& name);
 InputColumns find_input_columns(const Table& table, const Model& model);
 
 /// Returns the values in the first `steps` rows of the table: one row per name, one column per
-/// step. Missing columns have the model's targets, or zero wrenches. @throws InputError where a
-/// cell is empty, except in the last row of the table, where that also means these defaults.
+/// step. Missing columns have the model's targets, or zero wrenches, and leave closures and
+/// prescribed joints as they are. @throws InputError where a closure is not to be attached (1) or
+/// released (0); and where a cell of another column is empty, except in the last row of the table,
+/// where that also means these defaults.
 MatrixX read_input_columns(const InputColumns& columns, const Table& table, const Model& model,
                            int steps);
 

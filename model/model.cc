@@ -129,12 +129,28 @@ bool turns_about_z(ClosureType type) {
          type == ClosureType::kScrew;
 }
 
-/// Pose of B's anchor frame in A's.
-Pose anchor_pose(const Closure& closure, const std::vector<Pose>& X_WB) {
-  return (X_WB[closure.body_a] * closure.X_AC).inverse() * (X_WB[closure.body_b] * closure.X_BC);
+/// Pose in A's anchor frame of the frame X_BC in body B.
+Pose anchor_pose(const Closure& closure, const Pose& X_BC, const std::vector<Pose>& X_WB) {
+  return (X_WB[closure.body_a] * closure.X_AC).inverse() * (X_WB[closure.body_b] * X_BC);
 }
 
 }  // namespace
+
+Pose Closure::anchor_b(const VectorRef& z) const {
+  if (!in_place) return X_BC;
+  const auto held = z.segment<7>(z_index + 1);
+  const Quaternion turn(held[3], held[4], held[5], held[6]);
+  return X_BC * Pose{turn.toRotationMatrix(), held.head<3>()}.inverse();
+}
+
+Eigen::Matrix<double, 7, 1> pose_in_place(const Closure& closure, const Pose& X_WA,
+                                          const Pose& X_WB) {
+  const Pose X_AB = (X_WA * closure.X_AC).inverse() * (X_WB * closure.X_BC);
+  const Quaternion turn = Quaternion(X_AB.rotation).normalized();
+  Eigen::Matrix<double, 7, 1> held;
+  held << X_AB.translation, turn.w(), turn.x(), turn.y(), turn.z();
+  return held;
+}
 
 double thread_error(const Closure& closure, const Pose& X_AB) {
   const Matrix3& R = X_AB.rotation;
@@ -142,8 +158,9 @@ double thread_error(const Closure& closure, const Pose& X_AB) {
   return std::remainder(X_AB.translation.z() - closure.pitch * turn, closure.pitch);
 }
 
-ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB) {
-  const Pose X_AB = anchor_pose(closure, X_WB);
+namespace {
+
+ClosureGap gap_at(const Closure& closure, const Pose& X_AB) {
   const Vector3& apart = X_AB.translation;
   ClosureGap gap;
   if (!closure.linear.acts) {
@@ -163,12 +180,11 @@ ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB) {
   return gap;
 }
 
-double spring_energy(const Closure& closure, const std::vector<Pose>& X_WB) {
+double spring_energy_at(const Closure& closure, const Pose& X_AB) {
   const auto energy = [](const ClosureSpring& spring, const Vector3& error, int rows) {
     return 0.5 * spring.stiffness.head(rows).dot(error.cwiseAbs2().head(rows));
   };
   if (!closure.linear.acts && !closure.angular.acts) return 0.0;
-  const Pose X_AB = anchor_pose(closure, X_WB);
   double sum = 0.0;
   if (closure.type == ClosureType::kDistance) {
     const double longer = X_AB.translation.norm() - closure.length;
@@ -182,6 +198,26 @@ double spring_energy(const Closure& closure, const std::vector<Pose>& X_WB) {
   // The torque grows with the sine of the angle between the axes.
   const Vector3 z = X_AB.rotation.col(2);
   return sum + 2.0 / (1.0 + z.z()) * energy(closure.angular, Vector3::UnitZ().cross(z), 2);
+}
+
+}  // namespace
+
+ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB) {
+  return gap_at(closure, anchor_pose(closure, closure.X_BC, X_WB));
+}
+
+ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB, const VectorRef& z) {
+  if (!closure.acts(z)) return {};
+  return gap_at(closure, anchor_pose(closure, closure.anchor_b(z), X_WB));
+}
+
+double spring_energy(const Closure& closure, const std::vector<Pose>& X_WB) {
+  return spring_energy_at(closure, anchor_pose(closure, closure.X_BC, X_WB));
+}
+
+double spring_energy(const Closure& closure, const std::vector<Pose>& X_WB, const VectorRef& z) {
+  if (!closure.acts(z)) return 0.0;
+  return spring_energy_at(closure, anchor_pose(closure, closure.anchor_b(z), X_WB));
 }
 
 }  // namespace counterpoint

@@ -67,6 +67,7 @@ struct RobotSpec {
   std::vector<LinkSpec> links;
   std::vector<JointSpec> joints;  ///< must form one tree
   std::vector<Note> notes;        ///< findings while reading
+  bool prescribed_base = false;   ///< JointInfo::prescribed of the joint of a base that moves
   std::string where;
 };
 
@@ -78,8 +79,8 @@ struct ClosureSpec {
   /// Names with prefix; "world" is the world unless a link has this name.
   std::string link_a, link_b;
   std::optional<Vector3> anchor_a;  ///< in the frame of link a [m]; default: its origin
-  /// In the frame of link b [m]; default: the initial position of anchor_a, for a distance: b's
-  /// origin.
+  /// In the frame of link b [m]; default: the initial position of anchor_a; for a distance, and in
+  /// place, b's origin.
   std::optional<Vector3> anchor_b;
   std::optional<Matrix3> orientation;  ///< types that hold angles: rotation of link b in link a
   std::optional<double> length;        ///< kDistance: length [m]
@@ -91,7 +92,7 @@ struct ClosureSpec {
   /// of rigid rows: [N/m], [N s/m] and, for types that hold angles, [N m/rad], [N m s/rad]. A zero
   /// in both leaves a direction free.
   std::optional<Vector3> stiffness, damping, rotational_stiffness, rotational_damping;
-  bool collide = false;  ///< true: the two bodies may touch
+  bool collide = false;  ///< true: the two bodies may touch, as those of a switched closure do
   /// Closure::switched ... in_place
   bool switched = false, attached = true, in_place = false;
   double breaking_force = std::numeric_limits<double>::infinity();

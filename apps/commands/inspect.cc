@@ -325,10 +325,10 @@ void inspect_surfaces(const Model& model, const collision::Collider& collider, R
 
 void inspect_coordinates(const Model& model, Report& report) {
   const CoordinateNames names = coordinate_names(model);
-  const std::vector<std::string> targets = InputColumns{true, {}}.names(model);
+  const std::vector<std::string> targets = InputColumns::of(model).names(model);
   report["coordinates"] = {
       {"q", names.q}, {"v", names.v}, {"force", names.force}, {"target", targets}};
-  report.print("\napplied forces and servo targets (columns of --inputs):\n ");
+  report.print("\napplied forces and other inputs (columns of --inputs):\n ");
   for (const std::string& name : names.force) report.print(" {}", name);
   for (const std::string& name : targets) report.print(" {}", name);
   report.print("{}\n", names.force.empty() ? " none" : "");

@@ -156,7 +156,8 @@ double View::kinetic() const { return dynamics_.kinetic_energy(); }
 double View::potential() const { return dynamics_.potential_energy(); }
 
 double View::energy_with_springs() {
-  return energy() + spring_energy(sim_.model(), sim_.state().q) + surfaces_.energy(sim_.state().q);
+  return energy() + spring_energy(sim_.model(), sim_.state().q, sim_.state().z) +
+         surfaces_.energy(sim_.state().q);
 }
 
 double View::energy_scale() const {

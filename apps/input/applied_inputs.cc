@@ -36,10 +36,8 @@ AppliedInputs::AppliedInputs(const InputArguments& arguments, const Simulator& s
 }
 
 InputColumns AppliedInputs::columns(const Model& model) const {
-  InputColumns columns = schedule_ ? schedule_->columns() : InputColumns();
-  columns.targets = !model.servos().empty();
-  columns.tendons = !model.tendons().empty();
-  columns.actuators = !model.actuators().empty();
+  InputColumns columns = InputColumns::of(model);
+  if (schedule_) columns.links = schedule_->columns().links;
   return columns;
 }
 

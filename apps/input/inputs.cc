@@ -32,10 +32,11 @@ InputSchedule::InputSchedule(const std::filesystem::path& file, const Model& mod
       if (name == "time" || name == "time_step" || name == kStateHashColumn ||
           name == kSofteningColumn || name == kSoftenedTreeColumn ||
           name.starts_with(kTautPrefix) || name.starts_with(kTautKeptPrefix) ||
-          holds(names.q, name) || holds(names.v, name) || is_input_column(model, name))
+          holds(names.q, name) || holds(names.v, name) || holds(names.z, name) ||
+          is_input_column(model, name))
         continue;
       throw InputError(
-          fmt::format("{}:1: column '{}' is no applied force, servo target or wrench of this "
+          fmt::format("{}:1: column '{}' is no applied force and no other input of this "
                       "scene; `counterpoint inspect` lists them",
                       table.file(), name));
     }

@@ -50,7 +50,8 @@ void RunWatch::look_at_closures(const VectorX& q) {
   const bool first = gap_at_start_.empty();
   dynamics_.set_configuration(q);
   for (std::size_t i = 0; i < closures.size(); ++i) {
-    const double gap = dynamics_.closure_opening(static_cast<int>(i)).largest();
+    const double gap =
+        closures[i].switched ? 0.0 : dynamics_.closure_opening(static_cast<int>(i)).largest();
     if (first) {
       gap_at_start_.push_back(gap);
     } else if (gap - gap_at_start_[i] > opened_) {

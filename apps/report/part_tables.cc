@@ -14,6 +14,12 @@ Json closure_json(const Closure& closure, const ClosureGap& gap) {
     out["rope"] = closure.rope;
   }
   if (closure.type == ClosureType::kScrew) out["pitch_m"] = closure.pitch;
+  if (closure.switched) {
+    out["attached"] = closure.attached;
+    out["in_place"] = closure.in_place;
+    out["breaking_force_N"] = number_json(closure.breaking_force);
+    out["breaking_torque_N_m"] = number_json(closure.breaking_torque);
+  }
   if (closure.linear.acts) {
     out["stiffness_N_m"] = vector_json(closure.linear.stiffness);
     out["damping_N_s_m"] = vector_json(closure.linear.damping);

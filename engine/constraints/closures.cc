@@ -29,8 +29,8 @@ struct Anchor {
 };
 
 /// p_B - p_A [m].
-Vector3 anchors_apart(const Closure& closure, const Kinematics& data) {
-  return data.X_WB[closure.body_b] * closure.X_BC.translation -
+Vector3 anchors_apart(const Closure& closure, const Pose& X_BC, const Kinematics& data) {
+  return data.X_WB[closure.body_b] * X_BC.translation -
          data.X_WB[closure.body_a] * closure.X_AC.translation;
 }
 
@@ -38,14 +38,14 @@ Matrix3 axes_of_a(const Closure& closure, const Kinematics& data) {
   return data.X_WB[closure.body_a].rotation * closure.X_AC.rotation;
 }
 
-Matrix3 axes_of_b(const Closure& closure, const Kinematics& data) {
-  return data.X_WB[closure.body_b].rotation * closure.X_BC.rotation;
+Matrix3 axes_of_b(const Closure& closure, const Pose& X_BC, const Kinematics& data) {
+  return data.X_WB[closure.body_b].rotation * X_BC.rotation;
 }
 
 /// Rotation vector from A's anchor frame to B's [rad].
-Vector3 anchors_turned(const Closure& closure, const Kinematics& data) {
+Vector3 anchors_turned(const Closure& closure, const Pose& X_BC, const Kinematics& data) {
   const Matrix3 R_WA = axes_of_a(closure, data);
-  return quaternion_log(Quaternion(Matrix3(axes_of_b(closure, data) * R_WA.transpose())));
+  return quaternion_log(Quaternion(Matrix3(axes_of_b(closure, X_BC, data) * R_WA.transpose())));
 }
 
 /// Components of a vector along the rows of a pair.
@@ -56,22 +56,23 @@ Vector3 along_rows(const PairConstraint& pair, const Matrix3& frame, const Vecto
 }
 
 /// Error of a rigid closure in the rows of `pair` [m or rad].
-Vector3 error_of(const Closure& closure, const PairConstraint& pair, const Kinematics& data) {
+Vector3 error_of(const Closure& closure, const Pose& X_BC, const PairConstraint& pair,
+                 const Kinematics& data) {
   const Matrix3 R_WA = axes_of_a(closure, data);
   switch (pair.error) {
     case ClosureError::kApart:
-      return anchors_apart(closure, data);
+      return anchors_apart(closure, X_BC, data);
     case ClosureError::kOffset:
-      return along_rows(pair, R_WA, anchors_apart(closure, data));
+      return along_rows(pair, R_WA, anchors_apart(closure, X_BC, data));
     case ClosureError::kDistance:
-      return {anchors_apart(closure, data).norm() - closure.length, 0, 0};
+      return {anchors_apart(closure, X_BC, data).norm() - closure.length, 0, 0};
     case ClosureError::kTurn:
-      return anchors_turned(closure, data);
+      return anchors_turned(closure, X_BC, data);
     case ClosureError::kAxis:
-      return along_rows(pair, R_WA, R_WA.col(2).cross(axes_of_b(closure, data).col(2)));
+      return along_rows(pair, R_WA, R_WA.col(2).cross(axes_of_b(closure, X_BC, data).col(2)));
     case ClosureError::kThread:
-      return {thread_error(closure, {R_WA.transpose() * axes_of_b(closure, data),
-                                     R_WA.transpose() * anchors_apart(closure, data)}),
+      return {thread_error(closure, {R_WA.transpose() * axes_of_b(closure, X_BC, data),
+                                     R_WA.transpose() * anchors_apart(closure, X_BC, data)}),
               0, 0};
   }
   return Vector3::Zero();
@@ -136,14 +137,15 @@ struct ErrorMotion {
 /// Finds the rows of one closure.
 class ClosureRows {
  public:
-  ClosureRows(const Closure& closure, double h, const Kinematics& data,
+  ClosureRows(const Closure& closure, const Pose& X_BC, double h, const Kinematics& data,
               const std::vector<Motion>& A)
       : closure_(closure),
+        X_BC_(X_BC),
         h_(h),
         data_(data),
         A_(A),
         a_(data, A, closure.body_a, closure.X_AC),
-        b_(data, A, closure.body_b, closure.X_BC),
+        b_(data, A, closure.body_b, X_BC),
         apart_(b_.position - a_.position),
         parting_(b_.velocity - a_.velocity),
         curvature_(b_.acceleration - a_.acceleration) {}
@@ -184,18 +186,18 @@ class ClosureRows {
       case ClosureError::kDistance:
         return distance(pair);
       case ClosureError::kTurn:
-        if (!pair.soft) return {anchors_turned(closure_, data_), turning};
-        return {rows(anchors_turned(closure_, data_)),
+        if (!pair.soft) return {anchors_turned(closure_, X_BC_, data_), turning};
+        return {rows(anchors_turned(closure_, X_BC_, data_)),
                 rows(turning - omega.cross(relative.angular))};
       case ClosureError::kAxis: {
-        const Vector3 z = axes_of_b(closure_, data_).col(2), of_a = pair.frame.col(2);
+        const Vector3 z = axes_of_b(closure_, X_BC_, data_).col(2), of_a = pair.frame.col(2);
         const Vector3& spin = data_.V[closure_.body_b].angular;
         const Vector3 u = spin.cross(z);
         const Vector3 c = A_[closure_.body_b].angular.cross(z) + spin.cross(u);
         return {rows(of_a.cross(z)), rows(of_a.cross(seen(z, u, c)))};
       }
       case ClosureError::kThread:
-        return {error_of(closure_, pair, data_),
+        return {error_of(closure_, X_BC_, pair, data_),
                 rows(seen(apart_, parting_, curvature_) +
                      pair.lead * (turning - omega.cross(relative.angular)))};
     }
@@ -220,6 +222,7 @@ class ClosureRows {
   }
 
   const Closure& closure_;
+  const Pose& X_BC_;
   double h_;
   const Kinematics& data_;
   const std::vector<Motion>& A_;
@@ -253,15 +256,17 @@ bool follows_a(const PairConstraint& pair) {
          pair.error == ClosureError::kThread || (pair.error == ClosureError::kTurn && pair.soft);
 }
 
-void find_closures(const Model& model, const SimulationOptions& options, const Kinematics& data,
-                   const InverseWeights& weights, SleepMask idle, std::vector<Motion>& acceleration,
-                   ConstraintSet& out) {
-  const double h = options.time_step;
-  compute_velocity_accelerations(model, data, acceleration);
-  for (size_t i = 0; i < model.closures().size(); ++i) {
-    const Closure& closure = model.closures()[i];
-    if (idle(closure.body_a) && idle(closure.body_b)) continue;
-    const ClosureRows rows(closure, h, data, acceleration);
+void find_closures(const StepContext& at, const Kinematics& data, const InverseWeights& weights,
+                   SleepMask idle, std::vector<Motion>& acceleration, ConstraintSet& out) {
+  const double h = at.h();
+  bool first = true;
+  for (size_t i = 0; i < at.model.closures().size(); ++i) {
+    const Closure& closure = at.model.closures()[i];
+    if ((idle(closure.body_a) && idle(closure.body_b)) || !closure.acts(at.z)) continue;
+    if (first) compute_velocity_accelerations(at.model, data, acceleration);
+    first = false;
+    const ActingClosure acting{static_cast<int>(i), closure.anchor_b(at.z)};
+    const ClosureRows rows(closure, acting.X_BC, h, data, acceleration);
     for (const Part& part : Parts(closure)) {
       const double alpha = part.first < 3 ? weights.closure[i].linear : weights.closure[i].angular;
       if (!(alpha > 0.0)) continue;  // the bodies cannot move in these directions
@@ -269,22 +274,23 @@ void find_closures(const Model& model, const SimulationOptions& options, const K
       rows.place(part, pair);
       const auto [error, bend] = rows.motion(pair);
       const double share = error_share(closure, pair, h);
-      pair.law = make_closure_law(options.contact, h, alpha, part.rows, error, bend);
+      pair.law = make_closure_law(at.options.contact, h, alpha, part.rows, error, bend);
       if (pair.soft) set_spring(h, spring_damping(closure, pair, h), share, error, bend, pair.law);
       if (closure.rope) set_rope(h, alpha, share, error[0], bend[0], pair.law);
       out.pairs.push_back(pair);
-      out.closures.push_back(static_cast<int>(i));
+      out.closures.push_back(acting);
     }
   }
 }
 
-void aim_closure(const Closure& closure, const ContactOptions& options, double h,
-                 const Kinematics& data, const Kinematics& reached, const std::vector<Motion>& V,
-                 PairConstraint& pair) {
-  const Vector3 error = error_of(closure, pair, data);
+void aim_closure(const Model& model, const ActingClosure& acting, const ContactOptions& options,
+                 double h, const Kinematics& data, const Kinematics& reached,
+                 const std::vector<Motion>& V, PairConstraint& pair) {
+  const Closure& closure = model.closures()[acting.index];
+  const Vector3 error = error_of(closure, acting.X_BC, pair, data);
   const contact::Rows y = relative_velocity(pair, data, V);
   // Change of the error beyond h y.
-  Vector3 bend = error_of(closure, pair, reached) - error;
+  Vector3 bend = error_of(closure, acting.X_BC, pair, reached) - error;
   for (int i = 0; i < pair.law.rows; ++i) bend[i] -= h * y[i];
   if (pair.error == ClosureError::kThread) bend[0] = std::remainder(bend[0], closure.pitch);
   const Vector3 acceleration = bend * (2.0 / (h * h));

@@ -24,22 +24,23 @@
 
 #include "counterpoint/engine/constraints/constraint_set.h"
 #include "counterpoint/engine/dynamics/inverse_weights.h"
+#include "counterpoint/engine/step_context.h"
 
 namespace counterpoint {
 
-/// Adds the rows of all closures to `out`, behind the contacts, except for closures between idle
-/// bodies. Requires compute_poses and compute_velocities; `acceleration` (num_bodies) is scratch.
-void find_closures(const Model& model, const SimulationOptions& options, const Kinematics& data,
-                   const InverseWeights& weights, SleepMask idle, std::vector<Motion>& acceleration,
-                   ConstraintSet& out);
+/// Adds the rows of all closures that act at the internal states to `out`, behind the contacts,
+/// except for closures between idle bodies. Requires compute_poses and compute_velocities;
+/// `acceleration` (num_bodies) is scratch.
+void find_closures(const StepContext& at, const Kinematics& data, const InverseWeights& weights,
+                   SleepMask idle, std::vector<Motion>& acceleration, ConstraintSet& out);
 
 /// Sets the bias of one of these rows so that the closure closes over the step of h [s] from the
 /// poses in `data` to the poses in `reached`, to which the predicted velocities V (num_bodies)
 /// lead, instead of by the curvature at the initial velocities. The remaining error is of second
 /// order in the error of the prediction, not in h. Not for springs and ropes.
-void aim_closure(const Closure& closure, const ContactOptions& options, double h,
-                 const Kinematics& data, const Kinematics& reached, const std::vector<Motion>& V,
-                 PairConstraint& pair);
+void aim_closure(const Model& model, const ActingClosure& acting, const ContactOptions& options,
+                 double h, const Kinematics& data, const Kinematics& reached,
+                 const std::vector<Motion>& V, PairConstraint& pair);
 
 /// Fraction of this correction that is used if the bodies turn by `turn` [rad] in the step. A
 /// closure that cannot close, such as beyond the reach of an arm, may have any prediction, and

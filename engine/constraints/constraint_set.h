@@ -132,11 +132,17 @@ struct FarPair {
   double turn = 0.0, turn_slope = 0.0;
 };
 
+/// A closure that acts in a step.
+struct ActingClosure {
+  int index = 0;  ///< into Model::closures
+  Pose X_BC;      ///< frame in body B that it makes coincide with A's (Closure::anchor_b)
+};
+
 struct ConstraintSet {
   std::vector<collision::Candidate> contacts;
   /// The contacts, one each, then the rows of `closures`.
   std::vector<PairConstraint> pairs;
-  std::vector<int> closures;  ///< index into Model::closures, one for each pair behind the contacts
+  std::vector<ActingClosure> closures;  ///< one for each pair behind the contacts
   std::vector<JointConstraint> joints;
   std::vector<RowTerm> row_terms;     ///< the terms of all rows in `joints`, each at least one
   std::vector<ParkedContact> parked;  ///< sorted by pair of geometries

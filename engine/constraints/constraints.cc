@@ -88,8 +88,7 @@ void ConstraintFinder::find(const StepContext& at, const Kinematics& data, Const
     contacts_.find(at, data, idle, out, counts);
   else
     contacts_.forget();
-  if (runs(Effect::kClosures))
-    find_closures(model, options, data, weights_, idle, acceleration_, out);
+  if (runs(Effect::kClosures)) find_closures(at, data, weights_, idle, acceleration_, out);
   if (runs(Effect::kLimits)) find_joint_limits(at, limited_, weights_, idle, out);
   if (runs(Effect::kVelocityLimits))
     find_velocity_limits(options, speed_limits_, v, weights_, idle, out);
@@ -126,7 +125,7 @@ void ConstraintFinder::stiffen_closures(const Model& model, ConstraintSet& out) 
     if (pair.soft) continue;
     const int body = pair.body_b != 0 ? pair.body_b : pair.body_a;
     const double least = least_weight_[static_cast<size_t>(islands_.root(tree_of(body)))];
-    const double alpha = weights_.closure[static_cast<size_t>(out.closures[i])].linear;
+    const double alpha = weights_.closure[static_cast<size_t>(out.closures[i].index)].linear;
     if (alpha > kHeaviestHeld * least) pair.law.regularizer *= kHeaviestHeld * least / alpha;
   }
 }

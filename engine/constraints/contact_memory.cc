@@ -33,7 +33,7 @@ RememberedForce identify_contact(const ConstraintSet& constraints, size_t i,
 RememberedForce identify_closure(const ConstraintSet& constraints, size_t i) {
   RememberedForce out;
   out.kind = RememberedForce::Kind::kClosure;
-  out.a = constraints.closures[i - constraints.contacts.size()];
+  out.a = constraints.closures[i - constraints.contacts.size()].index;
   out.b = constraints.pairs[i].first;
   return out;
 }

@@ -39,7 +39,7 @@ Fault constraint_fault(FaultKind kind, const Model& model, const ConstraintSet& 
       fault.geometry_b = set.contacts[i].geometry_b;
     } else {
       fault.constraint = ConstraintKind::kClosure;
-      fault.index = set.closures[i - set.contacts.size()];
+      fault.index = set.closures[i - set.contacts.size()].index;
     }
     return fault;
   }

@@ -67,9 +67,10 @@ Fault StalledClosureDetector::look(const Model& model, const SimulationOptions& 
   };
   if (options.effects.has(Effect::kClosures) && !closures_.empty()) {
     compute_poses(model, state.q, *data_);
+    const VectorX& z = given_z(model, state.z);
     for (size_t i = 0; i < closures_.size(); ++i) {
       const Closure& closure = model.closures()[i];
-      const double error = closure_gap(closure, data_->X_WB).largest();
+      const double error = closure_gap(closure, data_->X_WB, z).largest();
       judge(ConstraintKind::kClosure, static_cast<int>(i), closure.body_b, closure.body_a, error,
             closures_[i]);
     }

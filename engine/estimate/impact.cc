@@ -56,7 +56,8 @@ struct ImpactSolver::Impl {
 };
 
 void ImpactSolver::Impl::find(const VectorX& q, const VectorX& v) {
-  find_all_constraints({model, options, effects, q, v}, finder, data, constraints);
+  find_all_constraints({model, options, effects, q, v, model.default_z()}, finder, data,
+                       constraints);
   touch();
 }
 

@@ -93,7 +93,8 @@ struct Explainer::Impl {
 
 void Explainer::Impl::find_contacts(const VectorX& q, const VectorX& v, double interval) {
   contact.time_step = interval;
-  find_all_constraints({model, contact, effects, q, v}, finder, data, constraints);
+  find_all_constraints({model, contact, effects, q, v, model.default_z()}, finder, data,
+                       constraints);
   const size_t contacts = constraints.contacts.size();
   std::vector<PairConstraint> pairs;
   std::vector<collision::Candidate> candidates;

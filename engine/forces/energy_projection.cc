@@ -94,15 +94,30 @@ EnergyProjection::EnergyProjection(const Model& model)
       reached_(VectorX::Zero(model.nv())),
       zero_(VectorX::Zero(model.nv())),
       corrected_(model.num_trees()),
+      switched_(model.num_trees(), 0),
       scale_(model.num_trees(), 1.0),
       share_(model.num_trees(), 0.0) {
   for (int t = 0; t < model.num_trees(); ++t)
     corrected_[t] = model.trees()[t].body_end - model.trees()[t].body_begin > 1;
   for (const Closure& closure : model.closures())
     for (const int body : {closure.body_a, closure.body_b})
-      if (body > 0) corrected_[model.body(body).tree] = false;
+      if (body > 0 && !closure.switched) corrected_[model.body(body).tree] = 0;
+  for (const Closure& closure : model.closures()) {
+    if (!closure.switched) continue;
+    for (const int body : {closure.body_a, closure.body_b})
+      if (body > 0) switched_[model.body(body).tree] = 1;
+  }
   if (std::find(corrected_.begin(), corrected_.end(), 1) != corrected_.end())
     scratch_.emplace(model);
+}
+
+/// Whether a switched closure acts on a tree.
+bool EnergyProjection::is_held(const StepContext& at, int t) {
+  const auto holds = [&](const Closure& c) {
+    return c.switched && c.acts(at.z) &&
+           (at.model.body(c.body_a).tree == t || at.model.body(c.body_b).tree == t);
+  };
+  return std::any_of(at.model.closures().begin(), at.model.closures().end(), holds);
 }
 
 double EnergyProjection::apply(const StepContext& at, bool predicted, const VectorX& rotors, int t,
@@ -110,7 +125,7 @@ double EnergyProjection::apply(const StepContext& at, bool predicted, const Vect
   const Model& model = at.model;
   const double h = at.h();
   share_[t] = 0.0;
-  if (!corrected_[t]) return 0.0;
+  if (!corrected_[t] || (switched_[t] && is_held(at, t))) return 0.0;
   const Tree& tree = model.trees()[t];
   double fastest = 0.0;
   for (int k = tree.body_begin; k < tree.body_end; ++k)

@@ -89,6 +89,7 @@ class EnergyProjection {
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }
 
  private:
+  static bool is_held(const StepContext& at, int t);
   /// Computes plain_ and change_ of tree t. False if M is singular.
   bool find_change(const StepContext& at, bool predicted, const VectorX& rotors, int t,
                    double share, Data& data);
@@ -107,6 +108,7 @@ class EnergyProjection {
   VectorX reached_;  ///< velocity, w_free
   VectorX zero_;
   std::vector<char> corrected_;        ///< for each tree: it can be corrected
+  std::vector<char> switched_;         ///< for each tree: it has a switched closure
   std::vector<double> scale_, share_;  ///< for each tree
   double tolerance_ = 1e-7;            ///< 1e-4 of the energy per second at steps of 2 ms
 };

@@ -78,7 +78,8 @@ void FreeGroups::join_touched(const StepContext& at, const ConstraintSet& constr
   // Steps of Runge-Kutta have no constraint set, so closures and mimic joints are read from the
   // model.
   if (at.effects.has(Effect::kClosures))
-    for (const Closure& closure : model.closures()) touch_bodies(closure.body_a, closure.body_b);
+    for (const Closure& closure : model.closures())
+      if (closure.acts(at.z)) touch_bodies(closure.body_a, closure.body_b);
   if (at.effects.has(Effect::kMimics))
     for (const Mimic& mimic : model.mimics()) touch_bodies(mimic.joint + 1, mimic.master + 1);
   if (at.effects.has(Effect::kTendons)) {

@@ -24,7 +24,7 @@ void add_springs_inverse(const Model& model, double h, const VectorRef& q, const
   }
 }
 
-double spring_energy(const Model& model, const VectorRef& q) {
+double spring_energy(const Model& model, const VectorRef& q, const VectorRef& given) {
   double energy = 0.0;
   for (const JointSpring& spring : model.springs()) {
     const double stretch = q[model.body(spring.joint + 1).q_index] - spring.reference;
@@ -36,7 +36,8 @@ double spring_energy(const Model& model, const VectorRef& q) {
     return energy;
   const std::vector<Pose> X_WB = body_poses(model, q);
   energy += tendon_energy(model, q, X_WB);
-  for (const Closure& closure : model.closures()) energy += spring_energy(closure, X_WB);
+  const VectorRef z = given.size() > 0 ? given : VectorRef(model.default_z());
+  for (const Closure& closure : model.closures()) energy += spring_energy(closure, X_WB, z);
   return energy;
 }
 

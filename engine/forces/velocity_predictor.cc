@@ -226,8 +226,8 @@ void VelocityPredictor::aim(const StepContext& at, ConstraintSet& constraints,
     if (!aims(model, pair)) continue;
     const double share = share_aimed(
         h * std::max(fastest_turn(model, pair.body_a, V_), fastest_turn(model, pair.body_b, V_)));
-    aim_closure(model.closures()[constraints.closures[index]], at.options.contact, h, data,
-                *reached_, V_, pair);
+    aim_closure(model, constraints.closures[index], at.options.contact, h, data, *reached_, V_,
+                pair);
     const contact::Law& by_curvature = equalities_.pairs[i].law;
     for (size_t k = 0; k < static_cast<size_t>(pair.law.rows); ++k)
       pair.law.bias[k] = share * pair.law.bias[k] + (1.0 - share) * by_curvature.bias[k];

@@ -1,7 +1,10 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "counterpoint/engine/trajectory.h"
+#include "counterpoint/model/special_values.h"
 
 namespace counterpoint {
 namespace {
@@ -18,6 +21,53 @@ std::string target_velocity_name(const Model& model, const JointServo& servo) {
 std::string tendon_force_name(const Tendon& tendon) { return tendon.name + ".tendon_force"; }
 std::string command_name(const Actuator& actuator) { return actuator.name + ".command"; }
 std::string tendon_target_name(const Tendon& tendon) { return tendon.name + ".tendon_target"; }
+
+std::string attach_name(const Closure& closure) { return closure.name + ".attach"; }
+
+/// Returns the indices of the switched closures.
+std::vector<int> switched_closures(const Model& model) {
+  std::vector<int> indices;
+  for (size_t i = 0; i < model.closures().size(); ++i)
+    if (model.closures()[i].switched) indices.push_back(static_cast<int>(i));
+  return indices;
+}
+
+/// Returns the indices in q of the coordinates whose motion is prescribed.
+std::vector<int> prescribed_coordinates(const Model& model) {
+  std::vector<int> indices;
+  for (int i = 0; i < model.num_joints(); ++i) {
+    if (!model.joint(i).prescribed) continue;
+    const Body& body = model.body(i + 1);
+    for (int k = 0; k < joint_nq(body.joint_type); ++k) indices.push_back(body.q_index + k);
+  }
+  return indices;
+}
+
+/// Returns the names of their columns: "J.target" for "J.q", "L.target_qw" for "L.qw".
+std::vector<std::string> prescribed_names(const Model& model) {
+  std::vector<std::string> names;
+  const std::vector<int> coordinates = prescribed_coordinates(model);
+  if (coordinates.empty()) return names;
+  const std::vector<std::string> all = coordinate_names(model).q;
+  for (const int k : coordinates) {
+    const std::string& name = all[static_cast<size_t>(k)];
+    const size_t dot = name.rfind('.');
+    const std::string part = name.substr(dot + 1);
+    names.push_back(name.substr(0, dot) + ".target" + (part == "q" ? "" : "_" + part));
+  }
+  return names;
+}
+
+/// Scales the quaternions of prescribed joints to unit length: those between two rows have less.
+void normalize_quaternions(const Model& model, VectorX& q) {
+  for (int i = 0; i < model.num_joints(); ++i) {
+    const Body& body = model.body(i + 1);
+    if (!model.joint(i).prescribed || joint_nq(body.joint_type) == joint_nv(body.joint_type))
+      continue;
+    auto turn = q.segment<4>(body.q_index + joint_nq(body.joint_type) - 4);
+    if (std::abs(turn.norm() - 1.0) > kQuaternionTolerance) turn.normalize();
+  }
+}
 
 /// Returns the first part of the names of a link's wrench columns.
 std::string wrench_stem(const Model& model, int frame) {
@@ -47,6 +97,16 @@ VectorX defaults(const InputColumns& columns, const Model& model) {
 
 }  // namespace
 
+InputColumns InputColumns::of(const Model& model) {
+  InputColumns columns;
+  columns.targets = !model.servos().empty();
+  columns.tendons = !model.tendons().empty();
+  columns.actuators = !model.actuators().empty();
+  columns.closures = !switched_closures(model).empty();
+  columns.prescribed = !prescribed_coordinates(model).empty();
+  return columns;
+}
+
 std::vector<std::string> InputColumns::names(const Model& model) const {
   std::vector<std::string> names;
   for (const JointServo& servo : model.servos()) {
@@ -65,6 +125,12 @@ std::vector<std::string> InputColumns::names(const Model& model) const {
   }
   for (const Actuator& actuator : model.actuators())
     if (actuators) names.push_back(command_name(actuator));
+  for (const int i : switched_closures(model))
+    if (closures) names.push_back(attach_name(model.closures()[static_cast<size_t>(i)]));
+  if (prescribed) {
+    const std::vector<std::string> targets_of = prescribed_names(model);
+    names.insert(names.end(), targets_of.begin(), targets_of.end());
+  }
   return names;
 }
 
@@ -99,36 +165,52 @@ void InputColumns::set(const Model& model, const VectorRef& values, Input& input
       input.tendon_target[i] = values[next++];
     }
   }
-  if (!actuators) return;
-  const auto count = static_cast<Eigen::Index>(model.actuators().size());
-  input.command = values.segment(next, count);
+  if (actuators) {
+    const auto count = static_cast<Eigen::Index>(model.actuators().size());
+    input.command = values.segment(next, count);
+    next += static_cast<int>(count);
+  }
+  if (closures) {
+    input.attach.setConstant(static_cast<Eigen::Index>(model.closures().size()), kNaN);
+    for (const int closure : switched_closures(model)) input.attach[closure] = values[next++];
+  }
+  if (prescribed) {
+    input.prescribed.setConstant(model.nq(), kNaN);
+    for (const int k : prescribed_coordinates(model)) input.prescribed[k] = values[next++];
+    normalize_quaternions(model, input.prescribed);
+  }
 }
 
 VectorX InputColumns::values(const Model& model, const Input& input) const {
-  const Eigen::Index servos = targets ? static_cast<Eigen::Index>(model.servos().size()) : 0;
-  const size_t count = tendons ? model.tendons().size() : 0;
-  const size_t commands = actuators ? model.actuators().size() : 0;
-  VectorX values = VectorX::Zero(2 * servos + 6 * static_cast<Eigen::Index>(links.size()) +
-                                 static_cast<Eigen::Index>(2 * count + commands));
-  Eigen::Index next = 0;
-  for (Eigen::Index i = 0; i < servos; ++i) {
-    const JointServo& servo = model.servos()[i];
-    values[next++] = input.servo_position.size() > 0 ? input.servo_position[i] : servo.position;
-    values[next++] = input.servo_velocity.size() > 0 ? input.servo_velocity[i] : servo.velocity;
+  std::vector<double> values;
+  const auto add = [&](const VectorX& given, Eigen::Index i, double otherwise) {
+    values.push_back(given.size() > 0 ? given[i] : otherwise);
+  };
+  Eigen::Index i = 0;
+  for (const JointServo& servo : model.servos()) {
+    if (!targets) break;
+    add(input.servo_position, i, servo.position);
+    add(input.servo_velocity, i++, servo.velocity);
   }
-  for (size_t i = 0; i < links.size() && i < input.wrenches.size(); ++i, next += 6)
-    values.segment<6>(next) << input.wrenches[i].wrench.force, input.wrenches[i].wrench.torque;
-  next = values.size() - static_cast<Eigen::Index>(2 * count + commands);
-  for (size_t i = 0; i < count; ++i) {
-    const auto k = static_cast<Eigen::Index>(i);
-    values[next++] = input.tendon_force.size() > 0 ? input.tendon_force[k] : 0.0;
-    values[next++] =
-        input.tendon_target.size() > 0 ? input.tendon_target[k] : model.tendons()[i].servo.target;
+  for (size_t k = 0; k < links.size(); ++k) {
+    const Force wrench = k < input.wrenches.size() ? input.wrenches[k].wrench : Force();
+    values.insert(values.end(), wrench.force.begin(), wrench.force.end());
+    values.insert(values.end(), wrench.torque.begin(), wrench.torque.end());
   }
-  for (size_t i = 0; i < commands; ++i)
-    values[next++] = input.command.size() > 0 ? input.command[static_cast<Eigen::Index>(i)]
-                                              : model.actuators()[i].command;
-  return values;
+  i = 0;
+  for (const Tendon& tendon : model.tendons()) {
+    if (!tendons) break;
+    add(input.tendon_force, i, 0.0);
+    add(input.tendon_target, i++, tendon.servo.target);
+  }
+  i = 0;
+  for (const Actuator& actuator : model.actuators())
+    if (actuators) add(input.command, i++, actuator.command);
+  for (const int closure : switched_closures(model))
+    if (closures) add(input.attach, closure, kNaN);
+  for (const int k : prescribed_coordinates(model))
+    if (prescribed) add(input.prescribed, k, kNaN);
+  return Eigen::Map<const VectorX>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
 bool is_input_column(const Model& model, const std::string& name) {
@@ -148,6 +230,12 @@ InputColumns find_input_columns(const Table& table, const Model& model) {
                       table.find_column(tendon_target_name(tendon)) >= 0;
   for (const Actuator& actuator : model.actuators())
     columns.actuators = columns.actuators || table.find_column(command_name(actuator)) >= 0;
+  for (const int i : switched_closures(model))
+    columns.closures =
+        columns.closures ||
+        table.find_column(attach_name(model.closures()[static_cast<size_t>(i)])) >= 0;
+  for (const std::string& name : prescribed_names(model))
+    columns.prescribed = columns.prescribed || table.find_column(name) >= 0;
   for (const int link : moving_links(model))
     if (has_wrench_column(table, wrench_stem(model, link))) columns.links.push_back(link);
   return columns;
@@ -157,12 +245,22 @@ MatrixX read_input_columns(const InputColumns& columns, const Table& table, cons
                            int steps) {
   const std::vector<std::string> names = columns.names(model);
   MatrixX values = defaults(columns, model).replicate(1, steps);
+  // An empty cell leaves a closure as it is, and a joint where it stands.
+  const size_t moved = columns.prescribed ? prescribed_coordinates(model).size() : 0;
+  const size_t switches = names.size() - moved;
+  const size_t filled = switches - (columns.closures ? switched_closures(model).size() : 0);
   for (size_t i = 0; i < names.size(); ++i) {
     const int column = table.find_column(names[i]);
     for (int row = 0; column >= 0 && row < steps; ++row) {
-      const bool may_be_empty = row + 1 == table.num_rows();
+      const bool may_be_empty = row + 1 == table.num_rows() || i >= filled;
       if (may_be_empty && std::isnan(table.cell(row, column))) continue;
-      values(static_cast<Eigen::Index>(i), row) = table.value(row, column);
+      const double value = table.value(row, column);
+      if (i >= filled && i < switches && value != 0.0 && value != 1.0)
+        throw InputError(
+            fmt::format("{}: column '{}' is {}; 1 (attach), 0 (release) or an empty "
+                        "cell (as it is) is expected",
+                        table.where(row), names[i], value));
+      values(static_cast<Eigen::Index>(i), row) = value;
     }
   }
   return values;

@@ -195,7 +195,10 @@ void add_drags_and_closures(const Model& model, Hash& hash) {
     add(closure.X_BC, hash);
     hash.add(closure.length);
     hash.add(closure.pitch);
-    hash.add(static_cast<int>(closure.rope));
+    for (const bool flag : {closure.rope, closure.switched, closure.attached, closure.in_place})
+      hash.add(static_cast<int>(flag));
+    hash.add(closure.breaking_force);
+    hash.add(closure.breaking_torque);
     for (const ClosureSpring* spring : {&closure.linear, &closure.angular}) {
       hash.add(static_cast<int>(spring->acts));
       hash.add(spring->stiffness);

@@ -55,8 +55,10 @@ double largest_bias(const ConstraintSet& constraints) {
 
 }  // namespace
 
-bool has_equalities(const Model& model, EffectSet effects) {
-  return (effects.has(Effect::kClosures) && !model.closures().empty()) ||
+bool has_equalities(const Model& model, EffectSet effects, const VectorRef& z) {
+  const auto acts = [&](const Closure& closure) { return closure.acts(z); };
+  return (effects.has(Effect::kClosures) &&
+          std::any_of(model.closures().begin(), model.closures().end(), acts)) ||
          (effects.has(Effect::kMimics) && !model.mimics().empty());
 }
 
@@ -85,19 +87,21 @@ bool EqualityMotion::solve(const Model& model, EffectSet effects, VectorX& x) {
 
 /// Finds the equalities at the kinematics of the stage.
 void EqualityMotion::find(const StepContext& at) {
-  ws_.finder.find({at.model, at.options, equalities_of(at.effects), at.q, at.v}, ws_.stage.at,
+  ws_.finder.find({at.model, at.options, equalities_of(at.effects), at.q, at.v, at.z}, ws_.stage.at,
                   ws_.constraints, ws_.counts);
 }
 
 void EqualityMotion::constrain_acceleration(const StepContext& at, VectorX& acceleration,
                                             StepReport& report) {
   const SimulationOptions of_curvature = equality_options(at.options, false);
-  find({at.model, of_curvature, at.effects, at.q, at.v});
+  find({at.model, of_curvature, at.effects, at.q, at.v, at.z});
   if (!solve(at.model, at.effects, acceleration)) report.status = contact::Status::kNoProgress;
 }
 
-double EqualityMotion::project(const Model& model, const SimulationOptions& options,
-                               EffectSet effects, State& state, StepReport& report) {
+double EqualityMotion::project(const StepArguments& step, State& state, StepReport& report) {
+  const Model& model = step.model;
+  const SimulationOptions& options = step.options;
+  const EffectSet effects = step.effects;
   const SimulationOptions of_error = equality_options(options, true);
   const double most = options.time_step * options.contact.max_recovery_speed;
   VectorX& change = ws_.displacement;
@@ -105,7 +109,7 @@ double EqualityMotion::project(const Model& model, const SimulationOptions& opti
   for (int i = 0; i < kMostSteps; ++i) {
     change.setZero(model.nv());
     compute_kinematics(model, state.q, change, ws_.stage.at);
-    find({model, of_error, effects, state.q, change});
+    find({model, of_error, effects, state.q, change, step.z});
     const double error = largest_bias(ws_.constraints);
     if (i == 0) first = error;
     // Ends at rounding, and where the equalities cannot close.
@@ -123,7 +127,7 @@ double EqualityMotion::project(const Model& model, const SimulationOptions& opti
     if (share < 1.0) break;
   }
   compute_kinematics(model, state.q, state.v, ws_.stage.at);
-  find({model, of_error, effects, state.q, state.v});
+  find({model, of_error, effects, state.q, state.v, step.z});
   drop_biases(ws_.constraints);
   if (!solve(model, effects, state.v)) report.status = contact::Status::kNoProgress;
   return first;

@@ -14,8 +14,8 @@
 
 namespace counterpoint {
 
-/// Whether closures or mimic joints act.
-bool has_equalities(const Model& model, EffectSet effects);
+/// Whether closures or mimic joints act at internal states z (nz).
+bool has_equalities(const Model& model, EffectSet effects, const VectorRef& z);
 
 /// Motion under closures and mimic joints. It writes constraints, solution, equality_solver,
 /// stage.at, displacement and counts of a workspace.
@@ -30,8 +30,7 @@ class EqualityMotion {
   /// Projects (q, w) of a state onto its closures and mimic joints, by no more than h times
   /// max_recovery_speed, so that a closure that starts open closes gradually. Returns the largest
   /// error before the projection [m or rad].
-  double project(const Model& model, const SimulationOptions& options, EffectSet effects,
-                 State& state, StepReport& report);
+  double project(const StepArguments& step, State& state, StepReport& report);
 
  private:
   bool solve(const Model& model, EffectSet effects, VectorX& x);

@@ -41,7 +41,7 @@ void widen_diagonal(const VectorX& rotor_inertia, VectorX& diagonal) {
 /// backward Euler step of h / 2, which is the first half of the midpoint rule.
 void solve_middle(const StepArguments& step, Workspace::Impl& ws, VectorX& middle,
                   StepReport& report) {
-  const auto& [model, options, settings, state, input, effects] = step;
+  const auto& [model, options, settings, state, input, effects, z] = step;
   const StepContext at = step.context();
   const double half = 0.5 * step.h();
   CoordinateForces& forces = ws.motion.forces;
@@ -78,7 +78,7 @@ Vector3 set_middle(const StepContext& at, const VectorRef& middle,
 
 void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
                    StepReport& report) {
-  const auto& [model, options, settings, state, input, effects] = step;
+  const auto& [model, options, settings, state, input, effects, z] = step;
   const double h = step.h();
   refuse_limited_servos(model, effects);
   {

@@ -11,10 +11,17 @@ namespace counterpoint {
 
 void refuse_constraints(const Model& model, EffectSet effects) {
   if (effects.has(Effect::kClosures))
-    for (const Closure& closure : model.closures())
-      if (closure.rope || closure.linear.acts || closure.angular.acts)
-        throw InputError("runge_kutta_4 takes closures as rigid; closure '" + closure.name +
-                         "' is a spring or a rope: use implicit_midpoint or semi_implicit_euler");
+    for (const Closure& closure : model.closures()) {
+      const char* refused = closure.rope || closure.linear.acts || closure.angular.acts
+                                ? "a spring or a rope"
+                            : closure.can_break() ? "one that can break"
+                                                  : nullptr;
+      if (refused != nullptr)
+        throw InputError(
+            "runge_kutta_4 takes closures as rigid and finds no forces in them; "
+            "closure '" +
+            closure.name + "' is " + refused + ": use implicit_midpoint or semi_implicit_euler");
+    }
   std::string found;
   for (const Effect effect :
        {Effect::kDryFriction, Effect::kLimits, Effect::kEffortLimits, Effect::kVelocityLimits,
@@ -57,11 +64,11 @@ void compute_acceleration(const StepContext& at, const Input& input, Workspace::
 
 void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& next,
                       StepReport& report) {
-  const auto& [model, options, settings, state, input, effects] = step;
+  const auto& [model, options, settings, state, input, effects, z] = step;
   refuse_constraints(model, effects);
   RungeKuttaStages& stages = ws.stages;
   const double h = step.h();
-  const bool constrained = has_equalities(model, effects);
+  const bool constrained = has_equalities(model, effects, z);
   EqualityMotion equalities(ws);
   stages.theta.setZero(model.nv());
   stages.at = state;
@@ -75,7 +82,7 @@ void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& nex
       stages.at.v = state.v + node * h * stages.acceleration;
     }
     exponent_rate(model, stages.theta, stages.at.v, stages.theta_rate);
-    const StepContext at{model, options, effects, stages.at.q, stages.at.v};
+    const StepContext at{model, options, effects, stages.at.q, stages.at.v, z};
     compute_acceleration(at, input, ws, stages.acceleration, report);
     if (report.succeeded() && constrained)
       equalities.constrain_acceleration(at, stages.acceleration, report);
@@ -87,7 +94,7 @@ void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& nex
   next.v = state.v + stages.v_sum;
   next.q = state.q;
   integrate_configuration(model, state.q, stages.theta_sum, 1.0, next.q);
-  if (constrained && report.succeeded()) equalities.project(model, options, effects, next, report);
+  if (constrained && report.succeeded()) equalities.project(step, next, report);
   if (report.succeeded()) ws.free_groups.correct(step.context(), input, next.q, next);
   ws.constraints.clear();  // equalities have no forces that a later step would start from
 }

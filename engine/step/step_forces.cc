@@ -129,7 +129,7 @@ void accelerate(const Model& model, double h, const Vector3& gravity, const Vect
 
 void find_free_velocity(const StageInput& in, FreeMotion& motion, ConstraintSet& constraints,
                         VectorX& w_free, StepReport& report) {
-  const auto& [model, options, settings, state, input, effects] = in.step;
+  const auto& [model, options, settings, state, input, effects, z] = in.step;
   const StepContext context = in.step.context();
   const double h = in.step.h();
   const Kinematics& at = in.start.kinematics();

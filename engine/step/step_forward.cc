@@ -6,6 +6,7 @@
 #include "counterpoint/engine/diagnosis/failure_cause.h"
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/effects.h"
+#include "counterpoint/engine/forces/driven/closure_switches.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/step/midpoint.h"
 #include "counterpoint/engine/step/runge_kutta.h"
@@ -38,7 +39,7 @@ namespace {
 void integrate(const StageInput& in, const ConstraintSet& constraints,
                const std::vector<double>& radii, const VectorX& displacement, Sleepers& sleepers,
                State& next) {
-  const auto& [model, options, settings, state, input, effects] = in.step;
+  const auto& [model, options, settings, state, input, effects, z] = in.step;
   const double h = in.step.h();
   sleepers.find_islands(model, constraints);
   next.q = state.q;
@@ -107,7 +108,7 @@ void report_invalid_input(const StepArguments& step, const StateCheck& check, St
 /// Reports a state that is not finite or too fast.
 void check_result(const StepArguments& step, const StateCheck& check, const State& next,
                   StepReport& report) {
-  const auto& [model, options, settings, state, input, effects] = step;
+  const auto& [model, options, settings, state, input, effects, z] = step;
   if (check.accepts(options.max_speed, next)) return;
   report.fault = check.of_result(model, options.max_speed, next);
   report.status = status_of(report.fault);
@@ -143,7 +144,10 @@ void keep_awake(const Model& model, const SoftenedTrees* softened_trees,
 
 /// Writes the internal states that the step leads to.
 void advance_internal_states(const StepArguments& step, Workspace::Impl& ws, State& next) {
-  next.z = given_z(step.model, step.state.z);
+  next.z = step.z;
+  if (!ws.constraints.closures.empty())
+    break_closures(step.model, ws.constraints, ws.solution.problem, ws.solution.impulse, step.h(),
+                   next.z);
   if (!step.effects.has(Effect::kActuators)) return;
   const bool midpoint = step.options.integrator == Integrator::kImplicitMidpoint;
   ws.actuators.conclude(step.context(), ws.start.tendons(), midpoint ? ws.midpoint.w_c : next.v,
@@ -193,14 +197,14 @@ const Input& actuate(const StepContext& at, const Input& given, Workspace::Impl&
 StepArguments actuate(const StepArguments& step, Workspace::Impl& ws) {
   EffectSet effects = step.effects;
   const Input& input = actuate(step.context(), step.input, ws, effects);
-  return {step.model, step.options, step.settings, step.state, input, effects};
+  return {step.model, step.options, step.settings, step.state, input, effects, step.z};
 }
 
 InverseArguments actuate(const InverseArguments& step, Workspace::Impl& ws) {
   EffectSet effects = step.effects;
   const Input& known = actuate(step.context(), step.known, ws, effects);
-  return {step.model,  step.options, step.q,  step.v,           step.q_next,
-          step.v_next, known,        effects, step.exact_q_next};
+  return {step.model,  step.options, step.q,  step.v, step.q_next,
+          step.v_next, known,        effects, step.z, step.exact_q_next};
 }
 
 namespace {
@@ -255,7 +259,7 @@ void advance_with_taut_links(const StepArguments& step, Workspace::Impl& ws, Sta
   }
   const auto try_step = [&](const SimulationOptions& how) {
     const StepArguments slowed{
-        taut.slowed(step.model), how, step.settings, step.state, input, step.effects};
+        taut.slowed(step.model), how, step.settings, step.state, input, step.effects, step.z};
     advance_awake(slowed, ws, next, report);
     if (report.succeeded() && on) find_taut_rates(slowed, next, ws);
   };
@@ -287,7 +291,7 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
   Workspace::Impl& ws = workspace.impl();
   const PhaseTimer timer(ws.times, &PhaseTimes::step);
   const EffectSet effects = active_effects(ws.called, options.effects);
-  const StepArguments step{model, options, settings, state, input, effects};
+  const StepArguments step{model, options, settings, state, input, effects, ws.z};
   StepReport report;
   check_time_step(options.time_step);
   if (!ws.check.accepts(model, state, input)) {
@@ -295,6 +299,7 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
     report_invalid_input(step, ws.check, report);
     return report;
   }
+  set_internal_states(model, effects, state.q, state.z, input, ws);
   choose_awake(step, ws.sleepers, ws.counts);
   advance_with_taut_links(step, ws, next, report);
   conclude(step, ws, next, report);

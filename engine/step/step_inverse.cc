@@ -10,6 +10,7 @@
 #include "counterpoint/engine/dynamics/rnea.h"
 #include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/forces/drag.h"
+#include "counterpoint/engine/forces/driven/closure_switches.h"
 #include "counterpoint/engine/forces/joint_forces.h"
 #include "counterpoint/engine/forces/servos.h"
 #include "counterpoint/engine/step/midpoint.h"
@@ -79,7 +80,8 @@ void recover_impulses(const Model& model, double h, const ConstraintSet& constra
       contact.torque = impulse.torque / h;
       contact.slip = slip(pair, y, at, inverse.body_velocity);
     } else {
-      ClosureForce& closure = out.closures[constraints.closures[i - constraints.contacts.size()]];
+      ClosureForce& closure =
+          out.closures[constraints.closures[i - constraints.contacts.size()].index];
       closure.position = pair.position;
       closure.force += impulse * (1.0 / h);
     }
@@ -197,7 +199,7 @@ void invert_midpoint(const InverseArguments& step, bool refined, Workspace::Impl
 void find_constraints(const InverseArguments& step, const StepStart& start,
                       ConstraintFinder& finder, ConstraintSet& constraints,
                       InverseScratch& inverse) {
-  const auto& [model, options, q, v, q_next, v_next, known, effects, exact_q_next] = step;
+  const auto& [model, options, q, v, q_next, v_next, known, effects, z, exact_q_next] = step;
   const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
   const bool found = !midpoint || q_next.size() > 0;
   inverse.contact_velocity = v_next;
@@ -220,8 +222,9 @@ void find_constraints(const InverseArguments& step, const StepStart& start,
 }
 
 /// Reports the forces of actuators, and the internal states at the end of the step.
-void conclude_actuators(const InverseArguments& step, Workspace::Impl& ws, Inverse& out) {
-  out.z_next = given_z(step.model, step.known.z);
+void conclude_states(const InverseArguments& step, Workspace::Impl& ws, Inverse& out) {
+  out.z_next = step.z;
+  if (!ws.constraints.closures.empty()) break_closures(step.model, out.closures, out.z_next);
   out.actuator_force.setZero(static_cast<Eigen::Index>(step.model.actuators().size()));
   out.actuator_wrenches.clear();
   if (!step.effects.has(Effect::kActuators)) return;
@@ -279,7 +282,7 @@ void invert_step(const InverseArguments& given, Workspace::Impl& ws, Inverse& ou
                            midpoint ? ws.stage.at : start.kinematics(), inverse.body_impulse,
                            out.applied_force);
   }
-  conclude_actuators(step, ws, out);
+  conclude_states(step, ws, out);
   out.fault = ws.check.of_recovered(model, out.applied_force);
   out.force_scale = largest_force(inverse.tau, out);
 }
@@ -299,7 +302,8 @@ void step_inverse(const Model& model, const SimulationOptions& options, VectorRe
   Workspace::Impl& ws = workspace.impl();
   const EffectSet effects = active_effects(ws.called, options.effects);
   ws.taut_links.set(known.taut_links);
-  invert_step({ws.taut_links.slowed(model), options, q, v, q_next, v_next, known, effects}, ws,
+  const VectorX& z = set_internal_states(model, effects, q, known.z, known, ws);
+  invert_step({ws.taut_links.slowed(model), options, q, v, q_next, v_next, known, effects, z}, ws,
               out);
 }
 

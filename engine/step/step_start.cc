@@ -1,8 +1,10 @@
 #include "counterpoint/engine/step/step_start.h"
 
 #include <algorithm>
+#include <string>
 
 #include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/forces/driven/closure_switches.h"
 #include "counterpoint/engine/step/step_forces.h"
 #include "counterpoint/engine/step/step_workspace.h"
 
@@ -98,6 +100,16 @@ void StepStart::predict_equalities(const StepContext& at, std::span<const BodyRa
   std::fill(data_.has_mean_force.begin(), data_.has_mean_force.end(), 0);
   predictor_.find(at, VelocityPredictor::Of::kUnderEqualities, 0.5 * at.h(), gravity_, constraints_,
                   awake, data_);
+}
+
+const VectorX& set_internal_states(const Model& model, EffectSet effects, const VectorRef& q,
+                                   const VectorX& given, const Input& input, Workspace::Impl& ws) {
+  if (given.size() != 0 && given.size() != model.nz())
+    throw InputError("a step was given " + std::to_string(given.size()) +
+                     " internal states; the model has " + std::to_string(model.nz()));
+  ws.z = given_z(model, given);
+  if (effects.has(Effect::kClosures)) switch_closures(model, q, input.attach, ws.z);
+  return ws.z;
 }
 
 const StepStart& prepare_step(const StepContext& at, Workspace::Impl& ws) {

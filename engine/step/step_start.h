@@ -23,11 +23,10 @@ struct StepArguments {
   const State& state;
   const Input& input;
   EffectSet effects;  ///< effects that act in the step
+  const VectorX& z;   ///< nz, internal states with closures switched as the input says
 
   double h() const { return options.time_step; }  ///< [s]
-  StepContext context() const {
-    return {model, options, effects, state.q, state.v, given_z(model, state.z)};
-  }
+  StepContext context() const { return {model, options, effects, state.q, state.v, z}; }
 };
 
 /// The arguments of step_inverse: a step from (q, v) to (q_next, v_next), and the known part of the
@@ -41,11 +40,12 @@ struct InverseArguments {
   const VectorRef& v_next;  ///< nv
   const Input& known;
   EffectSet effects;  ///< effects that act in the step
+  const VectorX& z;   ///< nz, internal states with closures switched as the input says
   /// q_next carries no rounding of poses, since differences vary it independently of v_next.
   bool exact_q_next = false;
 
   double h() const { return options.time_step; }  ///< [s]
-  StepContext context() const { return {model, options, effects, q, v, given_z(model, known.z)}; }
+  StepContext context() const { return {model, options, effects, q, v, z}; }
 };
 
 /// Everything of a step that follows from (q, v) alone: kinematics, constraints with their laws,
@@ -105,6 +105,11 @@ class StepStart {
   VectorX other_;      ///< nv: the second velocity of the bilinear form of mid_velocity.h
   VectorX no_rotors_;  ///< nv: zero
 };
+
+/// Sets ws.z to the internal states at which a step from q (nq) acts, and returns it. given: those
+/// before the step (nz); empty: the model's. @throws InputError as switch_closures.
+const VectorX& set_internal_states(const Model& model, EffectSet effects, const VectorRef& q,
+                                   const VectorX& given, const Input& input, Workspace::Impl& ws);
 
 /// Fills ws.start for a step from (q, v) of the awake trees, waking those that they touch
 /// (ws.sleepers); finds ws.free_groups and the losses of ws.taut_links, clears ws.motion.external,

@@ -97,6 +97,7 @@ struct Workspace::Impl {
   StateCheck check;
   ConstraintFinder finder;
   Sleepers sleepers;
+  VectorX z;               ///< nz: internal states at which the step acts
   StepStart start;         ///< written by prepare_step
   Actuators actuators;     ///< found by actuate
   Input actuated;          ///< input of the step with the wrenches of actuators

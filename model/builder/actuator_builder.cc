@@ -162,6 +162,7 @@ void ModelBuilder::add_actuator(const ActuatorSpec& spec) {
 
 void ModelBuilder::place_internal_states() {
   std::vector<double> z;
+  const std::vector<Pose> X_WB = body_poses(model_, model_.default_q_);
   for (Actuator& a : model_.actuators_) {
     a.z_index = static_cast<int>(z.size());
     append_states(a, z);
@@ -169,8 +170,10 @@ void ModelBuilder::place_internal_states() {
   for (Closure& closure : model_.closures_) {
     closure.z_index = static_cast<int>(z.size());
     if (!closure.switched) continue;
-    z.push_back(closure.attached ? 1.0 : 0.0);
-    if (closure.in_place) z.insert(z.end(), {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0});
+    z.push_back(closure.attached ? Closure::kAttached : Closure::kReleased);
+    if (!closure.in_place) continue;
+    const auto held = pose_in_place(closure, X_WB[closure.body_a], X_WB[closure.body_b]);
+    z.insert(z.end(), held.begin(), held.end());
   }
   model_.default_z_ = Eigen::Map<const VectorX>(z.data(), static_cast<Eigen::Index>(z.size()));
 }

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <tuple>
 
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/model_builder.h"
@@ -65,6 +66,26 @@ void set_springs(const ClosureSpec& spec, Closure& closure) {
     fail(spec, "a distance has one stiffness and one damping, not one per axis");
 }
 
+void check_switch(const ClosureSpec& spec) {
+  const double never = std::numeric_limits<double>::infinity();
+  if (!spec.switched && (!spec.attached || spec.in_place || spec.breaking_force != never ||
+                         spec.breaking_torque != never))
+    fail(spec,
+         "attached, in_place and breaking limits are for a switched closure; add switched: true");
+  if (spec.in_place && spec.type != ClosureType::kWeld)
+    fail(spec, fmt::format("only a weld can hold in place, not a {}; leave out in_place",
+                           closure_type_name(spec.type)));
+  for (const auto& [limit, name, unit] :
+       {std::tuple(spec.breaking_force, "breaking force", "N"),
+        std::tuple(spec.breaking_torque, "breaking torque", "N m")})
+    if (!(limit > 0.0))
+      fail(spec,
+           fmt::format("the {} must be a positive number of {}, it is {}", name, unit, limit));
+  if (std::isfinite(spec.breaking_torque) && !holds_angles(spec.type))
+    fail(spec, fmt::format("a {} carries no torque that could break it; leave out the limit",
+                           closure_type_name(spec.type)));
+}
+
 void check(const ClosureSpec& spec) {
   const auto finite = [](const auto& value) { return !value || value->allFinite(); };
   if (!finite(spec.anchor_a) || !finite(spec.anchor_b) || !finite(spec.orientation))
@@ -77,6 +98,7 @@ void check(const ClosureSpec& spec) {
   if (spec.axis && !(spec.axis->allFinite() && spec.axis->norm() > 0.0))
     fail(spec, "the axis must be a finite vector other than zero");
   check_lengths(spec);
+  check_switch(spec);
 }
 
 }  // namespace
@@ -120,9 +142,14 @@ void ModelBuilder::add_closure(const ClosureSpec& given) {
   closure.pitch = spec.pitch.value_or(0.0);
   closure.rope = spec.rope;
   set_springs(spec, closure);
+  closure.switched = spec.switched;
+  closure.attached = spec.attached;
+  closure.breaking_force = spec.breaking_force;
+  closure.breaking_torque = spec.breaking_torque;
+  closure.in_place = spec.in_place;
   model_.closures_.push_back(closure);
   closure_specs_.push_back({spec, a, b});
-  if (spec.collide) return;
+  if (spec.collide || spec.switched) return;
   // Excludes the collisions of both bodies, like those of neighbours at a joint. On the world side
   // only the shapes of the named link are excluded; the other environment geometry (the ground)
   // still collides.
@@ -153,7 +180,8 @@ void ModelBuilder::place_closures() {
     const bool distance = spec.type == ClosureType::kDistance;
     X_LaC.translation = spec.anchor_a.value_or(Vector3::Zero());
     const Vector3 opposite = X_LaLb.inverse() * X_LaC.translation;
-    X_LbC.translation = spec.anchor_b.value_or(distance ? Vector3::Zero() : opposite);
+    const bool anywhere = distance || spec.in_place;
+    X_LbC.translation = spec.anchor_b.value_or(anywhere ? Vector3::Zero() : opposite);
     if (spec.axis) X_LaC.rotation = frame_from_normal(spec.axis->normalized());
     X_LbC.rotation = spec.orientation.value_or(X_LaLb.rotation).transpose() * X_LaC.rotation;
     closure.X_AC = a.X_BL * X_LaC;
@@ -164,6 +192,7 @@ void ModelBuilder::place_closures() {
       if (!(closure.length > kClosed))
         fail(spec, "the anchors start at one point; move one or use a ball");
     }
+    if (spec.in_place || !spec.attached) continue;
     const ClosureGap gap = closure_gap(closure, X_WB);
     if (gap.largest() < kClosed) continue;
     model_.notes_.push_back(

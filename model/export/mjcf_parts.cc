@@ -55,6 +55,7 @@ std::vector<Closure> mjcf_closures(const Model& model, std::vector<Note>& lost) 
     if (!known) lack = std::string("a closure of the type ") + closure_type_name(c.type);
     if (c.linear.acts || c.angular.acts) lack = "its spring";
     if (c.rope) lack = "a rope";
+    if (c.switched) lack = "a switched closure";
     for (const double side : {-0.5, 0.5}) {
       if (!lack.empty() || (!hinge && side > 0.0)) continue;
       Closure& part = out.emplace_back(c);

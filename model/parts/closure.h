@@ -1,4 +1,5 @@
-// Closures: constraints between two bodies beyond the joints of the trees.
+// Closures: constraints between two bodies beyond the joints of the trees. Switched ones act only
+// while they are attached (docs/guide/closures.md).
 #pragma once
 
 #include <algorithm>
@@ -46,21 +47,37 @@ struct Closure {
   bool rope = false;    ///< kDistance: it only pulls, where the anchors are farther apart
   ClosureSpring linear, angular;   ///< springs of the rows of displacement, and of angles
   int frame_a = -1, frame_b = -1;  ///< frames of the two links; -1: the world
-  /// It acts only while it is attached, as its first internal state says (1 or 0), which an input
-  /// changes (Input::attach).
+  /// It acts only while it is attached, as its first internal state says: kAttached, kReleased or
+  /// kBroken. An input changes it (Input::attach).
   bool switched = false;
   bool attached = true;  ///< initially
-  /// It lets go after a step in which its force [N] or torque [N m] was larger.
+  /// It breaks after a step in which its force [N] or its torque about the place where it acts
+  /// [N m] was larger.
   double breaking_force = std::numeric_limits<double>::infinity();
   double breaking_torque = std::numeric_limits<double>::infinity();
   /// A weld that holds the bodies in the pose where they are when it is attached: pose of B's
-  /// anchor frame in A's, seven more internal states (x y z [m] qw qx qy qz).
+  /// anchor frame in A's, seven more internal states (x y z [m] qw qx qy qz). It acts at A's
+  /// anchor.
   bool in_place = false;
   int z_index = 0;  ///< first of its internal states (Model::nz), if it is switched
   int num_states() const { return switched ? (in_place ? 8 : 1) : 0; }
+
+  static constexpr double kAttached = 1.0, kReleased = 0.0, kBroken = -1.0;
+  /// Whether it acts at internal states z (nz).
+  bool acts(const VectorRef& z) const { return !switched || z[z_index] == kAttached; }
+  /// Whether a force or torque breaks it.
+  bool can_break() const { return std::isfinite(breaking_force) || std::isfinite(breaking_torque); }
+  /// Frame in body B that it makes coincide with A's anchor frame at internal states z (nz): B's
+  /// anchor frame; in place the one where A's anchor frame was when it was attached.
+  Pose anchor_b(const VectorRef& z) const;
 };
 /// Returns the number of scalar constraints of a closure, springs included.
 int num_rows(const Closure& closure);
+
+/// Returns the pose of B's anchor frame in A's at poses of the two bodies, as internal states
+/// store it: x y z [m] qw qx qy qz.
+Eigen::Matrix<double, 7, 1> pose_in_place(const Closure& closure, const Pose& X_WA,
+                                          const Pose& X_WB);
 
 /// Error of a closure at given poses: by how far the anchors are from where the rigid rows hold
 /// them [m]; and the angle between the anchor frames, or their z axes, where it is held [rad]. A
@@ -71,9 +88,13 @@ struct ClosureGap {
   double largest() const { return std::max(std::abs(distance), angle); }
 };
 ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB);
+/// The same at internal states z (nz): zero of a closure that does not act.
+ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB, const VectorRef& z);
 
 /// Returns the energy in the springs of a closure at given poses [J].
 double spring_energy(const Closure& closure, const std::vector<Pose>& X_WB);
+/// The same at internal states z (nz): zero of a closure that does not act.
+double spring_energy(const Closure& closure, const std::vector<Pose>& X_WB, const VectorRef& z);
 
 /// Error of the thread of a screw, modulo its pitch [m]: X_AB: pose of B's anchor frame in A's. The
 /// turn of B follows from the pose alone, without a count of past turns: a screw that is open by

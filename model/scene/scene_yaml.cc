@@ -6,6 +6,7 @@
 
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/scene/scene_actuators.h"
+#include "counterpoint/model/scene/scene_closures.h"
 #include "counterpoint/model/scene/scene_models.h"
 #include "counterpoint/model/scene/scene_sensors.h"
 #include "counterpoint/model/scene/scene_shapes.h"
@@ -66,7 +67,8 @@ class SceneReader {
     faults_.throw_if_any();
     take_each("exclude", [&](const YamlValue& in, std::size_t) { read_exclusion(in); });
     take_each("pairs", [&](const YamlValue& in, std::size_t) { read_pair(in); });
-    take_each("closures", [&](const YamlValue& in, std::size_t) { read_closure(in); });
+    take_each("closures",
+              [&](const YamlValue& in, std::size_t) { builder_.add_closure(read_closure(in)); });
     take_each("tendons",
               [&](const YamlValue& in, std::size_t) { builder_.add_tendon(read_tendon(in)); });
     take_each("actuators",
@@ -316,50 +318,6 @@ class SceneReader {
         });
       }
     }
-  }
-
-  void read_closure(const YamlValue& in) {
-    in.expect_map({"type", "between", "name", "anchor_a", "anchor_b", "rpy", "quaternion", "length",
-                   "collide", "axis", "pitch", "rope", "stiffness", "damping",
-                   "rotational_stiffness", "rotational_damping"});
-    ClosureSpec closure;
-    const YamlValue type = in.at("type");
-    bool known = false;
-    std::string names;
-    for (int i = 0; i < kNumClosureTypes; ++i) {
-      const auto t = static_cast<ClosureType>(i);
-      names += std::string(i > 0 ? ", " : "") + closure_type_name(t);
-      if (type.text() != closure_type_name(t)) continue;
-      closure.type = t;
-      known = true;
-    }
-    if (!known) type.fail("'" + type.text() + "' is not one of " + names);
-    const std::vector<YamlValue> between = in.at("between").list();
-    if (between.size() != 2) in.at("between").fail("two links [a, b] are expected");
-    closure.link_a = between[0].text();
-    closure.link_b = between[1].text();
-    if (in.has("name")) closure.name = in.at("name").text();
-    if (in.has("anchor_a")) closure.anchor_a = in.at("anchor_a").vector3();
-    if (in.has("anchor_b")) closure.anchor_b = in.at("anchor_b").vector3();
-    if (in.has("rpy") || in.has("quaternion")) closure.orientation = read_pose(in).rotation;
-    if (in.has("length")) closure.length = in.at("length").positive();
-    if (in.has("collide")) closure.collide = in.at("collide").boolean();
-    if (in.has("axis")) closure.axis = in.at("axis").vector3();
-    if (in.has("pitch")) closure.pitch = in.at("pitch").number();
-    if (in.has("rope")) closure.rope = in.at("rope").boolean();
-    read_axes(in, "stiffness", closure.stiffness);
-    read_axes(in, "damping", closure.damping);
-    read_axes(in, "rotational_stiffness", closure.rotational_stiffness);
-    read_axes(in, "rotational_damping", closure.rotational_damping);
-    closure.where = in.where();
-    builder_.add_closure(closure);
-  }
-
-  /// Reads one number for all three axes, or three.
-  static void read_axes(const YamlValue& in, const char* key, std::optional<Vector3>& out) {
-    if (!in.has(key)) return;
-    const YamlValue value = in.at(key);
-    out = value.is_list() ? value.vector3() : Vector3(Vector3::Constant(value.number()));
   }
 
   Model build() {

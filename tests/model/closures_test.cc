@@ -99,6 +99,29 @@ TEST_F(ClosureScene, WhatIsGivenIsTakenAndAnOpenStartIsNoted) {
   EXPECT_NE(scene.model.notes()[1].message.find("0.1 m"), std::string::npos);
 }
 
+/// The internal states of switched closures: attached or not, and the pose that a weld in place
+/// holds, which is the start pose at first. A closure that starts open is not noted.
+TEST_F(ClosureScene, SwitchedClosuresHaveInternalStates) {
+  const Scene scene = load(R"(
+  - {type: ball, between: [a/body, b/body]}
+  - {type: ball, between: [a/body, b/body], anchor_b: [1, 0, 0], switched: true, attached: false}
+  - {type: weld, between: [a/body, b/body], switched: true, in_place: true, breaking_force: 3}
+)");
+  const auto& closures = scene.model.closures();
+  ASSERT_EQ(scene.model.nz(), 9);
+  EXPECT_EQ(closures[1].z_index, 0);
+  EXPECT_EQ(closures[2].z_index, 1);
+  EXPECT_EQ(closures[2].breaking_force, 3.0);
+  const VectorX& z = scene.model.default_z();
+  EXPECT_EQ(z[0], Closure::kReleased);
+  EXPECT_EQ(z[1], Closure::kAttached);
+  EXPECT_LT((z.segment<3>(2) - Vector3(0.5, 0, 0)).norm(), kRoundoff);
+  EXPECT_TRUE(scene.model.notes().empty());
+  const std::vector<Pose> X_WB = body_poses(scene.model, scene.q);
+  EXPECT_EQ(closure_gap(closures[1], X_WB, z).largest(), 0.0);
+  EXPECT_LT(closure_gap(closures[2], X_WB, z).largest(), 1e-7);  // round-off of acos near one
+}
+
 TEST_F(ClosureScene, JoinedBodiesDoNotCollideUnlessTold) {
   const auto excluded = [&](const std::string& closure) {
     return load(closure).model.excluded_geometry_pairs();
@@ -106,6 +129,8 @@ TEST_F(ClosureScene, JoinedBodiesDoNotCollideUnlessTold) {
   const std::vector<std::pair<int, int>> none, both{{0, 1}};
   EXPECT_EQ(excluded("  - {type: ball, between: [b/body, a/body]}\n"), both);
   EXPECT_EQ(excluded("  - {type: ball, between: [a/body, b/body], collide: true}\n"), none);
+  // Its bodies meet while it is open.
+  EXPECT_EQ(excluded("  - {type: ball, between: [a/body, b/body], switched: true}\n"), none);
   // A body connected to the world still collides with the ground.
   EXPECT_EQ(excluded("  - {type: ball, between: [world, b/body]}\n"), none);
 }
@@ -138,6 +163,13 @@ TEST_F(ClosureScene, MistakesAreRefusedWhereTheyStand) {
   refuse("type: hinge, pitch: 1", "for a screw only");
   refuse("type: hinge, rope: true", "only a distance can be a rope");
   refuse("type: ball, stiffness: -1", "not negative");
+  refuse("type: ball, attached: false", "for a switched closure");
+  refuse("type: weld, in_place: true", "for a switched closure");
+  refuse("type: weld, breaking_force: 3", "for a switched closure");
+  refuse("type: ball, switched: true, in_place: true", "only a weld can hold in place");
+  refuse("type: ball, switched: true, breaking_torque: 3", "carries no torque");
+  refuse("type: ball, switched: true, breaking_force: 0", "not positive");
+  refuse("type: ball, switched: maybe", "true or false");
   refuse("type: ball, stiffness: 0", "holds nothing");
   refuse("type: ball, stiffness: [1, 2]", "stiffness");
   refuse("type: slider, rotational_damping: 1", "holds no angle");

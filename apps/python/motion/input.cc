@@ -1,6 +1,7 @@
 // Inputs applied during a step.
 #include <pybind11/stl.h>
 
+#include "counterpoint/model/special_values.h"
 #include "objects/handles.h"
 #include "objects/typed.h"
 
@@ -47,6 +48,13 @@ void InputHandle::assign(const Input& other) {
     input_->tendon_target = other.tendon_target;
   if (other.command.size() == input_->command.size()) input_->command = other.command;
   input_->z = other.z;
+  for (const auto part : {&Input::attach, &Input::prescribed}) {
+    VectorX& own = (*input_).*part;
+    if ((other.*part).size() == own.size())
+      own = other.*part;
+    else
+      own.setConstant(kNaN);
+  }
   input_->wrenches = other.wrenches;
   input_->softening = other.softening;
   input_->taut_links = other.taut_links;
@@ -106,6 +114,11 @@ void bind_inputs(py::module_& m) {
           "tendon_target", [](const InputHandle& i) { return i.tendon_target; },
           [](InputHandle& i, const Array& x) { set(i.tendon_target, x, "tendon_target"); },
           "Lengths [m] that servos of tendons aim at, in the order of model.tendons, a view.")
+      .def_property(
+          "attach", [](const InputHandle& i) { return i.attach; },
+          [](InputHandle& i, const Array& x) { set(i.attach, x, "attach"); },
+          "Of switched closures: 1 attaches, 0 releases, nan leaves it as it is; in the order of "
+          "model.closures, a view.")
       .def_property(
           "command", [](const InputHandle& i) { return i.command; },
           [](InputHandle& i, const Array& x) { set(i.command, x, "command"); },

@@ -102,10 +102,7 @@ links : sequence of str
 )")
       .def(py::init([](const std::filesystem::path& file, const ModelPtr& model,
                        const std::vector<std::string>& links) {
-             InputColumns columns;
-             columns.targets = !model->model.servos().empty();
-             columns.tendons = !model->model.tendons().empty();
-             columns.actuators = !model->model.actuators().empty();
+             InputColumns columns = InputColumns::of(model->model);
              for (const std::string& link : links) {
                const int frame = model->model.find_frame(link);
                if (frame < 0) throw py::key_error("no link '" + link + "'");

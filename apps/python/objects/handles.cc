@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "counterpoint/model/special_values.h"
 #include "counterpoint/model/text_files.h"
 
 namespace counterpoint::python {
@@ -119,8 +120,12 @@ InputHandle::InputHandle(ModelPtr m) : model(std::move(m)), input_(std::make_sha
   input_->command.resize(static_cast<Eigen::Index>(actuators.size()));
   for (size_t i = 0; i < actuators.size(); ++i)
     input_->command[static_cast<Eigen::Index>(i)] = actuators[i].command;
+  input_->attach.setConstant(static_cast<Eigen::Index>(model->model.closures().size()), kNaN);
+  input_->prescribed.setConstant(model->model.nq(), kNaN);
   const py::capsule owner = keep(input_);
   command = view(input_->command, owner, true);
+  attach = view(input_->attach, owner, true);
+  prescribed = view(input_->prescribed, owner, true);
   tendon_force = view(input_->tendon_force, owner, true);
   tendon_target = view(input_->tendon_target, owner, true);
   applied_force = view(input_->applied_force, owner, true);
@@ -152,7 +157,12 @@ double& InputHandle::at(const std::string& name) const {
     names.push_back(m.actuators()[i].name + ".command");
     if (name == names.back()) return input_->command[static_cast<Eigen::Index>(i)];
   }
-  throw_unknown("applied force, servo target, force of a tendon or command", name, names);
+  for (size_t i = 0; i < m.closures().size(); ++i) {
+    if (!m.closures()[i].switched) continue;
+    names.push_back(m.closures()[i].name + ".attach");
+    if (name == names.back()) return input_->attach[static_cast<Eigen::Index>(i)];
+  }
+  throw_unknown("applied force or other input", name, names);
 }
 
 const Input& input_of(const InputPtr& input, const Input& none) {

@@ -123,7 +123,8 @@ class InputHandle {
   double& at(const std::string& name) const;
 
   ModelPtr model;
-  py::array applied_force, servo_position, servo_velocity, tendon_force, tendon_target, command;
+  py::array applied_force, servo_position, servo_velocity, tendon_force, tendon_target, command,
+      attach, prescribed;
 
  private:
   std::shared_ptr<Input> input_;

@@ -18,7 +18,7 @@ int link_of(const Model& model, const std::string& name) {
 }
 
 bool is_target(const Model& model, const std::string& name) {
-  const std::vector<std::string> names = InputColumns{true, {}}.names(model);
+  const std::vector<std::string> names = InputColumns::of(model).names(model);
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
@@ -27,9 +27,7 @@ bool is_target(const Model& model, const std::string& name) {
 InputMap::InputMap(const ModelHandle& handle, const std::vector<std::string>& names)
     : size_(static_cast<int>(names.size())) {
   const Model& model = handle.model;
-  columns_.targets = !model.servos().empty();
-  columns_.tendons = !model.tendons().empty();
-  columns_.actuators = !model.actuators().empty();
+  columns_ = InputColumns::of(model);
   if (names.empty()) {
     plain_ = true;
     size_ = model.nv();

@@ -27,24 +27,25 @@ Matrix3 recovery(const ContactOptions& options, double h, const Vector3& error, 
 
 }  // namespace
 
-ClosureDerivator::Error ClosureDerivator::error(const Closure& closure, const PairConstraint& pair,
+ClosureDerivator::Error ClosureDerivator::error(const Closure& closure, const Pose& X_BC,
+                                                const PairConstraint& pair,
                                                 const Kinematics& data) {
   const Pose &X_A = data.X_WB[closure.body_a], &X_B = data.X_WB[closure.body_b];
   Error out;
   out.R_WA = X_A.rotation * closure.X_AC.rotation;
   if (pair.error == ClosureError::kAxis) {
-    out.apart = X_B.rotation * closure.X_BC.rotation.col(2);
+    out.apart = X_B.rotation * X_BC.rotation.col(2);
     out.of_b = -skew(out.apart);
     out.of_a.setZero();
   } else if (pair.error == ClosureError::kTurn) {
-    const Matrix3 turn = X_B.rotation * closure.X_BC.rotation * out.R_WA.transpose();
+    const Matrix3 turn = X_B.rotation * X_BC.rotation * out.R_WA.transpose();
     out.apart = quaternion_log(Quaternion(turn));
     // For small rotations t_A, t_B of the bodies: exp(t_B) turn exp(-t_A) = exp(t_B - turn t_A)
     // turn.
     out.of_b = right_jacobian(out.apart).transpose().inverse();
     out.of_a = out.of_b * turn;
   } else {
-    out.apart = X_B * closure.X_BC.translation - X_A * closure.X_AC.translation;
+    out.apart = X_B * X_BC.translation - X_A * closure.X_AC.translation;
   }
   return out;
 }
@@ -191,14 +192,15 @@ void ClosureDerivator::add_share_slope(const Model& model, double slope, int bod
 
 /// Finds errors and their derivatives, in W and carried along with A.
 ClosureDerivator::Motions ClosureDerivator::find_motions(const Model& model, double h,
-                                                         const Closure& closure,
+                                                         const ActingClosure& acting,
                                                          const PairConstraint& pair,
                                                          const Kinematics& data, bool aimed) {
+  const Closure& closure = model.closures()[acting.index];
   const bool turns = pair.first >= 3;
   const Side a = side(model, pair.body_a, -1.0, closure.X_AC, pair.position, data);
-  const Side b = side(model, pair.body_b, 1.0, closure.X_BC, pair.position, data);
-  const Error here = error(closure, pair, data);
-  const Error there = aimed ? error(closure, pair, *reached_) : here;
+  const Side b = side(model, pair.body_b, 1.0, acting.X_BC, pair.position, data);
+  const Error here = error(closure, acting.X_BC, pair, data);
+  const Error there = aimed ? error(closure, acting.X_BC, pair, *reached_) : here;
   list(model, pair);
   const Vector3 spin = b.moving.W.angular - a.moving.W.angular;
   const double share_b = acts_at_b(closure) ? 1.0 : 0.5;
@@ -208,7 +210,7 @@ ClosureDerivator::Motions ClosureDerivator::find_motions(const Model& model, dou
     } else {
       add_points(model, *s, spin, s == &b ? share_b : 1.0 - share_b);
     }
-    if (aimed) add_reached(model, *s, s == &a ? closure.X_AC : closure.X_BC, turns, there);
+    if (aimed) add_reached(model, *s, s == &a ? closure.X_AC : acting.X_BC, turns, there);
   }
   add_carrier(model, a);
   const Vector3 started = b.moving.V.angular - a.moving.V.angular;
@@ -233,27 +235,28 @@ ClosureDerivator::Motions ClosureDerivator::find_motions(const Model& model, dou
 }
 
 void ClosureDerivator::compute(const Model& model, const ContactOptions& options, double h,
-                               const Closure& closure, const PairConstraint& pair,
+                               const ActingClosure& acting, const PairConstraint& pair,
                                const Kinematics& data, bool aimed) {
-  const auto [e, c, e_reached, y] = find_motions(model, h, closure, pair, data, aimed);
-  const double acting = error_share(closure, pair, h);
+  const Closure& closure = model.closures()[acting.index];
+  const auto [e, c, e_reached, y] = find_motions(model, h, acting, pair, data, aimed);
+  const double counted = error_share(closure, pair, h);
   Matrix3 recovered;
   if (closure.rope && e[0] > 0.0) {  // slack
     recovered = Matrix3::Identity() / h;
     bias = e / h;
   } else if (pair.soft) {
-    recovered = acting / h * Matrix3::Identity();
-    bias = acting / h * e;
+    recovered = counted / h * Matrix3::Identity();
+    bias = counted / h * e;
   } else {
     recovered = recovery(options, h, e, bias);
   }
   double speed = 0.0;
   const int body = aimed ? fastest(model, pair, speed) : 0;
   const double share = aimed ? share_aimed(h * speed) : 0.0;
-  const Vector3 by_curvature = 0.5 * acting * h * c, by_aim = (e_reached - e) / h - y;
+  const Vector3 by_curvature = 0.5 * counted * h * c, by_aim = (e_reached - e) / h - y;
   bias += (1.0 - share) * by_curvature;
   if (aimed) bias += share * by_aim;
-  const double rest = 0.5 * acting * h * (1.0 - share);
+  const double rest = 0.5 * counted * h * (1.0 - share);
   for (int s = 0; s < size; ++s) {
     by_q.col(s) =
         recovered * error_.col(s) + rest * curvature_.col(s) - Vector3(carried_.col(s)).cross(bias);
@@ -277,9 +280,10 @@ void ClosureDerivator::add_to(MatrixX& out, double scale, const Columns& slopes)
       out(coordinates[i], coordinates[j]) += scale * jacobian.col(i).dot(slopes.col(j));
 }
 
-ContactMotion closure_motion(const Closure& closure, const PairConstraint& pair,
-                             const Kinematics& data) {
-  const Vector3 to_b = data.X_WB[closure.body_b] * closure.X_BC.translation - pair.position;
+ContactMotion closure_motion(const Model& model, const ActingClosure& acting,
+                             const PairConstraint& pair, const Kinematics& data) {
+  const Closure& closure = model.closures()[acting.index];
+  const Vector3 to_b = data.X_WB[closure.body_b] * acting.X_BC.translation - pair.position;
   Eigen::Matrix<double, 3, 6> anchor;
   anchor << -skew(to_b), Matrix3::Identity();
   ContactMotion motion;

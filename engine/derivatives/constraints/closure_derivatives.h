@@ -44,8 +44,9 @@ class ClosureDerivator {
 
   /// Computes the results below for rows of find_closures, aimed or not. Needs begin, and aim if
   /// `aimed`.
-  void compute(const Model& model, const ContactOptions& options, double h, const Closure& closure,
-               const PairConstraint& pair, const Kinematics& data, bool aimed);
+  void compute(const Model& model, const ContactOptions& options, double h,
+               const ActingClosure& acting, const PairConstraint& pair, const Kinematics& data,
+               bool aimed);
   /// Whether compute knows the derivatives of the rows of a pair.
   static bool knows(const PairConstraint& pair) { return pair.error != ClosureError::kThread; }
 
@@ -99,7 +100,8 @@ class ClosureDerivator {
 
   Side side(const Model& model, int body, double sign, const Pose& X_BC, const Vector3& place,
             const Kinematics& data) const;
-  static Error error(const Closure& closure, const PairConstraint& pair, const Kinematics& data);
+  static Error error(const Closure& closure, const Pose& X_BC, const PairConstraint& pair,
+                     const Kinematics& data);
   void list(const Model& model, const PairConstraint& pair);
   void add_turns(const Model& model, const Side& side, const Error& error);
   void add_points(const Model& model, const Side& side, const Vector3& spin, double share);
@@ -114,7 +116,7 @@ class ClosureDerivator {
                   const Error& there, Motions& m);
   void turn_with_a(const Side& a, const Vector3& spin, Motions& m);
   void keep_rows(const PairConstraint& pair, Motions& m);
-  Motions find_motions(const Model& model, double h, const Closure& closure,
+  Motions find_motions(const Model& model, double h, const ActingClosure& acting,
                        const PairConstraint& pair, const Kinematics& data, bool aimed);
   void add_share_slope(const Model& model, double slope, int body, const Vector3& by_share);
   int fastest(const Model& model, const PairConstraint& pair, double& speed) const;
@@ -135,7 +137,7 @@ class ClosureDerivator {
 
 /// Returns how the place of a closure's rows, and their frame, follow a displacement of B relative
 /// to A.
-ContactMotion closure_motion(const Closure& closure, const PairConstraint& pair,
-                             const Kinematics& data);
+ContactMotion closure_motion(const Model& model, const ActingClosure& acting,
+                             const PairConstraint& pair, const Kinematics& data);
 
 }  // namespace counterpoint

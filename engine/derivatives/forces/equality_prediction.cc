@@ -48,10 +48,9 @@ void EqualityPrediction::add_equalities(const Step& step, const Stage& stage) {
   PairResponse response;
   for (size_t i = 0; i < equalities.pairs.size(); ++i) {
     PairConstraint pair = equalities.pairs[i];
-    const Closure& closure =
-        step.model.closures()[all.closures[step.predictor.equality_closures()[i]]];
+    const ActingClosure& acting = all.closures[step.predictor.equality_closures()[i]];
     const bool aimed = stage.in != nullptr && step.predictor.aims(step.model, pair);
-    step.closures.compute(step.model, step.options.contact, step.h, closure, pair, data, aimed);
+    step.closures.compute(step.model, step.options.contact, step.h, acting, pair, data, aimed);
     for (int row = 0; row < pair.law.rows; ++row)
       pair.law.bias[static_cast<size_t>(row)] = step.closures.bias[row];
     const double scale = 1.0 / (pair.law.regularizer * step.h);
@@ -59,8 +58,8 @@ void EqualityPrediction::add_equalities(const Step& step, const Stage& stage) {
     step.closures.add_to(rows_v_, scale, step.closures.by_v);
     if (aimed) step.closures.add_to(in_second_, scale, step.closures.by_w);
     const PairBodies bodies = pair_bodies(pair, data, V_);
-    find_contact_response(pair, bodies, closure_motion(closure, pair, data), LawSlopes(), false,
-                          step.h, response);
+    find_contact_response(pair, bodies, closure_motion(step.model, acting, pair, data), LawSlopes(),
+                          false, step.h, response);
     forces_.add_pair(step.model, pair, bodies, response, step.h, data);
   }
 }
@@ -163,8 +162,7 @@ void EqualityPrediction::add_last(const Step& step, const VectorX& other, bool a
   for (const int index : step.predictor.equality_closures()) {
     const PairConstraint& pair = all.pairs[all.contacts.size() + static_cast<size_t>(index)];
     if (!step.predictor.aims(step.model, pair)) continue;
-    const Closure& closure = step.model.closures()[all.closures[index]];
-    step.closures.compute(step.model, step.options.contact, step.h, closure, pair,
+    step.closures.compute(step.model, step.options.contact, step.h, all.closures[index], pair,
                           step.inverted.at(), true);
     const double scale = 1.0 / (pair.law.regularizer * step.h);
     if (!at_rest) step.closures.add_to(d.dq, scale, step.closures.by_q);

@@ -129,14 +129,14 @@ void ParameterDerivator::inverse(const Model& model, const SimulationOptions& op
   d.du.setZero();
   const VectorX none;
   const VectorRef no_pose(none);
-  const InverseArguments of{model, options, q, v, no_pose, v_next, known, effects};
+  const InverseArguments of{model, options, q, v, no_pose, v_next, known, effects, ws.z};
   const bool free = analytic && !inverted.free_groups.groups().empty();
   if (free && !impl_->center) impl_->center.emplace(model);
   const VectorRef w =
       free ? VectorRef(impl_->center->find_step_velocity(of, ws.free_groups, ws.start.kinematics(),
                                                          ws.inverse, ws.midpoint.w_m))
            : v_next;
-  const InverseArguments alone{model, options, q, v, no_pose, w, known, effects};
+  const InverseArguments alone{model, options, q, v, no_pose, w, known, effects, ws.z};
   if (analytic) impl_->dynamics.add(impl_->prepared, alone, inverted, d.du);
   for (size_t k = 0; k < count; ++k) {
     const PreparedParameter& p = impl_->prepared[k];

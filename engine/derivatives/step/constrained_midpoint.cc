@@ -90,8 +90,9 @@ bool ConstrainedMidpoint::difference(const InverseArguments& of, double step, bo
   at_v_next_ = v_next;
   const auto evaluate = [&](Sample& out) {
     integrate_configuration(model, at_q_, at_w_, h, q_next_);
-    invert_step({model, of.options, at_q_, at_v_, q_next_, at_v_next_, of.known, of.effects, true},
-                ws, inverse_);
+    invert_step(
+        {model, of.options, at_q_, at_v_, q_next_, at_v_next_, of.known, of.effects, of.z, true},
+        ws, inverse_);
     out.u = inverse_.applied_force;
     out.rest = at_v_ + at_v_next_ - at_w_ - ws.midpoint.w_m;
   };

@@ -181,9 +181,9 @@ bool InverseDerivator::add_contacts(const InverseArguments& of, const InvertedSt
       break;
     } else {
       const size_t index = i - inverted.constraints->contacts.size();
-      const Closure& closure = model.closures()[inverted.constraints->closures[index]];
-      find_contact_response(pair, bodies, closure_motion(closure, pair, inverted.at()), LawSlopes(),
-                            false, h, response);
+      const ActingClosure& acting = inverted.constraints->closures[index];
+      find_contact_response(pair, bodies, closure_motion(model, acting, pair, inverted.at()),
+                            LawSlopes(), false, h, response);
     }
     forces_.add_pair(model, pair, bodies, response, h, inverted.at());
   }
@@ -276,8 +276,7 @@ bool InverseDerivator::add_closure_rows(const Model& model, const SimulationOpti
     const PairConstraint& pair = all.pairs[all.contacts.size() + i];
     known = known && ClosureDerivator::knows(pair);
     if (velocity_terms_.aims(model, pair, inverted)) continue;
-    closures_.compute(model, options.contact, h, model.closures()[all.closures[i]], pair,
-                      inverted.at(), false);
+    closures_.compute(model, options.contact, h, all.closures[i], pair, inverted.at(), false);
     const double scale = slope_of(pair, inverted) / h;
     closures_.add_to(d.dq, scale, closures_.by_q);
     if (!velocity_terms_.aims_at_rest(model, pair)) closures_.add_to(d.dv, scale, closures_.by_v);
@@ -305,7 +304,8 @@ bool InverseDerivator::compute_impulses(const InverseArguments& of, const Vector
   begin(of.model, d);
   EffectSet effects = of.effects;
   effects.set(Effect::kGravity, false);
-  const InverseArguments at_w{of.model, of.options, of.q, of.v, of.q_next, w, of.known, effects};
+  const InverseArguments at_w{of.model, of.options, of.q,    of.v, of.q_next,
+                              w,        of.known,   effects, of.z};
   v_.setZero();
   acceleration_ = (w - m) / of.h();
   bool closed = add_contacts(at_w, inverted);

@@ -27,8 +27,8 @@ void add_exponent_rate(const Model& model, const VectorX& theta, const VectorX& 
   }
 }
 
-void refuse_equalities(const Model& model, EffectSet effects) {
-  if (!has_equalities(model, effects)) return;
+void refuse_equalities(const Model& model, EffectSet effects, const VectorRef& z) {
+  if (!has_equalities(model, effects, z)) return;
   throw InputError(
       "derivatives of runge_kutta_4 with closures or mimic joints are not given: use "
       "implicit_midpoint or semi_implicit_euler");
@@ -63,7 +63,7 @@ bool RungeKuttaDerivator::compute(const StepContext& start, const Input& input, 
   const auto& [model, options, effects, q, v, z] = start;
   const double h = start.h();
   refuse_constraints(model, effects);
-  refuse_equalities(model, effects);
+  refuse_equalities(model, effects, z);
   ws.constraints.clear();
   ws.sleepers.wake_all(model);
   prepare_step(start, ws);

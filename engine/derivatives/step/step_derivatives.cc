@@ -153,14 +153,14 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
   if (scratch.impulses && !scratch.midpoint) scratch.midpoint.emplace(model);
   const EffectSet effects = active_effects(ws.called, options.effects);
   const Model& slowed = ws.taut_links.slowed(model);
-  const InverseArguments of{slowed, options, q, v, q_next, v_next, known, effects};
+  const InverseArguments of{slowed, options, q, v, q_next, v_next, known, effects, ws.z};
   CenterTerms* const center = analytic ? center_terms(model, ws.free_groups, scratch) : nullptr;
   const VectorRef w =
       center != nullptr
           ? VectorRef(center->find_step_velocity(of, ws.free_groups, ws.start.kinematics(),
                                                  ws.inverse, ws.midpoint.w_m))
           : v_next;
-  const InverseArguments alone{slowed, options, q, v, q_next, w, known, effects};
+  const InverseArguments alone{slowed, options, q, v, q_next, w, known, effects, ws.z};
   const InvertedStep inverted(ws);
   if (analytic) ws.start.find_inertias(slowed);
   const bool closed = analytic && differentiate(alone, inverted, scratch, d);
@@ -194,7 +194,9 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
   d.displaces = false;
   if (options.integrator == Integrator::kRungeKutta4) {
     Workspace::Impl& ws = workspace.impl();
-    const StepContext start{model, options, active_effects(ws.called, options.effects), q, v};
+    const EffectSet effects = active_effects(ws.called, options.effects);
+    const StepContext start{
+        model, options, effects, q, v, set_internal_states(model, effects, q, known.z, known, ws)};
     const bool found = differentiate_runge_kutta(start, known, ws, scratch, d);
     for (MatrixX* m : all)
       if (!found) m->setConstant(kNaN);
@@ -224,7 +226,7 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
   if (!scratch.displacement) scratch.displacement.emplace(model);
   const EffectSet effects = active_effects(ws.called, options.effects);
   const InverseArguments of{
-      ws.taut_links.slowed(model), options, q, v, q_next, v_next, known, effects};
+      ws.taut_links.slowed(model), options, q, v, q_next, v_next, known, effects, ws.z};
   d.displaces = scratch.displacement->compute(of, ws, scratch.inverse);
   if (d.displaces) {
     chain_displacement(model, options.time_step, v_next, *scratch.displacement, scratch.r, d);
