@@ -157,7 +157,9 @@ TEST_F(MjcfMusclesTest, AFileBecomesAModelWithMuscles) {
       <joint joint='k' coef='-0.05'/></fixed></tendon>
     <default><muscle force='200' ctrllimited='true' ctrlrange='0 0.9'/></default>
     <actuator><muscle name='short' joint='j' gear='-0.1'/>
-      <muscle name='long' tendon='t' lengthrange='-0.1 0.2'/></actuator>)");
+      <muscle name='long' tendon='t' lengthrange='-0.1 0.2' force='150' scale='1' tausmooth='0.1'
+        timeconst='0.02 0.05' range='0.7 1.0' lmin='0.4' lmax='1.7' vmax='2' fpmax='1' fvmax='1.3'/>
+    </actuator>)");
   const Scene scene = load_scene(folder_.write("muscles.xml", file));
   ASSERT_EQ(scene.model.actuators().size(), 2u);
   const Actuator& at_joint = scene.model.actuators()[0];
@@ -168,7 +170,7 @@ TEST_F(MjcfMusclesTest, AFileBecomesAModelWithMuscles) {
   EXPECT_NEAR(at_joint.muscle.optimal_length, 0.2 / 0.3, kRoundOff);
   const Actuator& on_tendon = scene.model.actuators()[1];
   EXPECT_EQ(on_tendon.transmission, Transmission::kTendon);
-  EXPECT_EQ(on_tendon.muscle.max_force, 200.0);
+  EXPECT_EQ(on_tendon.muscle.max_force, 150.0);
   EXPECT_NEAR(on_tendon.muscle.optimal_length, 0.3 / 0.3, kRoundOff);
 }
 
@@ -180,7 +182,8 @@ TEST_F(MjcfMusclesTest, AMuscleAtASiteIsRefused) {
     load_scene(folder_.write("site.xml", file));
     ADD_FAILURE() << "accepted";
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("joint or a tendon"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("joint or a tendon"), std::string::npos)
+        << error.what();
   }
 }
 
