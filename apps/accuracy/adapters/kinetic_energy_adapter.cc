@@ -40,9 +40,12 @@ class KineticEnergyAdapter : public SteppingAdapter {
     StepReport report;
     ws.sleepers.wake_all(model_);
     ws.constraints =
-        prepare_step({model_, setting_.options, effects, state.q, state.v}, ws).constraints();
+        prepare_step(
+            {model_, setting_.options, effects, state.q, state.v, given_z(model_, state.z)}, ws)
+            .constraints();
     const Input none;
-    const StepArguments arguments{model_, setting_.options, setting_.solver, state, none, effects};
+    const StepArguments arguments{model_, setting_.options, setting_.solver,         state,
+                                  none,   effects,          given_z(model_, state.z)};
     ws.start.find_inertias(model_);
     find_free_velocity({arguments, ws.start, ws.sleepers, ws.taut_links, ws.counts}, ws.motion,
                        ws.constraints, next.v, report);

@@ -13,8 +13,7 @@ namespace {
 class MuscleSceneTest : public testing::Test {
  protected:
   Scene scene(const std::string& muscle) {
-    return load_scene(folder_.write("m.yaml", "name: m\nmodels:\n  - {urdf: " +
-                                                  test::source_dir() +
+    return load_scene(folder_.write("m.yaml", "name: m\nmodels:\n  - {urdf: " + test::source_dir() +
                                                   "/data/robots/pendulum.urdf}\n"
                                                   "actuators:\n  - name: biceps\n    joint: " +
                                                   joint_ + "\n    muscle: {" + muscle + "}\n"));
@@ -30,8 +29,7 @@ class MuscleSceneTest : public testing::Test {
     }
   }
   const std::string joint_ = [] {
-    const Model model =
-        load_scene(test::source_dir() + "/data/scenes/pendulum.yaml").model;
+    const Model model = load_scene(test::source_dir() + "/data/scenes/pendulum.yaml").model;
     return model.joint(0).name;
   }();
   test::TempFolder folder_;
