@@ -17,8 +17,8 @@ Json closure_json(const Closure& closure, const ClosureGap& gap) {
   if (closure.switched) {
     out["attached"] = closure.attached;
     out["in_place"] = closure.in_place;
-    out["breaking_force_N"] = number_json(closure.breaking_force);
-    out["breaking_torque_N_m"] = number_json(closure.breaking_torque);
+    out["breaking_force_N"] = closure.breaking_force;
+    out["breaking_torque_N_m"] = closure.breaking_torque;
   }
   if (closure.linear.acts) {
     out["stiffness_N_m"] = vector_json(closure.linear.stiffness);

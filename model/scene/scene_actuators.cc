@@ -33,9 +33,9 @@ void read_muscle(const YamlValue& in, Muscle& m) {
   }
   if (!in.has("max_force") || !in.has("optimal_length"))
     in.fail("max_force [N] and optimal_length [m] are expected");
+  if (in.has("slack_length")) m.slack_length = in.at("slack_length").number();
   read_numbers(in, {{"max_force", &m.max_force},
                     {"optimal_length", &m.optimal_length},
-                    {"slack_length", &m.slack_length},
                     {"pennation", &m.pennation},
                     {"max_speed", &m.max_speed},
                     {"damping", &m.damping},

@@ -37,7 +37,9 @@ class ActuatorReader {
                          "user",       "actdim",      "dyntype",   "gaintype",      "biastype",
                          "dynprm",     "gainprm",     "biasprm",   "actearly",      "kp",
                          "kv",         "dampratio",   "timeconst", "inheritrange",  "gain",
-                         "plugin",     "instance",    "nsample",   "interp",        "delay"});
+                         "plugin",     "instance",    "nsample",   "interp",        "delay",
+                         "tausmooth",  "range",       "force",     "scale",         "lmin",
+                         "lmax",       "vmax",        "fpmax",     "fvmax"});
     const std::vector<const Element*> levels = law_levels(defaults_, e);
     const Law law = read_law(document_, levels);
     MjcfModel::Actuator actuator;

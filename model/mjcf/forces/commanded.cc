@@ -154,11 +154,10 @@ void read_commanded(const CommandedElement& from, MjcfModel::Actuator& actuator,
             ? nullptr
             : &model.robot.joints[static_cast<std::size_t>(from.length.sum[0].first)];
     const std::optional<Muscle> muscle =
-        read_muscle(from.document, from.levels, {joint, from.tendon, a.gear}, model);
+        read_muscle(from.document, from.levels, {joint, from.tendon, a.gear, constant}, model);
     if (!muscle) return;
     a.law = ActuatorLaw::kMuscle;
     a.muscle = *muscle;
-    a.muscle.slack_length -= constant;
   } else {
     set_affine(from, constant, a);
   }

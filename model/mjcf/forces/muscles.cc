@@ -98,7 +98,7 @@ std::optional<std::pair<double, double>> muscle_limits(const MusclePath& path) {
   const double upper = path.joint ? path.joint->upper : path.tendon->upper;
   if (!std::isfinite(lower) || !std::isfinite(upper) || lower == upper || path.gear == 0.0)
     return std::nullopt;
-  return std::minmax({path.gear * lower, path.gear * upper});
+  return std::minmax({path.gear * lower + path.offset, path.gear * upper + path.offset});
 }
 
 /// Size of the acceleration of all coordinates per unit of force of a muscle at a joint, in the
@@ -123,6 +123,8 @@ std::optional<Muscle> read_muscle(Document& document, const std::vector<const El
     document.refuse(e, LeaveOut::kActuators, what);
     return std::nullopt;
   };
+  if (!path.joint && !path.tendon)
+    return refuse("a muscle pulls at a joint or a tendon; at a site or body it is not supported");
   if (!one_muscle(p))
     return refuse(
         "biasprm gives a muscle of another range, force or lmax than gainprm, which is "
@@ -145,7 +147,7 @@ std::optional<Muscle> read_muscle(Document& document, const std::vector<const El
   m.curves = Muscle::Curves::kMujoco;
   m.max_force = p.gain[kForce];
   m.optimal_length = (p.lengths->second - p.lengths->first) / (p.gain[kHigh] - p.gain[kLow]);
-  m.slack_length = p.lengths->first - p.gain[kLow] * m.optimal_length;
+  m.slack_length = p.lengths->first - p.gain[kLow] * m.optimal_length - path.offset;
   m.max_speed = p.gain[kVmax];
   m.damping = 0.0;
   m.shortest = p.gain[kLmin];

@@ -5,6 +5,7 @@
 
 #include "counterpoint/model/mjcf/document/defaults.h"
 #include "counterpoint/model/mjcf/forces/muscles.h"
+#include "counterpoint/model/scene.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint::mjcf_muscles_test {
@@ -17,7 +18,7 @@ class MjcfMusclesTest : public testing::Test {
   /// Reads the last element of <actuator> as a muscle at the joint `j`, or at a tendon of these
   /// limits. The other elements are defaults.
   std::optional<Muscle> read(const std::string& contents, double gear = 1.0,
-                             const TendonSpec* tendon = nullptr) {
+                             const TendonSpec* tendon = nullptr, double offset = 0.0) {
     const auto file = folder_.write("m.xml", "<mujoco>" + contents + "</mujoco>");
     const MjcfOptions options;
     mjcf::Document document(file, options);
@@ -27,7 +28,7 @@ class MjcfMusclesTest : public testing::Test {
     levels.push_back(elements.back());
     const MjcfModel model = load_mjcf(folder_.write("body.xml", body_));
     const auto muscle = mjcf::read_muscle(
-        document, levels, {tendon ? nullptr : &model.robot.joints[0], tendon, gear}, model);
+        document, levels, {tendon ? nullptr : &model.robot.joints[0], tendon, gear, offset}, model);
     faults_.clear();
     try {
       document.faults.throw_if_any();
@@ -121,6 +122,8 @@ TEST_F(MjcfMusclesTest, LengthsFollowFromLimits) {
   ASSERT_TRUE(at_joint) << faults_;
   EXPECT_NEAR(at_joint->optimal_length, 0.2, kRoundOff);
   EXPECT_NEAR(at_joint->slack_length, -0.15 - 0.5 * 0.2, kRoundOff);
+  // An offset moves the lengths of MuJoCo, not the force at a coordinate.
+  EXPECT_NEAR(read(muscle, -0.1, nullptr, 7.0)->slack_length, at_joint->slack_length, kRoundOff);
   TendonSpec tendon;
   tendon.lower = 0.3;
   tendon.upper = 0.5;
@@ -146,6 +149,42 @@ TEST_F(MjcfMusclesTest, ANegativeForceIsScaledByTheAccelerationOfTheReferencePos
   tendon.upper = 0.5;
   EXPECT_FALSE(read("<actuator><muscle tendon='t'/></actuator>", 1.0, &tendon));
   EXPECT_NE(faults_.find("positive force"), std::string::npos) << faults_;
+}
+
+TEST_F(MjcfMusclesTest, AFileBecomesAModelWithMuscles) {
+  std::string file = body_;
+  file.insert(file.find("</mujoco>"), R"(<tendon><fixed name='t'><joint joint='j' coef='0.1'/>
+      <joint joint='k' coef='-0.05'/></fixed></tendon>
+    <default><muscle force='200' ctrllimited='true' ctrlrange='0 0.9'/></default>
+    <actuator><muscle name='short' joint='j' gear='-0.1'/>
+      <muscle name='long' tendon='t' lengthrange='-0.1 0.2' force='150' scale='1' tausmooth='0.1'
+        timeconst='0.02 0.05' range='0.7 1.0' lmin='0.4' lmax='1.7' vmax='2' fpmax='1' fvmax='1.3'/>
+    </actuator>)");
+  const Scene scene = load_scene(folder_.write("muscles.xml", file));
+  ASSERT_EQ(scene.model.actuators().size(), 2u);
+  const Actuator& at_joint = scene.model.actuators()[0];
+  EXPECT_EQ(at_joint.law, ActuatorLaw::kMuscle);
+  EXPECT_EQ(at_joint.transmission, Transmission::kJoint);
+  EXPECT_EQ(at_joint.gear, -0.1);
+  EXPECT_EQ(at_joint.most_command, 0.9);
+  EXPECT_NEAR(at_joint.muscle.optimal_length, 0.2 / 0.3, kRoundOff);
+  const Actuator& on_tendon = scene.model.actuators()[1];
+  EXPECT_EQ(on_tendon.transmission, Transmission::kTendon);
+  EXPECT_EQ(on_tendon.muscle.max_force, 150.0);
+  EXPECT_NEAR(on_tendon.muscle.optimal_length, 0.3 / 0.3, kRoundOff);
+}
+
+TEST_F(MjcfMusclesTest, AMuscleAtASiteIsRefused) {
+  std::string file = body_;
+  file.insert(file.find("</mujoco>"), "<actuator><muscle site='s' force='1'/></actuator>");
+  file.insert(file.find("<body>"), "<site name='s'/>");
+  try {
+    load_scene(folder_.write("site.xml", file));
+    ADD_FAILURE() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("joint or a tendon"), std::string::npos)
+        << error.what();
+  }
 }
 
 TEST_F(MjcfMusclesTest, WrongNumbersAreNamed) {
