@@ -29,13 +29,13 @@ class InputSchedule {
   const InputColumns& columns() const { return columns_; }
 
  private:
-  std::vector<double> time_;
-  MatrixX force_;  // nv x rows
   const VectorX& values_at(double time, double slack);
 
+  std::vector<double> time_;
+  MatrixX force_;  // nv x rows
   InputColumns columns_;
   MatrixX known_;      // values of columns_ x rows
-  VectorX values_;     // those of one time
+  VectorX values_;     // interpolated values
   int num_moved_ = 0;  // number of columns of prescribed joints
   int row_ = -1;       // row that applies at the last time asked for
 };

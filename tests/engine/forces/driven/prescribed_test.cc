@@ -21,7 +21,7 @@ constexpr double kStep = 0.002;    // [s]
 /// Relative error of forces at contacts of bodies that both move at 2 m/s: rounding of their
 /// relative velocity. It is the same where the platform is free.
 constexpr double kMovingContact = 3e-8;
-/// Of velocities [m/s] and forces [N] after some hundred steps.
+/// Rounding of angles [rad], forces [N] and momenta [N s] over some hundred steps.
 constexpr double kRounding = 1e-11;
 
 JointSpec prismatic(const std::string& name, const Vector3& axis, bool prescribed) {
@@ -239,8 +239,7 @@ TEST_F(PrescribedScene, FreeBodiesTurnAsGiven) {
   EXPECT_TRUE(sim.state().v.head<6>().isZero(0.0));
 }
 
-/// Joints on a prescribed one are derived in closed form by the inverse, which knows nothing of
-/// what is prescribed.
+/// The inverse knows nothing of prescribed joints, and has closed forms of their derivatives, too.
 TEST(Prescribed, DerivativesOfTheInverseAreExact) {
   ModelBuilder builder(Vector3(0, 0, -kGravity));
   builder.add_robot(shaken(true), Base::kFixed, Pose());
@@ -303,7 +302,7 @@ TEST_F(PrescribedScene, HasColumnsInTables) {
   Input input;
   columns.set(model, values.col(0), input);
   EXPECT_EQ(input.prescribed[0], 0.1);
-  EXPECT_EQ(input.prescribed[3], 1.0);  // of unit length
+  EXPECT_EQ(input.prescribed[3], 1.0);  // scaled to unit length
   EXPECT_TRUE(std::isnan(input.prescribed[7]));
   columns.set(model, values.col(1), input);
   EXPECT_TRUE(input.prescribed.array().isNaN().all());
