@@ -285,6 +285,29 @@ void ModelBuilder::check_inertias() {
   }
 }
 
+namespace {
+
+/// Pairs of geometries that no force can move relative to each other: their bodies move with
+/// prescribed joints only, or one of them is fixed to the world.
+std::vector<std::pair<int, int>> driven_pairs(const Model& model) {
+  std::vector<char> driven(static_cast<size_t>(model.num_bodies()), 1);
+  for (int i = 1; i < model.num_bodies(); ++i)
+    driven[i] = model.joint(i - 1).prescribed && driven[model.body(i).parent];
+  std::vector<int> of_driven;
+  std::vector<std::pair<int, int>> pairs;
+  const auto& geometries = model.geometries();
+  for (int g = 0; g < static_cast<int>(geometries.size()); ++g)
+    if (driven[geometries[g].body]) of_driven.push_back(g);
+  if (std::count(driven.begin(), driven.end(), 1) == 1) return pairs;
+  for (size_t j = 0; j < of_driven.size(); ++j)
+    for (size_t i = 0; i < j; ++i)
+      if (geometries[of_driven[i]].body != geometries[of_driven[j]].body)
+        pairs.emplace_back(of_driven[i], of_driven[j]);
+  return pairs;
+}
+
+}  // namespace
+
 Model ModelBuilder::build() {
   model_.nq_ = static_cast<int>(default_q_.size());
   model_.nv_ = static_cast<int>(damping_.size());
@@ -307,6 +330,8 @@ Model ModelBuilder::build() {
   std::stable_sort(
       model_.gravity_compensations_.begin(), model_.gravity_compensations_.end(),
       [](const GravityCompensation& a, const GravityCompensation& b) { return a.body < b.body; });
+  for (const auto& [i, j] : driven_pairs(model_))
+    add_exclusion(i, j, "both move as prescribed, or not at all");
   sort_pairs();
   check_inertias();
   place_closures();

@@ -182,7 +182,8 @@ void inspect_bodies(const Model& model, Report& report) {
                       {"damping", damping},
                       {"dry_friction", dry_friction},
                       {"armature", model.armature()[body.v_index]},
-                      {"actuated", joint.actuated}});
+                      {"actuated", joint.actuated},
+                      {"prescribed", joint.prescribed}});
     joints.back().update(joint_forces_json(model, i - 1));
   }
   report.print("total mass {:.6g} kg\n", total);
@@ -244,7 +245,8 @@ void inspect_closures(const Model& model, const VectorX& q, Report& report) {
   Json closures = Json::array();
   const std::vector<Pose> X_WB = body_poses(model, q);
   for (const Closure& closure : model.closures()) {
-    Json& entry = closures.emplace_back(closure_json(closure, closure_gap(closure, X_WB)));
+    const ClosureGap gap = closure_gap(closure, X_WB, model.default_z());
+    Json& entry = closures.emplace_back(closure_json(closure, gap));
     entry["link_a"] = link_name(model, closure.body_a);
     entry["link_b"] = link_name(model, closure.body_b);
   }
@@ -252,6 +254,11 @@ void inspect_closures(const Model& model, const VectorX& q, Report& report) {
       "closures", "\nclosures:\n",
       "  {name} ({type}): {link_a} - {link_b}, open by {open_m:.3g} m, {open_rad:.3g} rad\n",
       closures, report);
+  for (const Closure& closure : model.closures())
+    if (closure.switched)
+      report.print("  {} is switched, {} at the start; it breaks above {:.6g} N, {:.6g} N m\n",
+                   closure.name, closure.attached ? "attached" : "open", closure.breaking_force,
+                   closure.breaking_torque);
 }
 
 /// Reports the pairs of geometries that are never tested.

@@ -57,7 +57,11 @@ void add_extremes(const Model& model, const Trajectory& trajectory, int step,
   extremes.contacts += static_cast<long>(inverse.contacts.size());
   if (trajectory.applied_force.size() > 0) {
     const auto recorded = trajectory.applied_force.col(step);
-    const double error = (inverse.applied_force - recorded).lpNorm<Eigen::Infinity>();
+    VectorX difference = inverse.applied_force - recorded;
+    for (int i = 1; i < model.num_bodies(); ++i)  // nothing records what held a prescribed joint
+      if (model.joint(i - 1).prescribed)
+        difference.segment(model.body(i).v_index, joint_nv(model.body(i).joint_type)).setZero();
+    const double error = difference.lpNorm<Eigen::Infinity>();
     // Written so that NaN is kept: every comparison with NaN is false.
     if (!(error <= extremes.error)) extremes.error = error;
     extremes.recorded = std::max(extremes.recorded, recorded.lpNorm<Eigen::Infinity>());

@@ -51,6 +51,9 @@ InputSchedule::InputSchedule(const std::filesystem::path& file, const Model& mod
     }
   }
   columns_ = find_input_columns(table, model);
+  InputColumns held = columns_;
+  held.prescribed = false;
+  num_moved_ = static_cast<int>(columns_.names(model).size() - held.names(model).size());
   known_ = read_input_columns(columns_, table, model, table.num_rows());
   if (found == 0 && columns_.empty()) {
     throw InputError(
@@ -64,7 +67,18 @@ void InputSchedule::apply(const Model& model, double time, double slack, Input& 
   while (row_ + 1 < static_cast<int>(time_.size()) && time_[row_ + 1] <= time + slack) ++row_;
   if (row_ < 0) return;
   input.applied_force += force_.col(row_);
-  if (!columns_.empty()) columns_.set(model, known_.col(row_), input);
+  if (!columns_.empty()) columns_.set(model, values_at(time, slack), input);
+}
+
+/// Returns the values at a time [s] within the present row: those of prescribed joints, the last
+/// ones, lie on a line to the next row.
+const VectorX& InputSchedule::values_at(double time, double slack) {
+  values_ = known_.col(row_);
+  const auto row = static_cast<size_t>(row_);
+  if (num_moved_ == 0 || row + 1 == time_.size() || time <= time_[row] + slack) return values_;
+  const double share = (time - time_[row]) / (time_[row + 1] - time_[row]);
+  values_.tail(num_moved_) += share * (known_.col(row_ + 1) - known_.col(row_)).tail(num_moved_);
+  return values_;
 }
 
 double InputSchedule::next_change(double time, double slack) const {
@@ -85,7 +99,7 @@ RandomForces::RandomForces(const Model& model, double scale, double wrench_scale
       const bool translation = body.joint_type == JointType::kPrismatic ||
                                (body.joint_type == JointType::kFloating && k < 3) ||
                                (body.joint_type == JointType::kPlanar && k < 2);
-      const double load = weight * (translation ? 1.0 : kLever);
+      const double load = joint.prescribed ? 0.0 : weight * (translation ? 1.0 : kLever);
       amplitude_[body.v_index + k] =
           joint.actuated ? scale * std::min(joint.effort_limit, load) : wrench_scale * load;
     }

@@ -12,7 +12,7 @@ namespace counterpoint::apps {
 
 /// Inputs from a CSV file with the column time and any of the scene's applied forces, servo targets
 /// and wrenches on links (other columns of a trajectory are allowed and ignored). A row applies
-/// from its time until the next.
+/// from its time until the next; coordinates of prescribed joints move on a line to the next row.
 class InputSchedule {
  public:
   /// @throws InputError naming file, line and column
@@ -29,11 +29,15 @@ class InputSchedule {
   const InputColumns& columns() const { return columns_; }
 
  private:
+  const VectorX& values_at(double time, double slack);
+
   std::vector<double> time_;
   MatrixX force_;  // nv x rows
   InputColumns columns_;
-  MatrixX known_;  // values of columns_ x rows
-  int row_ = -1;   // row that applies at the last time asked for
+  MatrixX known_;      // values of columns_ x rows
+  VectorX values_;     // interpolated values
+  int num_moved_ = 0;  // number of columns of prescribed joints
+  int row_ = -1;       // row that applies at the last time asked for
 };
 
 /// Random forces, constant for kHold; also used in tests of the inverse. Uniform in +- scale *

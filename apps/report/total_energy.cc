@@ -30,7 +30,9 @@ double SurfaceSprings::energy(const VectorX& q) {
 bool has_drives(const Model& model) {
   const auto moves = [](const Geometry& g) { return !g.material.surface_velocity.isZero(0.0); };
   const auto pulls = [](const Tendon& t) { return t.servo.any(); };
+  const auto driven = [](const JointInfo& joint) { return joint.prescribed; };
   return !model.servos().empty() || !model.actuators().empty() ||
+         std::any_of(model.joints().begin(), model.joints().end(), driven) ||
          std::any_of(model.geometries().begin(), model.geometries().end(), moves) ||
          std::any_of(model.tendons().begin(), model.tendons().end(), pulls);
 }
@@ -38,8 +40,8 @@ bool has_drives(const Model& model) {
 double total_energy(const Model& model, const State& state) {
   Dynamics dynamics(model);
   dynamics.set_state(state.q, state.v);
-  return dynamics.kinetic_energy() + dynamics.potential_energy() + spring_energy(model, state.q) +
-         SurfaceSprings(model).energy(state.q);
+  return dynamics.kinetic_energy() + dynamics.potential_energy() +
+         spring_energy(model, state.q, state.z) + SurfaceSprings(model).energy(state.q);
 }
 
 }  // namespace counterpoint::apps

@@ -70,6 +70,7 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       acceleration_(model.closures().empty() ? 0 : model.num_bodies()) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
+    if (model.joint(i - 1).prescribed) continue;
     for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k)
       if (model.dry_friction()[k] > 0.0) dry_.push_back({k, i});
   }

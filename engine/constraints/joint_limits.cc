@@ -60,7 +60,7 @@ std::vector<LimitedCoordinate> list_limited_coordinates(const Model& model) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
     const JointInfo& joint = model.joint(i - 1);
-    if (std::isfinite(joint.lower) || std::isfinite(joint.upper))
+    if (!joint.prescribed && (std::isfinite(joint.lower) || std::isfinite(joint.upper)))
       limited.push_back({body.q_index, body.v_index, i, joint.lower, joint.upper});
   }
   return limited;
@@ -99,7 +99,7 @@ std::vector<SpeedLimit> list_speed_limits(const Model& model) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
     const double limit = model.joint(i - 1).velocity_limit;
-    if (!std::isfinite(limit)) continue;
+    if (!std::isfinite(limit) || model.joint(i - 1).prescribed) continue;
     for (int k = 0; k < joint_nv(body.joint_type); ++k)
       limits.push_back({body.v_index + k, i, limit});
   }

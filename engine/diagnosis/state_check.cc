@@ -81,6 +81,8 @@ void check_known(const Model& model, const Input& input) {
   const auto actuators = static_cast<Eigen::Index>(model.actuators().size());
   if (input.command.size() != 0) check_size("commands", input.command.size(), actuators);
   if (input.z.size() != 0) check_size("internal states", input.z.size(), model.nz());
+  if (input.prescribed.size() != 0)
+    check_size("prescribed coordinates", input.prescribed.size(), model.nq());
   for (const ExternalWrench& w : input.wrenches) {
     if (w.body >= 0 && w.body < model.num_bodies()) continue;
     throw InputError(fmt::format("a wrench acts on body {}; the model has bodies 0 to {}", w.body,

@@ -17,7 +17,16 @@ namespace {
 class Response {
  public:
   Response(const Model& model, Data& data)
-      : tau(VectorX::Zero(model.nv())), acceleration(tau), model_(model), data_(data) {
+      : tau(VectorX::Zero(model.nv())),
+        acceleration(tau),
+        model_(model),
+        data_(data),
+        diagonal_(model.armature()) {
+    for (int i = 1; i < model.num_bodies(); ++i) {
+      const Body& body = model.body(i);
+      if (model.joint(i - 1).prescribed)
+        diagonal_.segment(body.v_index, joint_nv(body.joint_type)).setConstant(kLockedInertia);
+    }
     compute_poses(model, model.default_q(), data);
     compute_velocities(model, tau, data);
     compute_inertias(model, data);
@@ -37,7 +46,7 @@ class Response {
     if (tree < 0) return;
     const Tree& t = model_.trees()[tree];
     int singular = 0;
-    if (aba(model_, tau, model_.armature(), Vector3::Zero(), {t.body_begin, t.body_end}, data_,
+    if (aba(model_, tau, diagonal_, Vector3::Zero(), {t.body_begin, t.body_end}, data_,
             acceleration, &singular))
       return;
     throw InputError(
@@ -52,6 +61,7 @@ class Response {
  private:
   const Model& model_;
   Data& data_;
+  VectorX diagonal_;  ///< nv, added to M: armature, and what locks prescribed joints
 };
 
 /// Returns outermost points on the surface of a shape, in the geometry frame.
@@ -129,6 +139,8 @@ std::vector<double> contact_weights(const Model& model, Response& response, cons
       weight[g.body] = std::max(weight[g.body], 0.5 * kRotationShare * x.dot(lever[g.body] * x));
     }
   }
+  for (int b = 1; b < model.num_bodies(); ++b)
+    if (is_driven(model, b)) weight[b] = 0.0;
   return weight;
 }
 
@@ -196,6 +208,12 @@ ClosureWeight closure_weight(const Model& model, const Closure& closure, Respons
 }
 
 }  // namespace
+
+bool is_driven(const Model& model, int body) {
+  for (int i = body; i != 0; i = model.body(i).parent)
+    if (!model.joint(i - 1).prescribed) return false;
+  return true;
+}
 
 double tendon_weight(const Tendon& tendon, const Model& model, const std::vector<double>& contact,
                      const VectorX& dof) {

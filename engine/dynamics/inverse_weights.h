@@ -8,6 +8,14 @@
 
 namespace counterpoint {
 
+/// Whether a body moves with prescribed joints only (JointInfo::prescribed), or not at all, so that
+/// no force moves it. True for the world.
+bool is_driven(const Model& model, int body);
+
+/// Inertia [kg, kg m^2] of a prescribed joint: its acceleration is what its force says, to the last
+/// bit, beside any other inertia and force.
+inline constexpr double kLockedInertia = 1e30;
+
 /// Inverse mass for the relative motion of a closure's anchors.
 struct ClosureWeight {
   double linear = 0.0;   ///< mean over directions [1/kg]
@@ -17,7 +25,8 @@ struct ClosureWeight {
 /// Computed once in the default pose, never from the current mass matrix, since the inverse of a
 /// step must not need one (docs/explanation/concepts.md).
 struct InverseWeights {
-  /// Inverse mass at the contacts of each body [1/kg], 0 for the world: the larger of the mean over
+  /// Inverse mass at the contacts of each body [1/kg], 0 for the world and for driven bodies, with
+  /// prescribed joints as they are: the larger of the mean over
   /// directions at the centre of mass and a fraction of the rotational part where the body's
   /// geometry makes it largest.
   std::vector<double> contact;

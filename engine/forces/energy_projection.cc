@@ -99,6 +99,8 @@ EnergyProjection::EnergyProjection(const Model& model)
       share_(model.num_trees(), 0.0) {
   for (int t = 0; t < model.num_trees(); ++t)
     corrected_[t] = model.trees()[t].body_end - model.trees()[t].body_begin > 1;
+  for (int i = 1; i < model.num_bodies(); ++i)
+    if (model.joint(i - 1).prescribed) corrected_[model.body(i).tree] = 0;
   for (const Closure& closure : model.closures())
     for (const int body : {closure.body_a, closure.body_b})
       if (body > 0 && !closure.switched) corrected_[model.body(body).tree] = 0;

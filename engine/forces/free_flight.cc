@@ -18,7 +18,7 @@ EulerTop top_on_joint(const Body& body) {
 FreeFlight::FreeFlight(const Model& model) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
-    if (body.parent != 0 || body.subtree_end != i + 1) continue;
+    if (body.parent != 0 || body.subtree_end != i + 1 || model.joint(i - 1).prescribed) continue;
     if (body.joint_type == JointType::kFloating) {
       flyers_.push_back(
           {i, EulerTop(body.inertia.rotational), Vector3::Zero(), body.inertia.rotational});

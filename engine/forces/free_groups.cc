@@ -15,10 +15,12 @@ const Body& base(const Model& model, int tree) {
 
 BodyRange bodies_of(const Tree& tree) { return {tree.body_begin, tree.body_end}; }
 
-/// True if a tree has a floating base on which no armature, damping or dry friction acts.
+/// True if a tree has a floating base that is not prescribed and on which no armature, damping or
+/// dry friction acts.
 bool floats(const Model& model, int t) {
   const Body& root = base(model, t);
   if (root.joint_type != JointType::kFloating) return false;
+  if (model.joint(model.trees()[static_cast<size_t>(t)].body_begin - 1).prescribed) return false;
   for (const VectorX* v : {&model.armature(), &model.damping(), &model.dry_friction()})
     if (!v->segment<6>(root.v_index).isZero(0.0)) return false;
   return true;

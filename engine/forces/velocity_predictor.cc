@@ -45,6 +45,7 @@ double fastest_turn(const Model& model, int body, const std::vector<Motion>& V) 
 
 VelocityPredictor::VelocityPredictor(const Model& model)
     : with_servo_(model.num_trees(), 0),
+      driven_(model.num_trees(), 0),
       known_(model.num_trees(), 0),
       covered_(model.num_trees(), 0),
       needed_(model.num_trees(), 0),
@@ -59,6 +60,8 @@ VelocityPredictor::VelocityPredictor(const Model& model)
       V_(model.num_bodies()) {
   if (!model.closures().empty()) reached_.emplace(model);
   for (const JointServo& servo : model.servos()) with_servo_[model.body(servo.joint + 1).tree] = 1;
+  for (int i = 1; i < model.num_bodies(); ++i)
+    if (model.joint(i - 1).prescribed) driven_[model.body(i).tree] = 1;
 }
 
 void VelocityPredictor::forget() {
@@ -76,13 +79,13 @@ bool VelocityPredictor::aims(const Model& model, const PairConstraint& pair) con
   return true;
 }
 
-/// Chooses the trees to cover: requested trees that rotate, without servos and without constraints
-/// other than equalities. False if there are none.
+/// Chooses the trees to cover: requested trees that rotate, without servos, prescribed joints, and
+/// constraints other than equalities. False if there are none.
 bool VelocityPredictor::choose(const Model& model, EffectSet effects, Of of,
                                const ConstraintSet& constraints, std::span<const BodyRange> ranges,
                                const Kinematics& data) {
   const bool servos = effects.has(Effect::kServos);
-  for (size_t t = 0; t < known_.size(); ++t) known_[t] = !(servos && with_servo_[t]);
+  for (size_t t = 0; t < known_.size(); ++t) known_[t] = !driven_[t] && !(servos && with_servo_[t]);
   for_each_marked(model, constraints, [&](int a, int b, bool equality) {
     for (const int t : {a, b})
       if (t >= 0 && !equality) known_[t] = 0;

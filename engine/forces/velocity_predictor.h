@@ -85,6 +85,7 @@ class VelocityPredictor {
   void aim(const StepContext& at, ConstraintSet& constraints, const Kinematics& data);
 
   std::vector<char> with_servo_;        ///< per tree
+  std::vector<char> driven_;            ///< per tree: it has prescribed joints
   std::vector<char> known_;             ///< per tree: (q, w) determines all forces on it
   std::vector<char> covered_;           ///< per tree
   std::vector<char> needed_;            ///< per tree: covered, or coupled to a covered one

@@ -31,6 +31,7 @@ void add_bodies(const Model& model, Hash& hash) {
     for (const double x : {joint.lower, joint.upper, joint.effort_limit, joint.velocity_limit})
       hash.add(x);
     hash.add(joint.actuated ? 1 : 0);
+    hash.add(joint.prescribed ? 1 : 0);
   }
 }
 

@@ -14,14 +14,16 @@ constexpr double kNoForce = 1e30;
 constexpr double kAccuracy = 1e-9;
 
 /// Returns the bias that removes the whole recoverable overlap [m/s]; NaN for constraints without a
-/// gap.
-double gap_bias_of(const ConstraintSet& constraints, int constraint) {
+/// gap. shifts: of the first rows of the problem (PrescribedMotion::shifts).
+double gap_bias_of(const ConstraintSet& constraints, std::span<const double> shifts,
+                   int constraint) {
   const auto i = static_cast<size_t>(constraint);
+  const double shift = shifts.empty() ? 0.0 : shifts[i];
   if (i < constraints.contacts.size() && constraints.pairs[i].soft)
     return std::numeric_limits<double>::quiet_NaN();
-  if (i < constraints.contacts.size()) return constraints.pairs[i].gap_bias;
+  if (i < constraints.contacts.size()) return constraints.pairs[i].gap_bias + shift;
   if (i < constraints.pairs.size()) return std::numeric_limits<double>::quiet_NaN();
-  return constraints.joints[i - constraints.pairs.size()].gap_bias;
+  return constraints.joints[i - constraints.pairs.size()].gap_bias + shift;
 }
 
 /// Returns J w of the first row of a constraint.
@@ -95,10 +97,11 @@ bool OverlapCorrection::find_late_impulses(const ConstraintSet& constraints,
 }
 
 bool OverlapCorrection::find_concerned(const ConstraintSet& constraints,
-                                       const contact::Problem& solved, const VectorRef& w) {
+                                       const contact::Problem& solved, const VectorRef& w,
+                                       std::span<const double> shifts) {
   const auto block_of = [&](int c) { return std::max(solved.block(c, 0), solved.block(c, 1)); };
   const auto overlaps = [&](int c) {
-    const double b = gap_bias_of(constraints, c);
+    const double b = gap_bias_of(constraints, shifts, c);
     return b < solved.law(c).bias[0] && first_row_velocity(solved, c, w) + b < 0.0;
   };
   const int count = solved.num_constraints();
@@ -124,11 +127,12 @@ bool OverlapCorrection::find_concerned(const ConstraintSet& constraints,
 OverlapCorrection::Found OverlapCorrection::find(const ConstraintSet& constraints,
                                                  const contact::Problem& solved, double h,
                                                  const contact::Settings& settings,
-                                                 const VectorRef& w, const VectorRef& impulse) {
+                                                 const VectorRef& w, const VectorRef& impulse,
+                                                 std::span<const double> shifts) {
   if (p_.size() < solved.num_velocities()) p_.resize(solved.num_velocities());
   Eigen::Ref<VectorX> p = p_.head(solved.num_velocities());
   const bool late = find_late_impulses(constraints, solved, h, impulse);
-  if (!find_concerned(constraints, solved, w)) return {};
+  if (!find_concerned(constraints, solved, w, shifts)) return {};
   if (!late) p.setZero();
   problem_.clear();
   for (int block = 0; block < solved.num_blocks(); ++block) {
@@ -139,7 +143,7 @@ OverlapCorrection::Found OverlapCorrection::find(const ConstraintSet& constraint
   for (int c = 0; c < solved.num_constraints(); ++c) {
     const int block = std::max(solved.block(c, 0), solved.block(c, 1));
     if (!concerned_[static_cast<size_t>(block)]) continue;
-    const double b = gap_bias_of(constraints, c);
+    const double b = gap_bias_of(constraints, shifts, c);
     const double y = std::isnan(b) ? b : first_row_velocity(solved, c, w) + b;
     const bool soft = static_cast<size_t>(c) < constraints.contacts.size() &&
                       constraints.pairs[static_cast<size_t>(c)].soft;

@@ -44,9 +44,10 @@ class OverlapCorrection {
 
   /// Finds velocity(), if it is needed, for the velocities w and impulses of a solved problem of
   /// these constraints and a step of h [s]. It solves the islands concerned to 1e-9; its blocks are
-  /// those of the solved problem.
+  /// those of the solved problem. shifts: PrescribedMotion::shifts of that problem, or empty.
   Found find(const ConstraintSet& constraints, const contact::Problem& solved, double h,
-             const contact::Settings& settings, const VectorRef& w, const VectorRef& impulse);
+             const contact::Settings& settings, const VectorRef& w, const VectorRef& impulse,
+             std::span<const double> shifts = {});
 
   /// The displacement velocity p [m/s, rad/s].
   VectorRef velocity() const { return p_.head(problem_.num_velocities()); }
@@ -62,7 +63,7 @@ class OverlapCorrection {
   /// Marks the islands with a bounce, or with an overlap that w leaves in part; the others need no
   /// displacement. False if there is none.
   bool find_concerned(const ConstraintSet& constraints, const contact::Problem& solved,
-                      const VectorRef& w);
+                      const VectorRef& w, std::span<const double> shifts);
 
   contact::DisjointSets islands_;
   std::vector<char> concerned_;  ///< per block

@@ -94,11 +94,18 @@ void Sleepers::begin(const Model& model, const SimulationOptions& options,
                              same(input.command, last_input_.command) &&
                              same(input.attach, last_input_.attach);
     if (model.nz() > 0 && !same_states) std::fill(island_awake_.begin(), island_awake_.end(), 1);
+    if (!same(input.prescribed, last_input_.prescribed)) wake_prescribed(model);
     for (const ExternalWrench& w : input.wrenches)
       if (w.body != 0) island_awake_[islands_.root(model.body(w.body).tree)] = 1;
     for (int t = 0; t < model.num_trees(); ++t) asleep_[t] = island_awake_[islands_.root(t)] == 0;
   }
   list_awake(model);
+}
+
+/// Marks the islands of prescribed joints as awake.
+void Sleepers::wake_prescribed(const Model& model) {
+  for (int i = 0; i < model.num_joints(); ++i)
+    if (model.joint(i).prescribed) island_awake_[islands_.root(model.body(i + 1).tree)] = 1;
 }
 
 void Sleepers::wake_all(const Model& model) {
@@ -187,6 +194,7 @@ void Sleepers::end(const Model& model, const State& state, const Input& input,
   last_input_.servo_velocity = input.servo_velocity;
   last_input_.tendon_force = input.tendon_force;
   last_input_.tendon_target = input.tendon_target;
+  last_input_.prescribed = input.prescribed;
   last_input_.command = input.command;
   last_input_.attach = input.attach;
   last_.z = next.z;

@@ -64,6 +64,7 @@ class Sleepers {
 
  private:
   void list_awake(const Model& model);
+  void wake_prescribed(const Model& model);
 
   bool valid_ = false;
   SimulationOptions options_;

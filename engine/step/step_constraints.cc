@@ -116,6 +116,7 @@ const contact::Report& ConstraintStage::pose_and_solve(const VectorX& free, cons
                    solution_.block_of_tree, problem);
   solution_.num_contacts = constraints_.contacts.size();
   soften_problem();
+  if (in_.prescribed != nullptr) in_.prescribed->eliminate(model, solution_.block_of_tree, problem);
   solution_.grow();
   for_each_touched(model, solution_, [&](auto in_tree, auto in_block) {
     solution_.velocity(in_block) = guess(in_tree);
@@ -204,9 +205,10 @@ void ConstraintStage::solve(VectorX& w) {
 /// Finds the velocity that displaces the bodies. False if it is w (nv).
 bool ConstraintStage::find_displacement(OverlapCorrection& correction, const VectorX& w,
                                         VectorX& displacement) {
-  const OverlapCorrection::Found found =
-      correction.find(constraints_, solution_.problem, in_.step.h(), solver_settings(in_.step),
-                      solution_.velocities(), solution_.impulses());
+  const OverlapCorrection::Found found = correction.find(
+      constraints_, solution_.problem, in_.step.h(), solver_settings(in_.step),
+      solution_.velocities(), solution_.impulses(),
+      in_.prescribed != nullptr ? in_.prescribed->shifts() : std::span<const double>());
   if (!found.needed) return false;
   report_.newton_iterations += found.iterations;
   // Overlaps that cannot be corrected in this step are left to the next one.

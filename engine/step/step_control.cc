@@ -204,6 +204,10 @@ ControlledReport step_controlled(const Model& model, const SimulationOptions& op
                                  double& proposal, State& middle, State& next) {
   if (!options.step_control)
     throw InputError("a controlled step needs SimulationOptions::step_control");
+  if (active_effects(workspace.impl().called, options.effects).has(Effect::kPrescribed))
+    throw InputError(
+        "step control splits steps, and prescribed coordinates are those at the end of a whole "
+        "one: leave out step_control");
   const StepControlOptions& control = *options.step_control;
   const double left = until - state.time;
   if (!(left > 0.0)) throw InputError("a controlled step must end later than it begins");

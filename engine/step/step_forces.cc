@@ -143,6 +143,7 @@ void find_free_velocity(const StageInput& in, FreeMotion& motion, ConstraintSet&
   if (set_drag(model, effects, h, at, motion.external, in.counts))
     add_drag(model, h, in.start.gravity(), at, velocity, motion.velocity_acceleration,
              motion.external);
+  if (in.prescribed != nullptr) in.prescribed->lock(h, state.v, diagonal, tau);
   accelerate(model, h, in.start.gravity(), state.v, in.sleepers.awake(), at, velocity, motion,
              w_free, report);
 }

@@ -3,6 +3,7 @@
 
 #include <span>
 
+#include "counterpoint/engine/forces/driven/prescribed.h"
 #include "counterpoint/engine/forces/taut_links.h"
 #include "counterpoint/engine/step/sleep.h"
 #include "counterpoint/engine/step/step_start.h"
@@ -15,7 +16,8 @@ struct StageInput {
   const StepStart& start;
   const Sleepers& sleepers;
   const TautLinks& taut_links;
-  EffectCounts& counts;  ///< the only part that stages write: how often an effect ran
+  EffectCounts& counts;          ///< stages write how often an effect ran
+  PrescribedMotion* prescribed;  ///< found for the step; null where it does not act
 };
 
 /// Forces on single coordinates. Their part that is implicit in the velocity, h times the slope, is

@@ -61,10 +61,19 @@ void correct_free_groups(const StepArguments& step, const VectorX& displacement,
   groups.correct(step.context(), step.input, displaced ? q_reached : next.q, next);
 }
 
+/// The prescribed motion of a step; null where it does not act.
+PrescribedMotion* find_prescribed(const StepArguments& step, Workspace::Impl& ws) {
+  if (!step.effects.has(Effect::kPrescribed)) return nullptr;
+  ws.counts.add(Effect::kPrescribed);
+  ws.prescribed.find(step.context(), step.input);
+  return &ws.prescribed;
+}
+
 /// M (w+ - w) = h (n + u - D w+) + J' f,  q+ = q (+) h w+: the stages of a semi-implicit Euler
 /// step.
 void step_euler(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report) {
-  const StageInput in{step, ws.start, ws.sleepers, ws.taut_links, ws.counts};
+  PrescribedMotion* prescribed = find_prescribed(step, ws);
+  const StageInput in{step, ws.start, ws.sleepers, ws.taut_links, ws.counts, prescribed};
   ConstraintStage constraints(in, ws.motion, ws.finder, ws.constraints, ws.solution, report);
   {
     const PhaseTimer timer(ws.times, &PhaseTimes::dynamics);
@@ -83,6 +92,7 @@ void step_euler(const StepArguments& step, Workspace::Impl& ws, State& next, Ste
   integrate(in, ws.constraints, ws.finder.radii(), *displacement, ws.sleepers, next);
   if (report.succeeded())
     correct_free_groups(step, *displacement, ws.free_groups, ws.q_reached, next);
+  if (prescribed != nullptr) prescribed->set(step.model, next.q, next.v);
 }
 
 /// Stores the forces of the step's constraints in the state that it leads to.
@@ -217,6 +227,11 @@ void advance(const StepArguments& given, Workspace::Impl& ws, State& next, StepR
   const StepArguments step = actuate(given, ws);
   if (step.effects.has(Effect::kTendons))
     add_tendon_servos(step.context(), ws.start.tendons(), step.input, ws.constraints);
+  if (step.effects.has(Effect::kPrescribed) &&
+      step.options.integrator != Integrator::kSemiImplicitEuler)
+    throw InputError(
+        "prescribed motion needs the integrator semi_implicit_euler; choose it, or give the "
+        "joints servos");
   switch (step.options.integrator) {
     case Integrator::kSemiImplicitEuler:
       return step_euler(step, ws, next, report);

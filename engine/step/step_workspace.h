@@ -78,6 +78,7 @@ struct Workspace::Impl {
         finder(model, inverse_weights_of(model)),
         sleepers(model),
         start(model),
+        prescribed(model),
         actuators(model),
         free_groups(model),
         motion(model),
@@ -97,8 +98,9 @@ struct Workspace::Impl {
   StateCheck check;
   ConstraintFinder finder;
   Sleepers sleepers;
-  VectorX z;               ///< nz: internal states at which the step acts
-  StepStart start;         ///< written by prepare_step
+  VectorX z;        ///< nz: internal states at which the step acts
+  StepStart start;  ///< written by prepare_step
+  PrescribedMotion prescribed;
   Actuators actuators;     ///< found by actuate
   Input actuated;          ///< input of the step with the wrenches of actuators
   VectorX actuator_force;  ///< per actuator, in a forward step [N, N m]

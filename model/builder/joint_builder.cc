@@ -28,6 +28,7 @@ int ModelBuilder::add_base(const RobotSpec& robot, const LinkSpec& root, Base ba
   joint.name = root.name;
   joint.child = root.name;
   joint.where = root.where;
+  joint.prescribed = robot.prescribed_base;
   for (const JointSpec& other : robot.joints) {
     // A file may give a fixed joint the name of its root link; names of moving joints must differ.
     if (other.name == joint.name) joint.name = root.name + "_base";
@@ -35,7 +36,7 @@ int ModelBuilder::add_base(const RobotSpec& robot, const LinkSpec& root, Base ba
   const bool floating = base == Base::kFloating;
   const Pose pivot{Matrix3::Identity(), X_WL.translation};
   const int body = add_body(joint, placement, 0, floating ? Pose() : pivot);
-  model_.joints_[body - 1].actuated = false;
+  model_.joints_[body - 1].actuated = robot.prescribed_base;
   double* q = default_q_.data() + model_.bodies_[body].q_index;
   if (floating) q = std::copy_n(X_WL.translation.data(), 3, q);
   const Quaternion orientation(X_WL.rotation);
@@ -73,6 +74,16 @@ int ModelBuilder::add_body(const JointSpec& joint, const Placement& placement, i
   info.effort_limit = joint.effort_limit;
   info.velocity_limit = joint.velocity_limit;
   info.actuated = joint.type != JointType::kFloating;
+  info.prescribed = joint.prescribed;
+  if (joint.prescribed && (joint.servo.stiffness > 0.0 || joint.servo.damping > 0.0))
+    throw InputError(located_at(joint.where, "joint '" + info.name +
+                                                 "': its motion is prescribed; leave out its "
+                                                 "servo, which could not move it"));
+  if (joint.prescribed && !joint.mimic_master.empty())
+    throw InputError(located_at(joint.where, "joint '" + info.name +
+                                                 "': its motion is prescribed, so it cannot "
+                                                 "follow joint '" +
+                                                 joint.mimic_master + "'"));
   take_name(joint_names_, info.name, index - 1, joint.where, "joint");
 
   const std::vector<double> q = default_coordinates(info, joint.type);

@@ -126,8 +126,8 @@ void ModelReader::expect_no_robot_keys(const YamlValue& in, const char* format) 
     if (in.has(key))
       in.at(key).fail(fmt::format("not for a model with an {}: its file says this", format));
   };
-  for (const char* key : {"urdf", "srdf", "base", "velocity", "joint_types", "dynamics", "drag",
-                          "gravity_compensation", "mass", "scale"})
+  for (const char* key : {"urdf", "srdf", "base", "prescribed", "velocity", "joint_types",
+                          "dynamics", "drag", "gravity_compensation", "mass", "scale"})
     refuse(key);
   for (const char* key : kSurfaceKeys) refuse(key);
 }
@@ -177,42 +177,32 @@ void ModelReader::read_sdf(const YamlValue& in, bool only_one) {
 }
 
 void ModelReader::read(const YamlValue& in, bool only_one) {
-  in.expect_map({"urdf",
-                 "mjcf",
-                 "sdf",
-                 "keyframe",
-                 "leave_out",
-                 "srdf",
-                 "sphere",
-                 "box",
-                 "capsule",
-                 "cylinder",
-                 "mesh",
-                 "scale",
-                 "mass",
-                 "name",
-                 "base",
-                 "position",
-                 "rpy",
-                 "quaternion",
-                 "joints",
-                 "velocity",
-                 "joint_velocities",
-                 "joint_types",
-                 "dynamics",
-                 "drag",
-                 "gravity_compensation",
-                 "count",
-                 "spacing"},
+  in.expect_map({"urdf",        "mjcf",
+                 "sdf",         "keyframe",
+                 "leave_out",   "srdf",
+                 "sphere",      "box",
+                 "capsule",     "cylinder",
+                 "mesh",        "scale",
+                 "mass",        "name",
+                 "base",        "prescribed",
+                 "position",    "rpy",
+                 "quaternion",  "joints",
+                 "velocity",    "joint_velocities",
+                 "joint_types", "dynamics",
+                 "drag",        "gravity_compensation",
+                 "count",       "spacing"},
                 kSurfaceKeys);
   if (in.has("mjcf") && in.has("sdf")) in.at("sdf").fail("a model has one file: mjcf or sdf");
   if (in.has("mjcf")) return read_mjcf(in, only_one);
   if (in.has("keyframe")) in.at("keyframe").fail("this is for a model with an mjcf");
   if (in.has("sdf")) return read_sdf(in, only_one);
   if (in.has("leave_out")) in.at("leave_out").fail("this is for a model with an mjcf or sdf");
-  const RobotSpec robot = read_robot(in);
+  RobotSpec robot = read_robot(in);
   const Srdf srdf = read_srdf(in);
   const Base base = read_base(in);
+  if (in.has("prescribed")) robot.prescribed_base = in.at("prescribed").boolean();
+  if (robot.prescribed_base && base == Base::kFixed)
+    in.at("prescribed").fail("a fixed base does not move; give base: floating");
   place(in, only_one, robot.name, read_pose(in),
         [&](const Pose& placed, const std::string& prefix) {
           const int first_joint = builder_.num_joints();

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <sstream>
 #include <string>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "apps/command.h"
+#include "counterpoint/engine/trajectory.h"
 #include "support/paths.h"
 
 namespace counterpoint::inverse_test {
@@ -146,6 +148,38 @@ TEST(InverseFiles, ServoTargetsAndWrenchesAreKnownFromTheTrajectory) {
   EXPECT_LT(report["applied_force_relative_error_max"], kRelativeError);
   folder.write("bad.csv", "time,elbow.targt\n0,1\n");
   folder.refuse("simulate " + scene + " --inputs {}/bad.csv", "elbow.targt");
+}
+
+/// A gripper holds the box of 1 kg, lets go of it, and drops the one of 4 kg; the trajectory has
+/// its switches and states, so that the inverse finds that no force but those of the servos acted.
+TEST(InverseFiles, SwitchedClosuresAreKnownFromTheTrajectory) {
+  const CommandFolder folder("inverse_switched");
+  const std::string scene = "data/scenes/suction_gripper.yaml";
+  folder.succeed("simulate " + scene +
+                 " --inputs data/scenes/suction_gripper.csv --output {}/t.csv");
+  const nlohmann::json report = folder.report("inverse " + scene + " {}/t.csv --output {}/u.csv");
+  EXPECT_EQ(report["applied_force_max"], 0.0);
+  EXPECT_LT(report["applied_force_relative_error_max"], kRelativeError);
+  const Scene loaded = load_scene(test::source_dir() + "/" + scene);
+  const Trajectory t = read_trajectory(folder.path("t.csv"), loaded.model);
+  const int end = t.num_rows() - 1;
+  const auto at = [](double time) { return static_cast<int>(std::lround(time / 0.002)); };
+  const auto state = [&](const char* name, int row) {
+    const std::vector<std::string> names = coordinate_names(loaded.model).z;
+    const auto i = std::find(names.begin(), names.end(), name) - names.begin();
+    return t.z(i, row);
+  };
+  EXPECT_EQ(state("grip light.attached", at(0.1)), 0.0);
+  EXPECT_EQ(state("grip light.attached", at(1.5)), 1.0);
+  EXPECT_EQ(state("grip light.attached", end), 0.0);
+  EXPECT_EQ(state("grip heavy.attached", end), -1.0);
+  // Places of the light and of the heavy box on the ground, and the light one in the air.
+  const int light = loaded.model.body(3).q_index, heavy = loaded.model.body(4).q_index;
+  EXPECT_GT(t.q(light + 2, at(1.2)), 0.2);
+  EXPECT_NEAR(t.q(light, end), 0.5, 0.02);
+  EXPECT_NEAR(t.q(light + 2, end), 0.05, 1e-3);
+  EXPECT_NEAR(t.q(heavy, end), 0.1, 0.02);
+  EXPECT_NEAR(t.q(heavy + 2, end), 0.05, 1e-3);
 }
 
 /// 64 bodies that start half inside each other, driven at random: every step is softened.

@@ -57,6 +57,32 @@ def test_states_and_inputs_are_written_through_their_arrays(load):
     assert sim.v[0] != still.v[0]
 
 
+def test_closures_switch_by_their_input(load):
+    scene = load("suction_gripper")
+    sim = cp.Simulator(scene)
+    switch = scene.model.closures.index("grip light")
+    assert np.isnan(sim.input.attach).all() and len(sim.input.attach) == 2
+    sim.input["grip light.attach"] = 1.0
+    assert sim.input.attach[switch] == 1.0
+    sim.step()
+    assert np.linalg.norm(sim.last_forces().closure_forces[switch]) > 1.0
+    sim.input.attach[switch] = 0.0
+    sim.step()
+    assert not sim.last_forces().closure_forces[switch].any()
+
+
+def test_prescribed_joints_follow_their_input(tmp_path):
+    file = tmp_path / "moved.yaml"
+    file.write_text("models:\n  - {box: [1, 1, 1], mass: 1, prescribed: true}\n")
+    sim = cp.Simulator(cp.load_scene(file))
+    assert np.isnan(sim.input.prescribed).all()
+    sim.step()
+    assert not sim.v.any()
+    sim.input.prescribed = [0.1, 0, 0, 1, 0, 0, 0]
+    sim.step()
+    assert sim.q[0] == 0.1
+
+
 def owners():
     """Arrays whose owners have no other references, and copies of their values."""
     scene = cp.load_scene("data/scenes/humanoid_drop.yaml")

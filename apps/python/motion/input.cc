@@ -115,6 +115,12 @@ void bind_inputs(py::module_& m) {
           [](InputHandle& i, const Array& x) { set(i.tendon_target, x, "tendon_target"); },
           "Lengths [m] that servos of tendons aim at, in the order of model.tendons, a view.")
       .def_property(
+          "prescribed", [](const InputHandle& i) { return i.prescribed; },
+          [](InputHandle& i, const Array& x) { set(i.prescribed, x, "prescribed"); },
+          "Coordinates of prescribed joints at the end of the step, shape (nq,), in the order of "
+          "q; "
+          "a joint with nan stands still. A view.")
+      .def_property(
           "attach", [](const InputHandle& i) { return i.attach; },
           [](InputHandle& i, const Array& x) { set(i.attach, x, "attach"); },
           "Of switched closures: 1 attaches, 0 releases, nan leaves it as it is; in the order of "

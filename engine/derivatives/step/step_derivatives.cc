@@ -128,6 +128,13 @@ bool has_kinks(const ConstraintSet& constraints) {
          std::any_of(constraints.joints.begin(), constraints.joints.end(), kinked);
 }
 
+void refuse_prescribed(EffectSet effects) {
+  if (effects.has(Effect::kPrescribed))
+    throw InputError(
+        "derivatives of forward steps with prescribed joints are not given; use those of the "
+        "inverse, or differences");
+}
+
 void fill_with_nan(int nv, InverseDerivatives& d) {
   for (MatrixX* m : {&d.dq, &d.dv, &d.dv_next}) m->setConstant(nv, nv, kNaN);
   const auto rows = 3 * static_cast<Eigen::Index>(d.contacts.bodies.size());
@@ -191,6 +198,7 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
   for (MatrixX* m : all)
     if (m->rows() != nv || m->cols() != nv) m->resize(nv, nv);
   DerivativeScratch& scratch = scratch_of(model, workspace.impl().derivatives);
+  refuse_prescribed(active_effects(workspace.impl().called, options.effects));
   d.displaces = false;
   if (options.integrator == Integrator::kRungeKutta4) {
     Workspace::Impl& ws = workspace.impl();
