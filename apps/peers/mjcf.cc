@@ -28,10 +28,13 @@ void refuse_what_mujoco_lacks(const Model& model, EffectSet called, EffectSet on
   for (const Closure& c : model.closures()) {
     const bool known = c.type == ClosureType::kBall || c.type == ClosureType::kWeld ||
                        c.type == ClosureType::kDistance;
-    if (on.has(Effect::kClosures) && (!known || c.rope || c.linear.acts || c.angular.acts))
+    const bool plain = known && !c.rope && !c.switched && !c.linear.acts && !c.angular.acts;
+    if (on.has(Effect::kClosures) && !plain)
       throw NotExpressible("MuJoCo has rigid balls, welds and distances only, no closure like '" +
                            c.name + "'");
   }
+  if (on.has(Effect::kPrescribed))
+    throw NotExpressible("prescribed motion is not written for MuJoCo");
   if (on.has(Effect::kTendons)) throw NotExpressible("tendons are not written for MuJoCo");
   if (!on.has(Effect::kDrag)) return;
   for (const BodyDrag& drag : model.drags()) {

@@ -230,8 +230,8 @@ TEST(ClosureSwitches, WakesSleepingBodies) {
   const test::TempFolder folder;
   const Scene scene = load_scene(folder.write("scene.yaml", R"(ground: {friction: 0.5}
 models:
-  - {name: a, box: [0.2, 0.2, 0.2], mass: 1, position: [0, 0, 0.1]}
-  - {name: b, box: [0.2, 0.2, 0.2], mass: 1, position: [1, 0, 0.1]}
+  - {name: a, box: [0.1, 0.1, 0.1], mass: 1, position: [0, 0, 0.1]}
+  - {name: b, box: [0.1, 0.1, 0.1], mass: 1, position: [1, 0, 0.1]}
 closures:
   - {type: distance, between: [a/body, b/body], length: 0.9, switched: true, attached: false}
 )"));

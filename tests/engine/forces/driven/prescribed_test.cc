@@ -131,8 +131,8 @@ class PrescribedScene : public testing::Test {
 constexpr const char* kPlatform = R"(gravity: [0, 0, -9.81]
 time_step: 0.002
 models:
-  - {name: platform, box: [1, 1, 0.1], mass: 5, position: [0, 0, 0.5], friction: 0.8, prescribed: true}
-  - {name: box, box: [0.2, 0.2, 0.2], mass: 2, position: [0, 0, 0.65], friction: 0.8}
+  - {name: platform, box: [1, 1, 0.05], mass: 5, position: [0, 0, 0.5], friction: 0.8, prescribed: true}
+  - {name: box, box: [0.1, 0.1, 0.1], mass: 2, position: [0, 0, 0.65], friction: 0.8}
 )";
 
 /// Moves the platform along x by `x` [m] and up by `z` [m] from its start.
@@ -184,8 +184,8 @@ TEST_F(PrescribedScene, PusherFeelsTheFrictionOfWhatItPushes) {
 time_step: 0.002
 ground: {friction: 0.5}
 models:
-  - {name: pusher, box: [0.1, 0.1, 0.1], mass: 1, position: [-0.16, 0, 0.1], friction: 0, prescribed: true}
-  - {name: box, box: [0.2, 0.2, 0.2], mass: 2, position: [0, 0, 0.1], friction: 0.5}
+  - {name: pusher, box: [0.05, 0.05, 0.05], mass: 1, position: [-0.16, 0, 0.1], friction: 0, prescribed: true}
+  - {name: box, box: [0.1, 0.1, 0.1], mass: 2, position: [0, 0, 0.1], friction: 0.5}
 )"));
   for (int i = 1; i <= 400; ++i) {
     sim.input().prescribed = VectorX::Constant(sim.model().nq(), kNaN);
