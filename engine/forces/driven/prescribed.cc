@@ -22,8 +22,8 @@ void take(const Model& model, int joint, const VectorX& given, VectorX& q) {
   const auto part = given.segment(body.q_index, nq);
   if (part.hasNaN()) return;
   const auto fail = [&](const std::string& what) {
-    throw InputError(fmt::format("joint '{}', whose motion is prescribed: {}",
-                                 model.joint(joint).name, what));
+    throw InputError(
+        fmt::format("joint '{}', whose motion is prescribed: {}", model.joint(joint).name, what));
   };
   if (!part.allFinite()) fail("a given coordinate is infinite; a number is expected");
   const bool turns = nq != joint_nv(body.joint_type);
@@ -57,13 +57,11 @@ void PrescribedMotion::find(const StepContext& at, const Input& input) {
   for (const int joint : joints_) {  // standing still without rounding
     const Body& body = at.model.body(joint + 1);
     const auto q = Eigen::seqN(body.q_index, joint_nq(body.joint_type));
-    if (target_(q) == at.q(q))
-      velocity_.segment(body.v_index, joint_nv(body.joint_type)).setZero();
+    if (target_(q) == at.q(q)) velocity_.segment(body.v_index, joint_nv(body.joint_type)).setZero();
   }
 }
 
-void PrescribedMotion::lock(double h, const VectorRef& v, VectorOut diagonal,
-                            VectorOut tau) const {
+void PrescribedMotion::lock(double h, const VectorRef& v, VectorOut diagonal, VectorOut tau) const {
   for (const int k : coordinates_) {
     diagonal[k] = kLockedInertia;
     tau[k] = kLockedInertia * ((velocity_[k] - v[k]) / h);

@@ -41,8 +41,8 @@ class PrescribedMotion {
  private:
   std::vector<int> joints_;       ///< indices into Model::joints
   std::vector<int> coordinates_;  ///< their coordinates of v
-  VectorX target_;           ///< nq: coordinates at the end of the step, of other joints at its start
-  VectorX velocity_;         ///< nv: velocities that lead there
+  VectorX target_;    ///< nq: coordinates at the end of the step, of other joints at its start
+  VectorX velocity_;  ///< nv: velocities that lead there
   std::vector<double> shifts_;
 };
 

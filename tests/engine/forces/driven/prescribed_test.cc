@@ -162,8 +162,8 @@ TEST_F(PrescribedScene, BoxRidesAPlatform) {
   EXPECT_NEAR(pressed.x(), 2.0 * 3.0, 1e-2);
 }
 
-/// On a platform at constant speed a box moves as on a fixed one, also out of an overlap of 5 mm, to
-/// the accuracy of displacements (1e-9 of them) and of the solver.
+/// On a platform at constant speed a box moves as on a fixed one, also out of an overlap of 5 mm,
+/// to the accuracy of displacements (1e-9 of them) and of the solver.
 TEST_F(PrescribedScene, OverlapsWithAMovingBodyAreCorrectedAsOnAFixedOne) {
   Scene scene = load(kPlatform);
   scene.q[9] -= 0.005;
@@ -292,8 +292,9 @@ TEST_F(PrescribedScene, HasColumnsInTables) {
   ASSERT_TRUE(all.prescribed);
   EXPECT_EQ(all.names(model)[0], names + "x");
   EXPECT_EQ(all.names(model)[6], names + "qz");
-  EXPECT_EQ(InputColumns::of(simulate(shaken(true)).model()).names(simulate(shaken(true)).model())[0],
-            "x.target");
+  EXPECT_EQ(
+      InputColumns::of(simulate(shaken(true)).model()).names(simulate(shaken(true)).model())[0],
+      "x.target");
   const Table table(folder_.write("in.csv", "time," + names + "x," + names + "y," + names + "z," +
                                                 names + "qw," + names + "qx," + names + "qy," +
                                                 names + "qz\n0,0.1,0,0.5,0.5,0,0,0\n1,,,,,,,\n"));
