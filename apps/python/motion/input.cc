@@ -1,7 +1,8 @@
 // Inputs applied during a step.
 #include <pybind11/stl.h>
 
-#include "counterpoint/model/special_values.h"
+#include <limits>
+
 #include "objects/handles.h"
 #include "objects/typed.h"
 
@@ -53,7 +54,7 @@ void InputHandle::assign(const Input& other) {
     if ((other.*part).size() == own.size())
       own = other.*part;
     else
-      own.setConstant(kNaN);
+      own.setConstant(std::numeric_limits<double>::quiet_NaN());
   }
   input_->wrenches = other.wrenches;
   input_->softening = other.softening;

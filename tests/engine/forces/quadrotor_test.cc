@@ -29,8 +29,8 @@ TEST(Quadrotor, Hovers) {
 TEST(Quadrotor, RisesOnMoreVoltage) {
   Simulator sim = quadrotor();
   VectorX command(8);
-  for (size_t i = 0; i < 8; ++i) command[static_cast<Eigen::Index>(i)] =
-      sim.model().actuators()[i].command;
+  for (size_t i = 0; i < 8; ++i)
+    command[static_cast<Eigen::Index>(i)] = sim.model().actuators()[i].command;
   for (int i = 0; i < 8; i += 2) command[i] += command[i] > 0.0 ? 1.0 : -1.0;
   sim.input().command = command;
   for (int i = 0; i < 1000; ++i) ASSERT_TRUE(sim.step().succeeded()) << i;
@@ -43,8 +43,8 @@ TEST(Quadrotor, RisesOnMoreVoltage) {
 TEST(Quadrotor, ReactionTurnsTheFrame) {
   Simulator sim = quadrotor();
   VectorX command(8);
-  for (size_t i = 0; i < 8; ++i) command[static_cast<Eigen::Index>(i)] =
-      sim.model().actuators()[i].command;
+  for (size_t i = 0; i < 8; ++i)
+    command[static_cast<Eigen::Index>(i)] = sim.model().actuators()[i].command;
   for (const int i : {0, 4}) command[i] += 1.0;  // both that turn to the left
   sim.input().command = command;
   for (int i = 0; i < 20; ++i) ASSERT_TRUE(sim.step().succeeded()) << i;
