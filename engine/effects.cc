@@ -155,7 +155,8 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
       int rows = 0;
       for (const Actuator& actuator : model.actuators()) {
         found.add(actuator.name);
-        rows += actuator.joint >= 0 || actuator.tendon >= 0;
+        rows += actuator.transmission == Transmission::kJoint ||
+                actuator.transmission == Transmission::kTendon;
       }
       return call(found, "actuators", rows);
     }

@@ -110,8 +110,9 @@ void inverse_midpoint(benchmark::State& run, const std::string& name, bool solve
   size_t k = 0;
   for (auto _ : run) {
     const State &before = rollout.states[k], &after = rollout.states[k + 1];
-    invert_step({model, options, before.q, before.v, after.q, after.v, known, effects, !solved}, ws,
-                inverse);
+    invert_step(
+        {model, options, before.q, before.v, after.q, after.v, known, effects, before.z, !solved},
+        ws, inverse);
     benchmark::DoNotOptimize(inverse.force_scale);
     if (++k == rollout.num_steps()) k = 0;
   }

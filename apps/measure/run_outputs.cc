@@ -17,6 +17,7 @@ void RunOutputs::step(const State& before, const Input& input, double h, const S
   known = input;
   known.taut_links = std::move(links);
   known.softening = report.softening;
+  known.z = before.z;
   if (recorder) recorder->add_step(before, known, h, after, report.newton_iterations);
   if (sensors) sensors->add_step(before.time, {before.q, before.v, after.q, after.v, known, h});
 }

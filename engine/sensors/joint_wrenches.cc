@@ -61,10 +61,13 @@ Force weld_wrench(const Model& model, const CarriedPart& part, const WeldMotion&
     out -= moved_to(X_WB.translation, one.position, one.force) *
            (on(closure.body_b, closure.frame_b) - on(closure.body_a, closure.frame_a));
   }
-  if (motion.wrenches != nullptr)
-    for (const ExternalWrench& one : *motion.wrenches)
+  const auto push = [&](const std::vector<ExternalWrench>& wrenches) {
+    for (const ExternalWrench& one : wrenches)
       if (one.body == part.body && part.holds(one.frame))
         out -= moved_to(X_WB.translation, X_WB * one.point, one.wrench);
+  };
+  if (motion.wrenches != nullptr) push(*motion.wrenches);
+  push(motion.inverse.actuator_wrenches);
   for (const int child : part.children) {
     const Vector3 arm = motion.at.X_WB[static_cast<std::size_t>(child)].translation;
     out += moved_to(X_WB.translation, arm, motion.joints.of(child));

@@ -43,9 +43,9 @@ class JointWrenches {
 struct WeldMotion {
   const Kinematics& at;    ///< poses, and velocities V
   const Motion& A;         ///< spatial acceleration of the body minus gravity, in W
-  const Inverse& inverse;  ///< contacts and closures
+  const Inverse& inverse;  ///< contacts, closures, wrenches of actuators
   const JointWrenches& joints;
-  const std::vector<ExternalWrench>* wrenches;  ///< null: none act
+  const std::vector<ExternalWrench>* wrenches;  ///< of the input; null: none act
 };
 
 /// Returns the wrench on a welded part from the link that it hangs on, at the body's origin, in W

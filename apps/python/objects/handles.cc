@@ -120,9 +120,9 @@ InputHandle::InputHandle(ModelPtr m) : model(std::move(m)), input_(std::make_sha
   input_->command.resize(static_cast<Eigen::Index>(actuators.size()));
   for (size_t i = 0; i < actuators.size(); ++i)
     input_->command[static_cast<Eigen::Index>(i)] = actuators[i].command;
-  constexpr double kAsItIs = std::numeric_limits<double>::quiet_NaN();
-  input_->attach.setConstant(static_cast<Eigen::Index>(model->model.closures().size()), kAsItIs);
-  input_->prescribed.setConstant(model->model.nq(), kAsItIs);
+  input_->attach.setConstant(static_cast<Eigen::Index>(model->model.closures().size()),
+                             std::numeric_limits<double>::quiet_NaN());
+  input_->prescribed.setConstant(model->model.nq(), std::numeric_limits<double>::quiet_NaN());
   const py::capsule owner = keep(input_);
   command = view(input_->command, owner, true);
   attach = view(input_->attach, owner, true);

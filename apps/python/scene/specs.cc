@@ -322,7 +322,12 @@ void bind_robot(py::module_& m) {
   py::class_<RobotSpec>(m, "RobotSpec", kRobotSpecDoc)
       .def(py::init([](const std::string& name, const std::vector<LinkSpec>& links,
                        const std::vector<JointSpec>& joints) {
-             return RobotSpec{name, links, joints, {}, "robot '" + name + "'"};
+             RobotSpec robot;
+             robot.name = name;
+             robot.links = links;
+             robot.joints = joints;
+             robot.where = "robot '" + name + "'";
+             return robot;
            }),
            py::arg("name"), py::arg("links"), py::arg("joints") = std::vector<JointSpec>())
       .def_readwrite("name", &RobotSpec::name, "Of the robot.")

@@ -205,6 +205,30 @@ TEST(SensorWrench, AlongAJointItIsTheForceThatTheInverseRecovers) {
   }
 }
 
+/// A thruster on the payload that carries it takes its weight off the weld, and off the joint.
+TEST(SensorWrench, AThrusterTakesItsForceOffTheWeld) {
+  ModelBuilder builder(Vector3(0, 0, -kGravity));
+  builder.add_robot(arm_with_payload(), Base::kFixed, Pose());
+  ActuatorSpec jet;
+  jet.link = "payload";
+  jet.actuator.name = "jet";
+  jet.actuator.transmission = Transmission::kLink;
+  jet.actuator.point = {0, 0, -0.1};  // its centre of mass
+  jet.actuator.direction.force = rotation_from_rpy(0.3, 0, 0).transpose() * Vector3::UnitZ();
+  builder.add_actuator(jet);
+  for (const SensorSpec& one : {wrench("grip", "payload"), imu("imu", "payload", {0, 0, -0.1})})
+    builder.add_sensor(one);
+  Sensed run(scene_of(builder.build()));
+  for (const double thrust : {0.0, 2.0 * kGravity, -7.0}) {
+    run.simulator.reset();
+    run.simulator.input().command = VectorX::Constant(1, thrust);
+    run.simulator.input().z = run.simulator.state().z;
+    run.step();
+    const Vector3 force = 2.0 * run.vector("imu.ax") - thrust * jet.actuator.direction.force;
+    EXPECT_LE((run.vector("grip.fx") - force).norm(), kInverse * 2.0 * kGravity) << thrust;
+  }
+}
+
 TEST(SensorWrench, AboveAMasslessLinkJointAndWeldCarryTheSame) {
   // The foot is welded to a massless link that the joint moves; it stands on the ground.
   RobotSpec robot = test::make_arm();
