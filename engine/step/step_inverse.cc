@@ -94,12 +94,10 @@ void recover_impulses(const Model& model, double h, const ConstraintSet& constra
     const double speed = row_velocity(terms, inverse.contact_velocity) + j.law.bias[0];
     double f = 0.0;
     contact::impulse(j.law, &speed, &f);
-    if (j.actuator >= 0) {
-      // Actuators::conclude reports it
-    } else if (j.tendon < 0) {
-      out.joints.push_back({j.effect, terms[0].v_index, terms[0].coefficient * f / h});
-    } else {
+    if (j.tendon >= 0) {
       out.tendon_force[j.tendon] += j.along() * f / h;
+    } else if (j.actuator < 0) {  // Actuators::conclude reports theirs
+      out.joints.push_back({j.effect, terms[0].v_index, terms[0].coefficient * f / h});
     }
     for (const RowTerm& term : terms) inverse.tau[term.v_index] += term.coefficient * f;
   }
