@@ -106,6 +106,7 @@ std::string element(const Model& model, const Fault& fault) {
   return "";
 }
 
+// Long: one case per kind, so that the compiler reports a missing one.
 std::string reason(const Fault& fault, const std::string& name) {
   const auto is = [&](const char* what) {
     return fmt::format("{} '{}' is {:.6g}", what, name, fault.value);

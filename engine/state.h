@@ -91,7 +91,7 @@ struct Input {
   /// Forces along tendons, by Model::tendons [N]: pulling is negative; empty: none.
   VectorX tendon_force = {};
   VectorX tendon_target = {};  ///< lengths that their servos aim at [m]; empty: the model's
-  VectorX command = {};        ///< by Model::actuators, in their units; empty: the model's
+  VectorX command = {};        ///< one per actuator, in its unit; empty: the model's
   /// Per closure (Model::closures), for the switched ones: 1 attaches, 0 releases, NaN leaves it as
   /// it is; empty: all as they are. A closure that broke stays open until it has been released and
   /// attached again.

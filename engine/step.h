@@ -89,8 +89,8 @@ struct Inverse {
   /// Per tendon (Model::tendons): force of its spring, damper, friction, limits, servo and input
   /// together, mean over the step [N]; it is part of contact_force.
   VectorX tendon_force;
-  /// Per actuator (Model::actuators): its force F, mean over the step [N, N m]. Those on joints and
-  /// tendons are part of contact_force, the others act as known wrenches.
+  /// Per actuator (Model::actuators): its force F, mean over the step [N, N m]. On joints and
+  /// tendons it is part of contact_force, else it acts as a known wrench.
   VectorX actuator_force;
   /// Wrenches by which actuators on links and adhesion acted, beside those of the input.
   std::vector<ExternalWrench> actuator_wrenches;

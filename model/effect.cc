@@ -2,6 +2,7 @@
 
 namespace counterpoint {
 
+// Long: one case per effect, so that the compiler reports a missing one.
 const char* effect_name(Effect effect) {
   switch (effect) {
     case Effect::kGravity:

@@ -47,7 +47,7 @@ inline constexpr std::size_t kMaxExclusions = 2'000'000;
 inline constexpr std::size_t kMaxClosures = 20'000;   // the check for unique names is quadratic
 inline constexpr std::size_t kMaxTendons = 20'000;    // the same check
 inline constexpr std::size_t kMaxActuators = 20'000;  // the same check
-inline constexpr int kMaxDelaySamples = 1'000;        // of one actuator
+inline constexpr int kMaxDelaySamples = 1'000;        // in the line of an actuator
 
 /// Largest absolute length or position [m]; the resolution of a double there is 0.1 um.
 inline constexpr double kMaxLength = 1e9;

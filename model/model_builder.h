@@ -132,7 +132,7 @@ struct ActuatorSpec {
   /// Its indices are found from the names below, `point` and `direction` are in the frame of the
   /// link.
   Actuator actuator;
-  std::string joint, tendon, link;  ///< what it acts on, as its transmission says
+  std::string joint, tendon, link;  ///< the place where it acts, as its transmission says
   std::string where;
 };
 

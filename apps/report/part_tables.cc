@@ -71,7 +71,7 @@ const char* law_name(ActuatorLaw law) {
   return "";
 }
 
-/// Kind and name of what an actuator acts on.
+/// Kind and name of the part that an actuator acts on.
 std::pair<const char*, std::string> place_of(const Model& model, const Actuator& a) {
   switch (a.transmission) {
     case Transmission::kJoint:

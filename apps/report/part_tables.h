@@ -15,7 +15,7 @@ Json closure_json(const Closure& closure, const ClosureGap& gap);
 /// forces; nothing if there are none.
 void report_tendons(const Model& model, Report& report);
 
-/// Prints and reports the actuators (key "actuators"): what they act on, their laws and commands;
+/// Prints and reports the actuators (key "actuators"): their places, laws and commands;
 /// nothing if there are none.
 void report_actuators(const Model& model, Report& report);
 

@@ -133,7 +133,8 @@ void Actuators::add_wrench(const Actuator& a, double force, const Kinematics& da
   wrenches_.push_back(out);
 }
 
-/// Attracts the link to what it touches: the force is shared by its contacts within reach.
+/// Attracts the link to the bodies that it touches: the force is shared by its contacts within
+/// reach.
 void Actuators::attract(const Model& model, const Actuator& a, double force, const Kinematics& data,
                         const ConstraintSet& constraints) {
   const auto visit = [&](auto pull) {

@@ -45,7 +45,7 @@ struct WeldMotion {
   const Motion& A;         ///< spatial acceleration of the body minus gravity, in W
   const Inverse& inverse;  ///< contacts, closures, wrenches of actuators
   const JointWrenches& joints;
-  const std::vector<ExternalWrench>* wrenches;  ///< of the input; null: none act
+  const std::vector<ExternalWrench>* wrenches;  ///< input; null: none act
 };
 
 /// Returns the wrench on a welded part from the link that it hangs on, at the body's origin, in W

@@ -1,4 +1,4 @@
-// Actuators: control inputs with a name, the law of their force, and what they act on.
+// Actuators: control inputs with a name, the law of their force, and the place where it acts.
 //
 //   command -> delay -> slew limit -> lag -> law -> force -> joint, tendon, link, contacts
 //
@@ -25,7 +25,7 @@ namespace counterpoint {
 
 enum class ActuatorLaw : unsigned char { kAffine, kPid, kDcMotor, kMuscle, kPropeller };
 
-/// What an actuator acts on.
+/// The place where an actuator acts.
 enum class Transmission : unsigned char {
   kJoint,     ///< a joint of one coordinate
   kTendon,    ///< the length of a tendon

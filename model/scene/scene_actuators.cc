@@ -93,7 +93,7 @@ void read_law(const YamlValue& in, ActuatorSpec& spec) {
   }
 }
 
-/// Reads what it acts on: joint, tendon, or link.
+/// Reads the place where it acts: joint, tendon, or link.
 void read_transmission(const YamlValue& in, ActuatorSpec& spec) {
   Actuator& a = spec.actuator;
   int places = 0;

@@ -149,7 +149,7 @@ TEST(Verify, ForwardStepStartsAtThePlansForces) {
     for (const ContactForce& c : inverse.contacts) load += c.force.dot(c.contact.normal);
     if (load < 1.0) continue;
     ++in_contact;
-    State state{0.0, before.q, after.v, memory_of(scene.model, before.q, inverse)}, next;
+    State state{0.0, before.q, after.v, {}, memory_of(scene.model, before.q, inverse)}, next;
     state.v = before.v;
     Input input;
     input.applied_force = inverse.applied_force;

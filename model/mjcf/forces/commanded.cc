@@ -108,7 +108,7 @@ void set_affine(const CommandedElement& from, double constant, Actuator& a) {
   if (law.is_filtered()) a.lag = law.dynamics_numbers[0];
 }
 
-/// Bounds the command by ctrlrange, and by actrange: a lag keeps within the range of what enters.
+/// Bounds the command by ctrlrange, and by actrange: a lag keeps within the range of its input.
 void bound(const CommandedElement& from, const MjcfModel::Actuator& given, Actuator& a) {
   if (a.law == ActuatorLaw::kMuscle) {
     a.least_command = 0.0;

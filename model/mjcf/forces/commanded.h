@@ -9,7 +9,7 @@
 
 namespace counterpoint::mjcf {
 
-/// An actuator element and what was found about it.
+/// An actuator element, with its law and the place where it acts.
 struct CommandedElement {
   Document& document;
   const Bodies& bodies;
@@ -27,7 +27,7 @@ bool needs_command(const Element& e, const Law& law);
 bool is_pid_plugin(const Document& document, const Element& e);
 
 /// Appends the actuator to model.commanded, with the bounds of `actuator`, and refers to it there.
-/// What cannot be taken is refused with a message.
+/// Features without a counterpart are refused with a message.
 void read_commanded(const CommandedElement& from, MjcfModel::Actuator& actuator, MjcfModel& model);
 
 }  // namespace counterpoint::mjcf

@@ -1,4 +1,4 @@
-// Muscles of scene files: their keys, and errors that name what is wrong.
+// Muscles of scene files: their keys, and errors that name the wrong one.
 #include <gtest/gtest.h>
 
 #include <string>
