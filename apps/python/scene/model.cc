@@ -111,7 +111,9 @@ void bind_joint(py::class_<JointPart>& joint) {
       .def_property_readonly("velocity_limit", through(&info, &JointInfo::velocity_limit),
                              "[rad/s or m/s] in each coordinate.")
       .def_property_readonly("actuated", through(&info, &JointInfo::actuated),
-                             "False for a floating joint, or one that holds a base.");
+                             "False for a floating joint, or one that holds a base.")
+      .def_property_readonly("prescribed", through(&info, &JointInfo::prescribed),
+                             "True if Input.prescribed gives its motion.");
   bind_joint_coordinates(joint);
 }
 

@@ -237,6 +237,7 @@ void bind_joint_spec(py::module_& m) {
       .def_readwrite("mimic_master", &J::mimic_master, "Joint that it follows; empty: none.")
       .def_readwrite("mimic_multiplier", &J::mimic_multiplier, "q = multiplier q_master + offset.")
       .def_readwrite("mimic_offset", &J::mimic_offset, "[rad or m]")
+      .def_readwrite("prescribed", &J::prescribed, "Whether Input.prescribed gives its motion.")
       .def("__repr__", [](const J& j) {
         return "<JointSpec '" + j.name + "' " + (j.fixed ? "fixed" : joint_type_name(j.type)) + ">";
       });
@@ -333,6 +334,8 @@ void bind_robot(py::module_& m) {
       .def_readwrite("name", &RobotSpec::name, "Of the robot.")
       .def_readwrite("links", &RobotSpec::links, "List of LinkSpec, a copy.")
       .def_readwrite("joints", &RobotSpec::joints, "List of JointSpec, a copy.")
+      .def_readwrite("prescribed_base", &RobotSpec::prescribed_base,
+                     "Whether Input.prescribed gives the motion of a base that is not fixed.")
       .def("__repr__", [](const RobotSpec& r) {
         return py::str("<RobotSpec '{}': {} links>").format(r.name, r.links.size());
       });
@@ -343,7 +346,17 @@ void bind_robot(py::module_& m) {
            py::kw_only(), py::arg("axis") = py::none(), py::arg("pitch") = py::none(),
            py::arg("rope") = false, py::arg("stiffness") = py::none(),
            py::arg("damping") = py::none(), py::arg("rotational_stiffness") = py::none(),
-           py::arg("rotational_damping") = py::none());
+           py::arg("rotational_damping") = py::none())
+      .def_readwrite("switched", &ClosureSpec::switched,
+                     "Whether Input.attach attaches and releases it.")
+      .def_readwrite("attached", &ClosureSpec::attached,
+                     "Whether it is attached at the start, if it is switched.")
+      .def_readwrite("in_place", &ClosureSpec::in_place,
+                     "Whether a switched weld holds the pose in which it was attached.")
+      .def_readwrite("breaking_force", &ClosureSpec::breaking_force,
+                     "Force [N] above which a switched one breaks.")
+      .def_readwrite("breaking_torque", &ClosureSpec::breaking_torque,
+                     "Torque [N m] above which a switched one breaks.");
   m.def(
       "load_urdf",
       [](const std::filesystem::path& file,
