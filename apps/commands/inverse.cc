@@ -10,6 +10,7 @@
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/trajectory.h"
+#include "input/inputs.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"
 #include "report/contact_table.h"
@@ -83,6 +84,8 @@ class Output {
       std::vector<Column> columns{"time", "time_step"};
       const CoordinateNames names = coordinate_names(model);
       columns.insert(columns.end(), names.force.begin(), names.force.end());
+      for (const Actuator& actuator : model.actuators())
+        columns.emplace_back(actuator.name + kActuatorForceSuffix);
       forces_ = std::make_unique<TableWriter>(arguments.output, columns);
     }
     if (!arguments.contacts.empty())
@@ -97,6 +100,7 @@ class Output {
     forces_->number(time);
     forces_->number(time_step);
     for (const double force : inverse.applied_force) forces_->number(force);
+    for (const double force : inverse.actuator_force) forces_->number(force);
     forces_->end_row();
   }
 

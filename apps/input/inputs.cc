@@ -33,7 +33,7 @@ InputSchedule::InputSchedule(const std::filesystem::path& file, const Model& mod
           name == kSofteningColumn || name == kSoftenedTreeColumn ||
           name.starts_with(kTautPrefix) || name.starts_with(kTautKeptPrefix) ||
           holds(names.q, name) || holds(names.v, name) || holds(names.z, name) ||
-          is_input_column(model, name))
+          name.ends_with(kActuatorForceSuffix) || is_input_column(model, name))
         continue;
       throw InputError(
           fmt::format("{}:1: column '{}' is no applied force and no other input of this "

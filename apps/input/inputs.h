@@ -10,6 +10,9 @@
 
 namespace counterpoint::apps {
 
+/// End of the names of the columns with forces of actuators in the tables of inverses.
+inline constexpr const char* kActuatorForceSuffix = ".force";
+
 /// Inputs from a CSV file with the column time and any of the scene's applied forces, servo targets
 /// and wrenches on links (other columns of a trajectory are allowed and ignored). A row applies
 /// from its time until the next; coordinates of prescribed joints move on a line to the next row.

@@ -152,6 +152,21 @@ TEST(InverseFiles, ServoTargetsAndWrenchesAreKnownFromTheTrajectory) {
 
 /// A gripper holds the box of 1 kg, lets go of it, and drops the one of 4 kg; the trajectory has
 /// its switches and states, so that the inverse finds that no force but those of the servos acted.
+TEST(InverseFiles, ActuatorsAreKnownFromTheTrajectoryAndListTheirForces) {
+  const CommandFolder folder("inverse_actuators");
+  folder.succeed(
+      "simulate data/scenes/quadrotor.yaml --duration 0.1 --random-inputs 0.01 --output {}/t.csv");
+  const nlohmann::json report =
+      folder.report("inverse data/scenes/quadrotor.yaml {}/t.csv --output {}/u.csv");
+  EXPECT_LT(report["applied_force_relative_error_max"], kRelativeError);
+  const Table forces(folder.path("u.csv"));
+  // The torque of the motor at hovering speed is the drag of its propeller: 1.6e-7 w^2.
+  EXPECT_NEAR(forces.value(0, forces.column("motor1.force")), 0.0211896, 1e-5);
+  folder.succeed(
+      "simulate data/scenes/quadrotor.yaml --duration 0.05 --inputs {}/u.csv --output "
+      "{}/again.csv");
+}
+
 TEST(InverseFiles, SwitchedClosuresAreKnownFromTheTrajectory) {
   const CommandFolder folder("inverse_switched");
   const std::string scene = "data/scenes/suction_gripper.yaml";
