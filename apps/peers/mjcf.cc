@@ -32,7 +32,8 @@ void refuse_what_mujoco_lacks(const Model& model, EffectSet called, EffectSet on
       throw NotExpressible("MuJoCo has rigid balls, welds and distances only, no closure like '" +
                            c.name + "'");
   }
-  if (on.has(Effect::kTendons)) throw NotExpressible("tendons are not written for MuJoCo");
+  if (on.has(Effect::kTendons)) throw NotExpressible("tendons are not played in MuJoCo");
+  if (on.has(Effect::kActuators)) throw NotExpressible("actuators are not played in MuJoCo");
   if (!on.has(Effect::kDrag)) return;
   for (const BodyDrag& drag : model.drags()) {
     if (!is_free(model.body(drag.body)) || drag.drag.quadratic > 0.0 ||

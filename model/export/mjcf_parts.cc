@@ -103,6 +103,8 @@ std::vector<Note> lost_parts(const Model& model) {
   std::vector<Note> lost;
   for (const Sensor& s : model.sensors()) lost.push_back({"sensor '" + s.name + "'", "a sensor"});
   for (const Tendon& t : model.tendons()) lost.push_back({"tendon '" + t.name + "'", "a tendon"});
+  for (const Actuator& a : model.actuators())
+    lost.push_back({"actuator '" + a.name + "'", "an actuator"});
   return lost;
 }
 

@@ -205,17 +205,16 @@ TEST_F(ExportTest, HingesAreTwoPointsOfTheirAxisAndOtherClosuresAreNamedAsLost) 
   }
 }
 
-TEST_F(ExportTest, TendonsAndSensorsAreNamedAsLost) {
+TEST_F(ExportTest, TendonsAndSensorsAreNoUrdf) {
   for (const char* name : {"tendon_finger", "sensors"}) {
     const Scene scene = load_scene(test::source_dir() + "/data/scenes/" + name + ".yaml");
     const std::size_t parts = scene.model.tendons().size() + scene.model.sensors().size();
     EXPECT_GT(parts, 0u);
-    for (const std::vector<Note>& lost : {export_mjcf(scene).lost, export_urdf(scene).lost}) {
-      const auto named = std::count_if(lost.begin(), lost.end(), [](const Note& note) {
-        return note.message == "a tendon" || note.message == "a sensor";
-      });
-      EXPECT_EQ(static_cast<std::size_t>(named), parts) << name;
-    }
+    const std::vector<Note> lost = export_urdf(scene).lost;
+    const auto named = std::count_if(lost.begin(), lost.end(), [](const Note& note) {
+      return note.message == "a tendon" || note.message == "a sensor";
+    });
+    EXPECT_EQ(static_cast<std::size_t>(named), parts) << name;
   }
 }
 
