@@ -9,8 +9,22 @@
 
 namespace counterpoint {
 
-/// Writes the element <actuator>, of the effects that are on. Returns the controls at the start, in
-/// its order.
-std::vector<double> write_mjcf_actuators(const Model& model, EffectSet on, MjcfXml& xml);
+/// Whether something other than servos of joints drives them. MuJoCo's limit of a joint's actuator
+/// forces would cut these forces too; so the limits are then those of the servos.
+bool has_drives_in_mjcf(const Model& model, EffectSet on);
+
+/// Writes the sites on a body at which actuators act.
+void write_mjcf_actuator_sites(const Model& model, EffectSet on, int body, MjcfXml& xml);
+
+/// Numbers of a keyframe, in the order of <actuator>.
+struct MjcfControls {
+  std::vector<double> control;
+  std::vector<double> activation;  ///< states of filters and muscles, at rest
+};
+
+/// Writes the element <actuator>, with the effects that are on. Returns the values at the start;
+/// appends to `lost`.
+MjcfControls write_mjcf_actuators(const Model& model, EffectSet on, MjcfXml& xml,
+                                  std::vector<Note>& lost);
 
 }  // namespace counterpoint

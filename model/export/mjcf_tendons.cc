@@ -9,7 +9,7 @@ namespace {
 struct PathElement {
   const TendonPoint* point = nullptr;
   int wrap = -1;         ///< index into Tendon::wraps, or -1
-  double divisor = 0.0;  ///< of a pulley [-]
+  double divisor = 0.0;  ///< divisor of a pulley [-]
 };
 
 /// Returns the elements of a path. A branch whose start is the end of the one before, with the same

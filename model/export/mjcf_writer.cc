@@ -36,7 +36,7 @@ class MjcfWriter {
     if (on(Effect::kContacts)) write_contacts();
     write_equalities();
     write_mjcf_tendons(model_, closures_, on(Effect::kTendons), xml_, out_.lost);
-    controls_ = write_mjcf_actuators(model_, how_.effects, xml_);
+    controls_ = write_mjcf_actuators(model_, how_.effects, xml_, out_.lost);
     if (how_.start) write_start();
     xml_.close();
     note_forces();
@@ -131,7 +131,7 @@ class MjcfWriter {
                               {"diaginertia", export_numbers(moments)}});
   }
 
-  /// Writes shapes, frames of merged links and anchors of tendons and rods.
+  /// Writes shapes, frames of merged links, and the sites of tendons, rods and actuators.
   void write_contents(int body) {
     for (const Geometry& g : model_.geometries())
       if (g.body == body) write_geometry(g);
@@ -139,6 +139,7 @@ class MjcfWriter {
       if (how_.frames && frame.body == body && frame.name != body_name(body))
         xml_.site(frame.name, frame.X_BF);
     write_mjcf_anchors(model_, closures_, body, xml_);
+    write_mjcf_actuator_sites(model_, how_.effects, body, xml_);
   }
 
   void write_geometry(const Geometry& g) {
@@ -208,7 +209,7 @@ class MjcfWriter {
       xml_.set("range", mjcf_range(info.lower, info.upper));
     }
     if (on(Effect::kEffortLimits) && std::isfinite(info.effort_limit) &&
-        joint_nv(model_.body(body).joint_type) == 1) {
+        joint_nv(model_.body(body).joint_type) == 1 && !has_drives_in_mjcf(model_, how_.effects)) {
       xml_.set("actuatorfrclimited", "true");
       xml_.set("actuatorfrcrange", export_numbers({-info.effort_limit, info.effort_limit}));
     }
@@ -286,7 +287,7 @@ class MjcfWriter {
 
   /// Writes the initial state; free bodies in world axes, as in MuJoCo.
   void write_start() {
-    std::string q, v, control;
+    std::string q, v, control, activation;
     const auto append = [](std::string& to, double value) { to += export_number(value) + " "; };
     for (const Body& body : model_.bodies()) {
       if (body.parent < 0) continue;
@@ -300,12 +301,14 @@ class MjcfWriter {
       v += export_numbers(Vector3(body.X_PJ.rotation * scene_.v.segment<3>(body.v_index))) + " " +
            export_numbers(Vector3(scene_.v.segment<3>(body.v_index + 3))) + " ";
     }
-    for (const double value : controls_) append(control, value);
+    for (const double value : controls_.control) append(control, value);
+    for (const double value : controls_.activation) append(activation, value);
     xml_.open("keyframe");
     xml_.open("key");
     xml_.set("name", "start");
     xml_.set("qpos", q);
     xml_.set("qvel", v);
+    if (!activation.empty()) xml_.set("act", activation);
     if (!control.empty()) xml_.set("ctrl", control);
     xml_.close();
     xml_.close();
@@ -315,7 +318,6 @@ class MjcfWriter {
     if (velocity_limits_ > 0)
       lose("scene", fmt::format("velocity limits of {} joints", velocity_limits_));
     for (const Sensor& s : model_.sensors()) lose("sensor '" + s.name + "'", "a sensor");
-    for (const Actuator& a : model_.actuators()) lose("actuator '" + a.name + "'", "an actuator");
     if (!on(Effect::kDrag)) return;
     for (const BodyDrag& drag : model_.drags()) lose("link '" + body_name(drag.body) + "'", "drag");
   }
@@ -325,9 +327,9 @@ class MjcfWriter {
   const MjcfExport& how_;
   std::vector<Closure> closures_;
   std::vector<Mimic> mimics_;
-  std::vector<double> controls_;  ///< at the start
-  bool unlike_ = false;           ///< some surfaces differ in friction
-  bool by_pair_ = false;          ///< only the listed pairs collide
+  MjcfControls controls_;  ///< at the start
+  bool unlike_ = false;    ///< some surfaces differ in friction
+  bool by_pair_ = false;   ///< only the listed pairs collide
   std::map<const ConvexMesh*, std::string> meshes_;
   int velocity_limits_ = 0;
   MjcfXml xml_;

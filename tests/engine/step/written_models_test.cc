@@ -158,6 +158,141 @@ tendons:
   EXPECT_EQ(back.model.tendons().at(1).stiffness, 0.0);
 }
 
+const char* const kActuators = R"(
+tendons:
+  - name: cord
+    path:
+      - {point: [-0.006, 0, -0.02], link: base}
+      - {point: [-0.006, 0, 0.02], link: proximal}
+      - {point: [-0.006, 0, 0.015], link: middle}
+  - {name: sum, joints: {knuckle: 0.01, tip_joint: 0.02}}
+actuators:
+  - {name: lagged, joint: knuckle, gear: 2, position: {stiffness: 0.5, damping: 0.01}, lag: 0.02,
+     range: [-1, 1], force_limits: [-0.3, 0.4], command: 0.8}
+  - {name: biased, tendon: sum, gain: 3, bias: 0.5, lag: 0.01, command: 0.4, gear: -1.5}
+  - {name: motor, joint: tip_joint, gear: 3, command: 4, lag: 0.001,
+     dc_motor: {torque_constant: 0.01, resistance: 2, current_limit: 1.5}}
+  - {name: jet, link: tip, point: [0, 0.01, 0.02], force: [1, 0.5, 0.2], torque: [0.01, 0, 0.02],
+     gear: 0.5, range: [0, 3], command: 0.7}
+  - {name: pull, tendon: cord, command: 0.6, muscle: {curves: mujoco, max_force: 30,
+     optimal_length: 0.06, slack_length: 0.01, max_speed: 8, shortest: 0.4, longest: 1.7,
+     passive_force: 1.1, eccentric_force: 1.4, activation_time: 0.02, deactivation_time: 0.05}}
+  - {name: bend, joint: knuckle, gear: 0.05, command: 0.3, muscle: {curves: mujoco, max_force: 5,
+     optimal_length: 0.05, slack_length: -0.03}}
+)";
+
+void expect_same_actuator(const Actuator& a, const Actuator& b) {
+  EXPECT_EQ(a.transmission, b.transmission) << a.name;
+  EXPECT_EQ(a.joint, b.joint);
+  EXPECT_EQ(a.tendon, b.tendon);
+  EXPECT_EQ(a.body, b.body);
+  EXPECT_LE((a.point - b.point).norm(), kRoundOff);
+  EXPECT_LE((a.gear * a.direction.force - b.gear * b.direction.force).norm(), kRoundOff);
+  EXPECT_LE((a.gear * a.direction.torque - b.gear * b.direction.torque).norm(), kRoundOff);
+  EXPECT_EQ(a.lag, b.lag);
+  EXPECT_EQ(a.command, b.command);
+  EXPECT_EQ(std::pair(a.least_command, a.most_command), std::pair(b.least_command, b.most_command));
+  if (a.law == b.law && a.law == ActuatorLaw::kAffine) {
+    EXPECT_EQ(std::pair(a.gain, a.bias), std::pair(b.gain, b.bias)) << a.name;
+    EXPECT_EQ(std::pair(a.stiffness, a.damping), std::pair(b.stiffness, b.damping));
+    EXPECT_EQ(std::pair(a.least, a.most), std::pair(b.least, b.most));
+  }
+  if (a.law != ActuatorLaw::kMuscle) return;
+  const Muscle &m = a.muscle, &n = b.muscle;
+  EXPECT_EQ(m.curves, n.curves);
+  EXPECT_NEAR(m.optimal_length, n.optimal_length, kRoundOff);
+  EXPECT_NEAR(m.slack_length, n.slack_length, kRoundOff);
+  EXPECT_EQ(std::pair(m.max_force, m.max_speed), std::pair(n.max_force, n.max_speed));
+  EXPECT_EQ(std::pair(m.shortest, m.longest), std::pair(n.shortest, n.longest));
+  EXPECT_EQ(m.passive_force, n.passive_force);
+  EXPECT_EQ(m.eccentric_force, n.eccentric_force);
+  EXPECT_EQ(std::pair(m.activation_time, m.deactivation_time),
+            std::pair(n.activation_time, n.deactivation_time));
+}
+
+TEST_F(WrittenModels, ActuatorsHaveTheSameLawsAndForces) {
+  const Scene scene = finger(kActuators);
+  const Scene back = written(scene);
+  ASSERT_EQ(back.model.actuators().size(), scene.model.actuators().size());
+  for (std::size_t i = 0; i < scene.model.actuators().size(); ++i)
+    expect_same_actuator(scene.model.actuators()[i], back.model.actuators()[i]);
+  expect_same_step(scene, back);
+  EXPECT_FALSE(lost("actuator", ""));
+}
+
+/// An affine actuator without lag is read as a servo of its joint, with the same force at the
+/// command of the start. A servo counts in the prediction of Coriolis forces, a row does not: they
+/// are taken at the start of the step.
+TEST_F(WrittenModels, PlainActuatorsAreReadAsServos) {
+  Scene scene = finger(R"(
+actuators:
+  - {name: hold, joint: knuckle, gear: 2, position: {stiffness: 0.5, damping: 0.01}, command: 0.8}
+  - {name: motor, joint: tip_joint, gear: 3, command: 4,
+     dc_motor: {torque_constant: 0.01, resistance: 2, current_limit: 3}}
+)");
+  Scene back = written(scene);
+  scene.options.mean_velocity_forces = back.options.mean_velocity_forces = false;
+  EXPECT_TRUE(back.model.actuators().empty());
+  EXPECT_EQ(back.model.servos().size(), 2u);
+  expect_same_step(scene, back);
+}
+
+/// The limit of a joint bounds its servo, not the actuators beside it.
+TEST_F(WrittenModels, EffortLimitsBoundServosOnly) {
+  const Scene scene = load_scene(folder_.write(
+      "scene.yaml", "models:\n  - {urdf: " + test::source_dir() +
+                        "/data/robots/finger.urdf, dynamics: {knuckle: {effort_limit: 0.1, servo: "
+                        "{stiffness: 4, damping: 0.01, position: 1}}, tip_joint: {effort_limit: "
+                        "0.01}}}\nactuators:\n  - {name: strong, joint: tip_joint, lag: 0.01, "
+                        "command: 0.2}\n"));
+  const Scene back = written(scene);
+  EXPECT_EQ(back.model.joint(back.model.find_joint("knuckle")).effort_limit, 0.1);
+  expect_same_step(scene, back);
+  EXPECT_EQ(exported_.text.find("actuatorfrcrange"), std::string::npos);
+}
+
+TEST_F(WrittenModels, AdhesionPullsAtTheSameContacts) {
+  const Scene scene = load_scene(folder_.write("scene.yaml", R"(
+ground: {friction: 0.5}
+models:
+  - {name: cup, box: [0.1, 0.1, 0.1], mass: 1, position: [0, 0, 0.05]}
+actuators:
+  - {name: hold, link: cup/body, adhesion: {reach: 0}, gain: 2, gear: 3, range: [0, 5], command: 4}
+)"));
+  const Scene back = written(scene);
+  ASSERT_EQ(back.model.actuators().size(), 1u);
+  EXPECT_EQ(back.model.actuators()[0].most_command, 5.0);
+  Simulator ours(scene), theirs(back);
+  ASSERT_TRUE(ours.step().succeeded() && theirs.step().succeeded());
+  const auto pull = [](Simulator& sim) {
+    Vector3 sum = Vector3::Zero();
+    for (const ExternalWrench& w : sim.last_forces().actuator_wrenches) sum += w.wrench.force;
+    return sum;
+  };
+  EXPECT_NEAR(pull(ours).z(), -2.0 * 3.0 * 4.0, kRoundOff);
+  EXPECT_LE((pull(ours) - pull(theirs)).norm(), kRoundOff);
+}
+
+TEST_F(WrittenModels, ActuatorsThatMjcfLacksAreNamed) {
+  const Scene scene = finger(R"(
+actuators:
+  - {name: pid, joint: knuckle, pid: {kp: 20, ki: 5}}
+  - {name: coil, joint: knuckle, dc_motor: {torque_constant: 0.01, resistance: 2, inductance: 0.1}}
+  - {name: rotor, link: tip, propeller: {joint: knuckle, thrust: 1.0e-5, drag: 0}}
+  - {name: fibre, joint: knuckle, muscle: {max_force: 5, optimal_length: 0.1}}
+  - {name: late, joint: tip_joint, gain: 2, delay: 0.01, slew: 3, lag: 0.1}
+)");
+  const Scene back = written(scene);
+  EXPECT_TRUE(lost("'pid'", "PID"));
+  EXPECT_TRUE(lost("'coil'", "inductance"));
+  EXPECT_TRUE(lost("'rotor'", "propeller"));
+  EXPECT_TRUE(lost("'fibre'", "Millard"));
+  EXPECT_TRUE(lost("'late'", "delay"));
+  EXPECT_TRUE(lost("'late'", "slew"));
+  ASSERT_EQ(back.model.actuators().size(), 1u);
+  EXPECT_EQ(back.model.actuators()[0].lag, 0.1);
+}
+
 /// A rod and a tendon may have one name: both are tendons in MJCF.
 TEST_F(WrittenModels, RodsAndTendonsOfOneNameAreTwoTendons) {
   const Scene scene = finger(R"(
