@@ -4,6 +4,7 @@
 
 #include "counterpoint/model/export/mjcf_actuators.h"
 #include "counterpoint/model/export/mjcf_parts.h"
+#include "counterpoint/model/export/mjcf_sensors.h"
 #include "counterpoint/model/export/mjcf_tendons.h"
 #include "counterpoint/model/export/mjcf_xml.h"
 #include "counterpoint/model/model.h"
@@ -37,6 +38,8 @@ class MjcfWriter {
     write_equalities();
     write_mjcf_tendons(model_, closures_, on(Effect::kTendons), xml_, out_.lost);
     controls_ = write_mjcf_actuators(model_, how_.effects, xml_, out_.lost);
+    if (how_.frames)
+      write_mjcf_sensors(model_, has_drives_in_mjcf(model_, how_.effects), xml_, out_.lost);
     if (how_.start) write_start();
     xml_.close();
     note_forces();
@@ -131,7 +134,7 @@ class MjcfWriter {
                               {"diaginertia", export_numbers(moments)}});
   }
 
-  /// Writes shapes, frames of merged links, and the sites of tendons, rods and actuators.
+  /// Writes shapes, frames of merged links, and sites and wraps that other elements name.
   void write_contents(int body) {
     for (const Geometry& g : model_.geometries())
       if (g.body == body) write_geometry(g);
@@ -140,6 +143,7 @@ class MjcfWriter {
         xml_.site(frame.name, frame.X_BF);
     write_mjcf_anchors(model_, closures_, body, xml_);
     write_mjcf_actuator_sites(model_, how_.effects, body, xml_);
+    if (how_.frames) write_mjcf_sensor_sites(model_, body, xml_);
   }
 
   void write_geometry(const Geometry& g) {
@@ -317,7 +321,6 @@ class MjcfWriter {
   void note_forces() {
     if (velocity_limits_ > 0)
       lose("scene", fmt::format("velocity limits of {} joints", velocity_limits_));
-    for (const Sensor& s : model_.sensors()) lose("sensor '" + s.name + "'", "a sensor");
     if (!on(Effect::kDrag)) return;
     for (const BodyDrag& drag : model_.drags()) lose("link '" + body_name(drag.body) + "'", "drag");
   }
