@@ -28,7 +28,8 @@ void refuse_what_mujoco_lacks(const Model& model, EffectSet called, EffectSet on
   for (const Closure& c : model.closures()) {
     const bool known = c.type == ClosureType::kBall || c.type == ClosureType::kWeld ||
                        c.type == ClosureType::kDistance;
-    if (on.has(Effect::kClosures) && (!known || c.rope || c.linear.acts || c.angular.acts))
+    if (on.has(Effect::kClosures) &&
+        (!known || c.rope || c.switched || c.linear.acts || c.angular.acts))
       throw NotExpressible("MuJoCo has rigid balls, welds and distances only, no closure like '" +
                            c.name + "'");
   }
