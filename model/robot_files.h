@@ -270,7 +270,7 @@ struct MjcfExport {
   EffectSet effects = EffectSet::all();     ///< the others are left out
   std::string integrator = "implicitfast";  ///< known to MuJoCo 2.3.5 and later
   bool start = true;                        ///< writes the initial state as keyframe "start"
-  bool frames = true;                       ///< writes the frames of links as sites
+  bool frames = true;                       ///< writes frames of links, as sites, and sensors
   /// True: if surfaces differ, all pairs that may touch are listed, each with the friction that it
   /// has here. False: MuJoCo takes the larger friction of the two, which is noted as lost.
   bool pair_surfaces = false;

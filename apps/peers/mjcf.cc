@@ -35,7 +35,8 @@ void refuse_what_mujoco_lacks(const Model& model, EffectSet called, EffectSet on
   }
   if (on.has(Effect::kPrescribed))
     throw NotExpressible("prescribed motion is not written for MuJoCo");
-  if (on.has(Effect::kTendons)) throw NotExpressible("tendons are not written for MuJoCo");
+  if (on.has(Effect::kTendons)) throw NotExpressible("tendons are not played in MuJoCo");
+  if (on.has(Effect::kActuators)) throw NotExpressible("actuators are not played in MuJoCo");
   if (!on.has(Effect::kDrag)) return;
   for (const BodyDrag& drag : model.drags()) {
     if (!is_free(model.body(drag.body)) || drag.drag.quadratic > 0.0 ||

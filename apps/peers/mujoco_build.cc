@@ -126,6 +126,7 @@ void Mujoco::Impl::set_servos() {
     const double limit =
         model.joint(model.servos()[static_cast<std::size_t>(i)].joint).effort_limit;
     m->actuator_gainprm[i * mjNGAIN] = 1.0;
+    m->actuator_biasprm[i * mjNBIAS] = 0.0;
     if (!on.has(Effect::kEffortLimits) || !std::isfinite(limit)) continue;
     m->actuator_forcelimited[i] = 1;
     m->actuator_forcerange[2 * i] = -limit;

@@ -1,6 +1,7 @@
 #include "counterpoint/model/export/mjcf_parts.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "counterpoint/model/export/numbers.h"
 #include "counterpoint/model/robot_files.h"
@@ -46,6 +47,9 @@ CarriedWeight carried_weight(const Model& model, int body) {
 
 std::vector<Closure> mjcf_closures(const Model& model, std::vector<Note>& lost) {
   constexpr double kHingeWidth = 0.1;  // distance of the points that stand for a hinge [m]
+  const auto lose = [&](const Closure& c, const std::string& what) {
+    lost.push_back({"closure '" + c.name + "'", what});
+  };
   std::vector<Closure> out;
   for (const Closure& c : model.closures()) {
     const bool hinge = c.type == ClosureType::kHinge;
@@ -55,17 +59,20 @@ std::vector<Closure> mjcf_closures(const Model& model, std::vector<Note>& lost) 
     if (!known) lack = std::string("a closure of the type ") + closure_type_name(c.type);
     if (c.linear.acts || c.angular.acts) lack = "its spring";
     if (c.rope) lack = "a rope";
-    if (c.switched) lack = "a switched closure";
+    if (c.switched && !c.attached) lack = "a switched closure that is not attached";
+    if (lack.empty() && std::isfinite(c.breaking_force)) lose(c, "its breaking_force");
+    if (lack.empty() && std::isfinite(c.breaking_torque)) lose(c, "its breaking_torque");
     for (const double side : {-0.5, 0.5}) {
       if (!lack.empty() || (!hinge && side > 0.0)) continue;
       Closure& part = out.emplace_back(c);
+      part.X_BC = c.anchor_b(model.default_z());
       if (!hinge) continue;
       part.type = ClosureType::kBall;
       if (side > 0.0) part.name += ".2";
       for (Pose* X : {&part.X_AC, &part.X_BC})
         X->translation += side * kHingeWidth * X->rotation.col(2);
     }
-    if (!lack.empty()) lost.push_back({"closure '" + c.name + "'", lack});
+    if (!lack.empty()) lose(c, lack);
   }
   return out;
 }
@@ -103,6 +110,8 @@ std::vector<Note> lost_parts(const Model& model) {
   std::vector<Note> lost;
   for (const Sensor& s : model.sensors()) lost.push_back({"sensor '" + s.name + "'", "a sensor"});
   for (const Tendon& t : model.tendons()) lost.push_back({"tendon '" + t.name + "'", "a tendon"});
+  for (const Actuator& a : model.actuators())
+    lost.push_back({"actuator '" + a.name + "'", "an actuator"});
   for (const JointInfo& joint : model.joints())
     if (joint.prescribed) lost.push_back({"joint '" + joint.name + "'", "its prescribed motion"});
   return lost;

@@ -39,10 +39,11 @@ inline const char* mjcf_dimensions(const Material& m) {
 }
 
 /// Returns the closures that MJCF has as equalities, rigid balls, welds and distances, and hinges
-/// as balls at two points of their axis; adds the others to `lost`.
+/// as balls at two points of their axis; those in place hold the pose at the start. Adds the
+/// others, and loads at which one breaks, to `lost`.
 std::vector<Closure> mjcf_closures(const Model& model, std::vector<Note>& lost);
 
-/// Lists the sensors and tendons, which are not exported.
+/// Lists the sensors, tendons and actuators, none of which URDF has.
 std::vector<Note> lost_parts(const Model& model);
 
 using IndexPairs = std::set<std::pair<int, int>>;  ///< the lower index first

@@ -1,11 +1,12 @@
-#include <tinyxml2.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "counterpoint/model/export/mjcf_actuators.h"
 #include "counterpoint/model/export/mjcf_parts.h"
-#include "counterpoint/model/export/numbers.h"
+#include "counterpoint/model/export/mjcf_sensors.h"
+#include "counterpoint/model/export/mjcf_tendons.h"
+#include "counterpoint/model/export/mjcf_xml.h"
 #include "counterpoint/model/model.h"
 #include "counterpoint/model/robot_files.h"
 
@@ -18,7 +19,6 @@ class MjcfWriter {
       : scene_(scene), model_(scene.model), how_(how) {
     if (on(Effect::kClosures)) closures_ = mjcf_closures(model_, out_.lost);
     if (on(Effect::kMimics)) mimics_ = model_.mimics();
-    if (on(Effect::kServos)) servos_ = model_.servos();
     const auto friction = [&](const Geometry& g) {
       return acting_surface(g.material, how.effects).friction;
     };
@@ -29,106 +29,89 @@ class MjcfWriter {
   }
 
   Exported write() {
-    xml_.OpenElement("mujoco");
-    set("model", scene_.name.empty() ? "scene" : scene_.name);
+    xml_.open("mujoco");
+    xml_.set("model", scene_.name.empty() ? "scene" : scene_.name);
     write_options();
     write_meshes();
     write_bodies();
     if (on(Effect::kContacts)) write_contacts();
     write_equalities();
-    write_rods();
-    write_actuators();
+    write_mjcf_tendons(model_, closures_, on(Effect::kTendons), xml_, out_.lost);
+    controls_ = write_mjcf_actuators(model_, how_.effects, xml_, out_.lost);
+    if (how_.frames)
+      write_mjcf_sensors(model_, has_drives_in_mjcf(model_, how_.effects), xml_, out_.lost);
     if (how_.start) write_start();
-    xml_.CloseElement();
+    xml_.close();
     note_forces();
-    out_.text = xml_.CStr();
+    out_.text = xml_.text();
     return std::move(out_);
   }
 
  private:
-  void set(const char* name, const std::string& value) { xml_.PushAttribute(name, value.c_str()); }
-  void set(const char* name, double value) { set(name, export_number(value)); }
-  /// Writes an element without children.
-  void element(const char* name,
-               std::initializer_list<std::pair<const char*, std::string>> attributes) {
-    xml_.OpenElement(name);
-    for (const auto& [key, value] : attributes) set(key, value);
-    xml_.CloseElement();
-  }
   void lose(const std::string& where, const std::string& what) {
     out_.lost.push_back({where, what});
   }
   void place(const Pose& pose) {
-    set("pos", export_numbers(pose.translation));
-    set("quat", export_quaternion(pose.rotation));
+    xml_.set("pos", export_numbers(pose.translation));
+    xml_.set("quat", export_quaternion(pose.rotation));
   }
-  std::string body_name(int i) const { return i == 0 ? "world" : model_.joint(i - 1).link; }
-  std::string joint_name(int joint, int part = 0) const {
-    const Body& body = model_.body(joint + 1);
-    const bool several = !is_free(body) && (body.joint_type == JointType::kPlanar ||
-                                            body.joint_type == JointType::kFloating);
-    return several ? fmt::format("{}/{}", model_.joint(joint).name, part)
-                   : model_.joint(joint).name;
-  }
-  static bool is_free(const Body& body) {
-    return body.joint_type == JointType::kFloating && body.parent == 0;
-  }
+  std::string body_name(int i) const { return mjcf_body_name(model_, i); }
   bool on(Effect effect) const { return how_.effects.has(effect); }
   Pose start_of(const Body& body) const {
     return joint_pose(body.X_PJ, body.joint_type, scene_.q.data() + body.q_index);
   }
 
   void write_options() {
-    element("compiler", {{"angle", "radian"}, {"inertiafromgeom", "false"}});
+    xml_.element("compiler", {{"angle", "radian"}, {"inertiafromgeom", "false"}});
     const Vector3 gravity = on(Effect::kGravity) ? model_.gravity() : Vector3(0, 0, 0);
-    element("option", {{"timestep", export_number(scene_.options.time_step)},
-                       {"gravity", export_numbers(gravity)},
-                       {"integrator", how_.integrator},
-                       {"cone", "elliptic"},
-                       {"impratio", "100"}});
+    xml_.element("option", {{"timestep", export_number(scene_.options.time_step)},
+                            {"gravity", export_numbers(gravity)},
+                            {"integrator", how_.integrator},
+                            {"cone", "elliptic"},
+                            {"impratio", "100"}});
     const std::string reference = export_numbers({2.0 * scene_.options.time_step, 1.0});
-    xml_.OpenElement("default");
+    xml_.open("default");
     for (const char* what : {"geom", "equality"})
-      element(what, {{"solref", reference}, {"solimp", "0.9999 0.9999 0.001"}});
-    xml_.CloseElement();
+      xml_.element(what, {{"solref", reference}, {"solimp", "0.9999 0.9999 0.001"}});
+    xml_.close();
   }
 
   void write_meshes() {
-    xml_.OpenElement("asset");
+    xml_.open("asset");
     for (const Geometry& g : model_.geometries()) {
       if (g.shape.type != ShapeType::kConvexMesh || meshes_.count(g.shape.mesh.get())) continue;
       const std::string name = fmt::format("mesh{}", meshes_.size());
       meshes_[g.shape.mesh.get()] = name;
       std::string vertices;
       for (const Vector3& v : g.shape.mesh->vertices) vertices += export_numbers(v) + " ";
-      element("mesh", {{"name", name}, {"vertex", vertices}});
+      xml_.element("mesh", {{"name", name}, {"vertex", vertices}});
     }
-    xml_.CloseElement();
+    xml_.close();
   }
 
   void write_bodies() {
-    xml_.OpenElement("worldbody");
+    xml_.open("worldbody");
     write_contents(0);
     std::vector<int> open = {0};
     for (int i = 1; i < model_.num_bodies(); ++i) {
       const Body& body = model_.body(i);
-      for (; open.back() != body.parent; open.pop_back()) xml_.CloseElement();
-      xml_.OpenElement("body");
-      set("name", body_name(i));
-      place(is_free(body) ? start_of(body) : body.X_PJ);
+      for (; open.back() != body.parent; open.pop_back()) xml_.close();
+      xml_.open("body");
+      xml_.set("name", body_name(i));
+      place(is_free_in_mjcf(body) ? start_of(body) : body.X_PJ);
       write_compensation(i);
       write_joints(i);
       write_inertia(body.inertia);
       write_contents(i);
       open.push_back(i);
     }
-    for (; open.size() > 1; open.pop_back()) xml_.CloseElement();
-    xml_.CloseElement();
+    for (; open.size() > 1; open.pop_back()) xml_.close();
+    xml_.close();
   }
 
   void write_compensation(int body) {
     const CarriedWeight carried = carried_weight(model_, body);
-    if (carried.mass != 0.0) set("gravcomp", carried.mass / model_.body(body).inertia.mass);
+    if (carried.mass != 0.0) xml_.set("gravcomp", carried.mass / model_.body(body).inertia.mass);
     if (!carried.at_center)
       lose("link '" + body_name(body) + "'",
            "gravity compensation of a part of it: written as of the whole");
@@ -145,52 +128,44 @@ class MjcfWriter {
       axes.rotation = principal.axes;
       moments = principal.moments;
     }
-    element("inertial", {{"pos", export_numbers(axes.translation)},
-                         {"quat", export_quaternion(axes.rotation)},
-                         {"mass", export_number(inertia.mass)},
-                         {"diaginertia", export_numbers(moments)}});
+    xml_.element("inertial", {{"pos", export_numbers(axes.translation)},
+                              {"quat", export_quaternion(axes.rotation)},
+                              {"mass", export_number(inertia.mass)},
+                              {"diaginertia", export_numbers(moments)}});
   }
 
-  /// Writes shapes, frames of merged links and anchors of rods.
+  /// Writes shapes, frames of merged links, and sites and wraps that other elements name.
   void write_contents(int body) {
     for (const Geometry& g : model_.geometries())
       if (g.body == body) write_geometry(g);
     for (const Frame& frame : model_.frames())
       if (how_.frames && frame.body == body && frame.name != body_name(body))
-        write_site(frame.name, frame.X_BF);
-    for (const Closure& c : closures_) {
-      if (c.type != ClosureType::kDistance) continue;
-      if (c.body_a == body) write_site(c.name + "/a", c.X_AC);
-      if (c.body_b == body) write_site(c.name + "/b", c.X_BC);
-    }
-  }
-
-  void write_site(const std::string& name, const Pose& pose) {
-    element("site", {{"name", name},
-                     {"pos", export_numbers(pose.translation)},
-                     {"quat", export_quaternion(pose.rotation)}});
+        xml_.site(frame.name, frame.X_BF);
+    write_mjcf_anchors(model_, closures_, body, xml_);
+    write_mjcf_actuator_sites(model_, how_.effects, body, xml_);
+    if (how_.frames) write_mjcf_sensor_sites(model_, body, xml_);
   }
 
   void write_geometry(const Geometry& g) {
     const auto [type, size] = mjcf_shape(g);
     if (type.empty()) return lose("geometry '" + g.name + "'", "a terrain of triangles");
-    xml_.OpenElement("geom");
-    set("name", g.name);
-    set("type", type);
-    if (!size.empty()) set("size", size);
-    if (g.shape.type == ShapeType::kConvexMesh) set("mesh", meshes_.at(g.shape.mesh.get()));
+    xml_.open("geom");
+    xml_.set("name", g.name);
+    xml_.set("type", type);
+    if (!size.empty()) xml_.set("size", size);
+    if (g.shape.type == ShapeType::kConvexMesh) xml_.set("mesh", meshes_.at(g.shape.mesh.get()));
     place(g.X_BG);
     if (by_pair_ || !on(Effect::kContacts))
-      for (const char* key : {"contype", "conaffinity"}) set(key, "0");
+      for (const char* key : {"contype", "conaffinity"}) xml_.set(key, "0");
     const Material acting = acting_surface(g.material, how_.effects);
     const Material m = acting.without_direction();
     if (acting.is_directional()) lose("geometry '" + g.name + "'", "the direction of its friction");
     if (m.friction_at_rest() > m.friction) lose("geometry '" + g.name + "'", "static friction");
     if (m.is_soft()) lose("geometry '" + g.name + "'", "the stiffness of its surface");
     if (!m.surface_velocity.isZero(0.0)) lose("geometry '" + g.name + "'", "surface_velocity");
-    set("condim", mjcf_dimensions(m));
-    set("friction", export_numbers({m.friction, m.torsional_friction, m.rolling_friction}));
-    xml_.CloseElement();
+    xml_.set("condim", mjcf_dimensions(m));
+    xml_.set("friction", export_numbers({m.friction, m.torsional_friction, m.rolling_friction}));
+    xml_.close();
     if (m.restitution > 0.0) lose("geometry '" + g.name + "'", "restitution");
   }
 
@@ -207,7 +182,7 @@ class MjcfWriter {
       case JointType::kSpherical:
         return write_joint(body, 0, "ball", nullptr);
       case JointType::kFloating:
-        if (is_free(model_.body(body))) return write_joint(body, 0, "free", nullptr);
+        if (is_free_in_mjcf(model_.body(body))) return write_joint(body, 0, "free", nullptr);
         write_joint(body, 0, "slide", "1 0 0");
         write_joint(body, 1, "slide", "0 1 0");
         write_joint(body, 2, "slide", "0 0 1");
@@ -218,12 +193,12 @@ class MjcfWriter {
   void write_joint(int body, int part, const char* type, const char* axis) {
     const int i = body - 1, v = model_.body(body).v_index + part;
     const JointInfo& info = model_.joint(i);
-    xml_.OpenElement("joint");
-    set("name", joint_name(i, part));
-    set("type", type);
-    if (axis) set("axis", axis);
+    xml_.open("joint");
+    xml_.set("name", mjcf_joint_name(model_, i, part));
+    xml_.set("type", type);
+    if (axis) xml_.set("axis", axis);
     const auto set_if = [&](Effect effect, const char* name, double value) {
-      if (on(effect) && value != 0.0) set(name, value);
+      if (on(effect) && value != 0.0) xml_.set(name, value);
     };
     set_if(Effect::kDamping, "damping", model_.damping()[v]);
     set_if(Effect::kArmature, "armature", model_.armature()[v]);
@@ -234,16 +209,15 @@ class MjcfWriter {
       set_if(Effect::kSprings, "springref", spring.reference);
     }
     if (on(Effect::kLimits) && (std::isfinite(info.lower) || std::isfinite(info.upper))) {
-      constexpr double kBeyond = 1e9;  // stands for no limit: MJCF has both limits or none
-      set("limited", "true");
-      set("range", export_numbers({std::max(info.lower, -kBeyond), std::min(info.upper, kBeyond)}));
+      xml_.set("limited", "true");
+      xml_.set("range", mjcf_range(info.lower, info.upper));
     }
     if (on(Effect::kEffortLimits) && std::isfinite(info.effort_limit) &&
-        joint_nv(model_.body(body).joint_type) == 1) {
-      set("actuatorfrclimited", "true");
-      set("actuatorfrcrange", export_numbers({-info.effort_limit, info.effort_limit}));
+        joint_nv(model_.body(body).joint_type) == 1 && !has_drives_in_mjcf(model_, how_.effects)) {
+      xml_.set("actuatorfrclimited", "true");
+      xml_.set("actuatorfrcrange", export_numbers({-info.effort_limit, info.effort_limit}));
     }
-    xml_.CloseElement();
+    xml_.close();
     velocity_limits_ +=
         on(Effect::kVelocityLimits) && part == 0 && std::isfinite(info.velocity_limit);
   }
@@ -253,11 +227,11 @@ class MjcfWriter {
     const auto& never = model_.excluded_geometry_pairs();
     apart.insert(never.begin(), never.end());
     const MjcfPairs pairs = list_mjcf_pairs(model_, apart, by_pair_);
-    xml_.OpenElement("contact");
+    xml_.open("contact");
     for (const auto& [i, j] : pairs.excluded_bodies)
-      element("exclude", {{"body1", body_name(i)}, {"body2", body_name(j)}});
+      xml_.element("exclude", {{"body1", body_name(i)}, {"body2", body_name(j)}});
     for (const auto& [a, b] : pairs.listed) write_pair(a, b);
-    xml_.CloseElement();
+    xml_.close();
     const auto& given = model_.pair_materials();
     const auto is_listed = [&](const PairMaterial& p) {
       return pairs.listed.count({p.geometry_a, p.geometry_b}) > 0;
@@ -278,77 +252,50 @@ class MjcfWriter {
     // MuJoCo requires a positive coefficient even where it has no effect.
     const double slide = m.friction > 0.0 ? m.friction : 1.0;
     const double spin = m.torsional_friction, roll = m.rolling_friction;
-    element("pair", {{"geom1", model_.geometries()[a].name},
-                     {"geom2", model_.geometries()[b].name},
-                     {"condim", mjcf_dimensions(m)},
-                     {"friction", export_numbers({slide, slide, spin, roll, roll})}});
+    xml_.element("pair", {{"geom1", model_.geometries()[a].name},
+                          {"geom2", model_.geometries()[b].name},
+                          {"condim", mjcf_dimensions(m)},
+                          {"friction", export_numbers({slide, slide, spin, roll, roll})}});
   }
 
   void write_equalities() {
-    xml_.OpenElement("equality");
+    xml_.open("equality");
     for (const Closure& c : closures_) {
       const bool swapped = c.body_a == 0;  // MuJoCo accepts the world as the second body only
       if (c.type == ClosureType::kDistance) {
-        element("tendon", {{"name", c.name}, {"tendon1", c.name}});
+        xml_.element("tendon", {{"name", c.name}, {"tendon1", mjcf_rod_name(model_, c)}});
         continue;
       }
       const bool ball = c.type == ClosureType::kBall;
-      xml_.OpenElement(ball ? "connect" : "weld");
-      set("name", c.name);
-      set("body1", body_name(swapped ? c.body_b : c.body_a));
-      set("body2", body_name(swapped ? 0 : c.body_b));
+      xml_.open(ball ? "connect" : "weld");
+      xml_.set("name", c.name);
+      xml_.set("body1", body_name(swapped ? c.body_b : c.body_a));
+      xml_.set("body2", body_name(swapped ? 0 : c.body_b));
       if (ball) {
-        set("anchor", export_numbers(swapped ? c.X_BC.translation : c.X_AC.translation));
+        xml_.set("anchor", export_numbers(swapped ? c.X_BC.translation : c.X_AC.translation));
       } else {
         const Pose X_12 = swapped ? c.X_BC * c.X_AC.inverse() : c.X_AC * c.X_BC.inverse();
-        set("relpose", export_numbers(X_12.translation) + " " + export_quaternion(X_12.rotation));
+        xml_.set("relpose",
+                 export_numbers(X_12.translation) + " " + export_quaternion(X_12.rotation));
       }
-      xml_.CloseElement();
+      xml_.close();
     }
     for (const Mimic& mimic : mimics_) {
-      element("joint",
-              {{"joint1", joint_name(mimic.joint)},
-               {"joint2", joint_name(mimic.master)},
-               {"polycoef", export_numbers({mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0})}});
+      xml_.element("joint",
+                   {{"joint1", mjcf_joint_name(model_, mimic.joint)},
+                    {"joint2", mjcf_joint_name(model_, mimic.master)},
+                    {"polycoef", export_numbers({mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0})}});
     }
-    xml_.CloseElement();
-  }
-
-  /// Writes distance closures as tendons; write_equalities fixes their length.
-  void write_rods() {
-    xml_.OpenElement("tendon");
-    for (const Closure& c : closures_) {
-      if (c.type != ClosureType::kDistance) continue;
-      xml_.OpenElement("spatial");
-      set("name", c.name);
-      for (const char* end : {"/a", "/b"}) element("site", {{"site", c.name + end}});
-      xml_.CloseElement();
-    }
-    xml_.CloseElement();
-  }
-
-  /// Writes servos as actuators with force kp (control - q) - kd w.
-  void write_actuators() {
-    xml_.OpenElement("actuator");
-    for (const JointServo& servo : servos_) {
-      element("general", {{"name", model_.joint(servo.joint).name},
-                          {"joint", joint_name(servo.joint)},
-                          {"gainprm", export_numbers({servo.stiffness, 0.0, 0.0})},
-                          {"biastype", "affine"},
-                          {"biasprm", export_numbers({0.0, -servo.stiffness, -servo.damping})}});
-      if (servo.velocity != 0.0)
-        lose("joint '" + model_.joint(servo.joint).name + "'", "the target velocity of its servo");
-    }
-    xml_.CloseElement();
+    xml_.close();
   }
 
   /// Writes the initial state; free bodies in world axes, as in MuJoCo.
   void write_start() {
-    std::string q, v, control;
+    std::string q, v, control, activation;
     const auto append = [](std::string& to, double value) { to += export_number(value) + " "; };
     for (const Body& body : model_.bodies()) {
       if (body.parent < 0) continue;
-      if (!is_free(body)) {
+      if (!is_free_in_mjcf(body)) {
         for (int k = 0; k < joint_nq(body.joint_type); ++k) append(q, scene_.q[body.q_index + k]);
         for (int k = 0; k < joint_nv(body.joint_type); ++k) append(v, scene_.v[body.v_index + k]);
         continue;
@@ -358,21 +305,24 @@ class MjcfWriter {
       v += export_numbers(Vector3(body.X_PJ.rotation * scene_.v.segment<3>(body.v_index))) + " " +
            export_numbers(Vector3(scene_.v.segment<3>(body.v_index + 3))) + " ";
     }
-    for (const JointServo& servo : servos_) append(control, servo.position);
-    xml_.OpenElement("keyframe");
-    xml_.OpenElement("key");
-    set("name", "start");
-    set("qpos", q);
-    set("qvel", v);
-    if (!control.empty()) set("ctrl", control);
-    xml_.CloseElement();
-    xml_.CloseElement();
+    for (const double value : controls_.control) append(control, value);
+    for (const double value : controls_.activation) append(activation, value);
+    xml_.open("keyframe");
+    xml_.open("key");
+    xml_.set("name", "start");
+    xml_.set("qpos", q);
+    xml_.set("qvel", v);
+    if (!activation.empty()) xml_.set("act", activation);
+    if (!control.empty()) xml_.set("ctrl", control);
+    xml_.close();
+    xml_.close();
   }
 
   void note_forces() {
+    for (const JointInfo& joint : model_.joints())
+      if (joint.prescribed) lose("joint '" + joint.name + "'", "its prescribed motion");
     if (velocity_limits_ > 0)
       lose("scene", fmt::format("velocity limits of {} joints", velocity_limits_));
-    for (const Note& lost : lost_parts(model_)) lose(lost.where, lost.message);
     if (!on(Effect::kDrag)) return;
     for (const BodyDrag& drag : model_.drags()) lose("link '" + body_name(drag.body) + "'", "drag");
   }
@@ -382,12 +332,12 @@ class MjcfWriter {
   const MjcfExport& how_;
   std::vector<Closure> closures_;
   std::vector<Mimic> mimics_;
-  std::vector<JointServo> servos_;
-  bool unlike_ = false;   ///< some surfaces differ in friction
-  bool by_pair_ = false;  ///< only the listed pairs collide
+  MjcfControls controls_;  ///< at the start
+  bool unlike_ = false;    ///< some surfaces differ in friction
+  bool by_pair_ = false;   ///< only the listed pairs collide
   std::map<const ConvexMesh*, std::string> meshes_;
   int velocity_limits_ = 0;
-  tinyxml2::XMLPrinter xml_;
+  MjcfXml xml_;
   Exported out_;
 };
 

@@ -4,39 +4,11 @@
 #include <tinyxml2.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
-#include <optional>
 
 namespace counterpoint::mjcf {
 namespace {
-
-/// A quantity at a site.
-struct SiteSensor {
-  SensorKind kind;
-  bool own_axes;
-};
-const std::map<std::string, SiteSensor> kAtSites = {
-    {"accelerometer", {SensorKind::kSpecificForce, true}},
-    {"velocimeter", {SensorKind::kLinearVelocity, true}},
-    {"gyro", {SensorKind::kAngularVelocity, true}},
-    {"force", {SensorKind::kForce, true}},
-    {"torque", {SensorKind::kTorque, true}},
-    {"rangefinder", {SensorKind::kRange, false}}};
-const std::map<std::string, SensorKind> kOfJoints = {
-    {"jointpos", SensorKind::kJointPosition},
-    {"jointvel", SensorKind::kJointVelocity},
-    {"jointactuatorfrc", SensorKind::kJointEffort}};
-const std::map<std::string, SensorKind> kOfFrames = {
-    {"framepos", SensorKind::kPosition},
-    {"framequat", SensorKind::kOrientation},
-    {"framelinvel", SensorKind::kLinearVelocity},
-    {"frameangvel", SensorKind::kAngularVelocity},
-    {"framelinacc", SensorKind::kSpecificForce},  // MuJoCo's includes -gravity
-    {"frameangacc", SensorKind::kAngularAcceleration}};
-const std::map<std::string, SensorKind> kOfSubtrees = {
-    {"subtreecom", SensorKind::kCenterOfMass},
-    {"subtreelinvel", SensorKind::kCenterOfMassVelocity},
-    {"subtreeangmom", SensorKind::kAngularMomentum}};
 
 class SensorReader {
  public:
@@ -60,27 +32,30 @@ class SensorReader {
  private:
   /// Completes the sensor; returns the reason why it is left out, or "".
   std::string fill(const Values& v, const std::string& kind, SensorSpec& spec) const {
-    if (const auto found = kAtSites.find(kind); found != kAtSites.end()) {
-      spec.sensor.kinds = {found->second.kind};
-      spec.sensor.own_axes = found->second.own_axes;
-      return at_site(v.text("site"), spec);
-    }
-    if (const auto found = kOfJoints.find(kind); found != kOfJoints.end()) {
-      spec.sensor.kinds = {found->second};
-      return of_joint(v.text("joint"), spec);
-    }
-    if (const auto found = kOfFrames.find(kind); found != kOfFrames.end()) {
-      spec.sensor.kinds = {found->second};
-      return of_frame(v, kind, spec);
-    }
-    if (const auto found = kOfSubtrees.find(kind); found != kOfSubtrees.end()) {
-      spec.sensor.kinds = {found->second};
-      const std::string name = v.text("body");
-      if (name == "world") return "";
-      return of_body(name, spec.link);
+    const auto* const found = std::find_if(std::begin(kSensorElements), std::end(kSensorElements),
+                                           [&](const SensorElement& e) { return kind == e.name; });
+    if (found != std::end(kSensorElements)) {
+      spec.sensor.kinds = {found->kind};
+      spec.sensor.own_axes = found->own_axes;
+      return of_object(v, *found, spec);
     }
     if (kind == "actuatorfrc") return of_actuator(v.text("actuator"), spec);
     return "<" + kind + "> has no counterpart";
+  }
+
+  std::string of_object(const Values& v, const SensorElement& element, SensorSpec& spec) const {
+    switch (element.object) {
+      case Sensed::kSite:
+        return at_site(v.text("site"), spec);
+      case Sensed::kJoint:
+        return of_joint(v.text("joint"), spec);
+      case Sensed::kFrame:
+        return of_frame(v, element.name, spec);
+      case Sensed::kSubtree:
+        break;
+    }
+    const std::string name = v.text("body");
+    return name == "world" ? "" : of_body(name, spec.link);
   }
 
   std::string of_body(const std::string& name, std::string& link) const {

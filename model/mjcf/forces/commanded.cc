@@ -16,10 +16,6 @@ namespace {
 
 constexpr const char* kPid = "mujoco.pid";
 
-/// Largest gap [m] of a contact that adhesion pulls at: contacts that carry nothing keep a gap of
-/// rounding and smoothing.
-constexpr double kTouching = 1e-6;
-
 bool is_plugin(const Element& e) { return e.Attribute("plugin") || e.Attribute("instance"); }
 
 /// Returns the element with the <config>s of a plugin: its instance, or the actuator itself.
@@ -63,7 +59,7 @@ double set_transmission(const CommandedElement& from, ActuatorSpec& spec, const 
   if (v.has("body")) {
     const int body = from.bodies.body(from.document, from.element, v.text("body"));
     a.transmission = Transmission::kAdhesion;
-    a.reach = kTouching;
+    a.reach = kAdhesionReach;
     spec.link = from.bodies.bodies[static_cast<std::size_t>(body)].link;
     return 0.0;
   }

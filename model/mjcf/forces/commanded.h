@@ -9,6 +9,10 @@
 
 namespace counterpoint::mjcf {
 
+/// Largest gap [m] of a contact at which adhesion pulls: contacts that carry nothing keep a gap of
+/// rounding and smoothing.
+inline constexpr double kAdhesionReach = 1e-6;
+
 /// An actuator element, with its law and the place where it acts.
 struct CommandedElement {
   Document& document;

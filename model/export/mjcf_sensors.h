@@ -1,0 +1,18 @@
+// Sensors in MJCF.
+#pragma once
+
+#include <vector>
+
+#include "counterpoint/model/export/mjcf_xml.h"
+#include "counterpoint/model/model.h"
+
+namespace counterpoint {
+
+/// Writes the sites on a body at which sensors are.
+void write_mjcf_sensor_sites(const Model& model, int body, MjcfXml& xml);
+
+/// Writes the element <sensor>: one element for each kind of a sensor. `driven`: whether actuators
+/// beside servos act (has_drives_in_mjcf). Appends to `lost`.
+void write_mjcf_sensors(const Model& model, bool driven, MjcfXml& xml, std::vector<Note>& lost);
+
+}  // namespace counterpoint
