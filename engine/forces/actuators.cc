@@ -44,7 +44,13 @@ bool has_row(const Actuator& a) {
 }  // namespace
 
 Actuators::Actuators(const Model& model)
-    : drives_(model.actuators().size()), z_next_(model.default_z()) {}
+    : drives_(model.actuators().size()), z_next_(model.default_z()) {
+  const auto has_form = [&](const Actuator& a) {
+    const bool bends = a.tendon >= 0 && model.tendons()[static_cast<size_t>(a.tendon)].is_spatial();
+    return has_row(a) && a.law != ActuatorLaw::kMuscle && !bends;
+  };
+  closed_forms_ = std::all_of(model.actuators().begin(), model.actuators().end(), has_form);
+}
 
 /// Returns the command behind delay, slew limit and lag at the start of the step, and moves their
 /// states on.
@@ -88,12 +94,14 @@ void Actuators::find_law(const Actuator& a, const StepContext& at, Drive& drive)
   switch (a.law) {
     case ActuatorLaw::kAffine:
       drive.force = a.gain * u + a.bias - a.stiffness * x;
+      drive.stiffness = a.stiffness;
       drive.gain = a.damping + h * a.stiffness;
       break;
     case ActuatorLaw::kPid: {
       const double rate = a.kd > 0.0 ? (u - at.z[place.setpoint]) / h : 0.0;
       const double integral = a.ki > 0.0 ? a.ki * at.z[place.law] : 0.0;
       drive.force = a.kp * (u - x) + a.kd * rate + integral;
+      drive.stiffness = a.kp;
       drive.gain = a.kd + h * a.kp;
       break;
     }
@@ -206,6 +214,7 @@ void Actuators::add_rows(const StepContext& at, const Tendons& tendons, SleepMas
       set_gain(h, drive.gain, -drive.force, row.law);
     } else {
       set_motor_law(h, {drive.force, drive.gain, drive.least, drive.most}, row.law);
+      if (drive.gain > 0.0) row.bias_by_length = drive.stiffness / drive.gain;
     }
     RowTerm joint_term;
     const size_t first = out.row_terms.size();

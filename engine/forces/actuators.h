@@ -31,6 +31,10 @@ class Actuators {
                 ConstraintSet& out) const;
   std::span<const ExternalWrench> wrenches() const { return wrenches_; }
 
+  /// Whether derivatives of all forces by (q, v) are those of rows of given gains: they depend on
+  /// joints and fixed tendons alone, and not on the velocity at the start of the step.
+  bool have_closed_forms() const { return closed_forms_; }
+
   /// Computes the forces of the step (one per actuator) [N, N m] and writes their internal states
   /// at its end into z_next (nz), given the velocities w (nv) that the rows see.
   void conclude(const StepContext& at, const Tendons& tendons, const VectorRef& w, VectorX& force,
@@ -39,8 +43,9 @@ class Actuators {
  private:
   /// Force f - c y of one actuator, within bounds, and what its states become.
   struct Drive {
-    double force = 0.0;  ///< f [N, N m]
-    double gain = 0.0;   ///< c [N s/m, N m s/rad]
+    double force = 0.0;      ///< f [N, N m]
+    double gain = 0.0;       ///< c [N s/m, N m s/rad]
+    double stiffness = 0.0;  ///< -df/dx [N/m, N m/rad]
     double least = 0.0, most = 0.0;
     double command = 0.0;  ///< command behind all filters
     double length = 0.0;   ///< x [m, rad]
@@ -56,6 +61,7 @@ class Actuators {
 
   std::vector<Drive> drives_;
   std::vector<ExternalWrench> wrenches_;
+  bool closed_forms_ = false;
   VectorX z_next_;  ///< nz: states of the commands at the end of the step
 };
 

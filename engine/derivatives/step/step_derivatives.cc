@@ -107,10 +107,8 @@ bool differentiate_runge_kutta(const StepContext& start, const Input& input, Wor
 /// Computes d in closed form. Returns false if something acts that has none.
 bool differentiate(const InverseArguments& of, const InvertedStep& inverted,
                    DerivativeScratch& scratch, InverseDerivatives& d) {
-  const bool actuated = of.effects.has(Effect::kActuators);
   if (of.options.integrator == Integrator::kSemiImplicitEuler)
-    return scratch.inverse.compute(of, inverted, d) && !actuated;
-  if (actuated) return false;
+    return scratch.inverse.compute(of, inverted, d);
   if (inverted.taut_links.loses()) return false;
   if (!scratch.smooth) scratch.smooth.emplace(of.model);
   if (scratch.impulses)
@@ -119,13 +117,15 @@ bool differentiate(const InverseArguments& of, const InvertedStep& inverted,
   return true;
 }
 
-/// Whether some law changes within a smoothing length: all do but those of equalities and springs.
+/// Whether some law changes within a smoothing length: all do but those of equalities, springs and
+/// rows of given gains.
 bool has_kinks(const ConstraintSet& constraints) {
   const auto kinked = [](const auto& row) {
     return row.law.type != contact::LawType::kEquality && row.law.type != contact::LawType::kSpring;
   };
   return std::any_of(constraints.pairs.begin(), constraints.pairs.end(), kinked) ||
-         std::any_of(constraints.joints.begin(), constraints.joints.end(), kinked);
+         std::any_of(constraints.joints.begin(), constraints.joints.end(),
+                     [&](const auto& row) { return !row.has_given_gains() && kinked(row); });
 }
 
 void refuse_prescribed(EffectSet effects) {
@@ -170,7 +170,8 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
   const InverseArguments alone{slowed, options, q, v, q_next, w, known, effects, ws.z};
   const InvertedStep inverted(ws);
   if (analytic) ws.start.find_inertias(slowed);
-  const bool closed = analytic && differentiate(alone, inverted, scratch, d);
+  const bool has_forms = !effects.has(Effect::kActuators) || ws.actuators.have_closed_forms();
+  const bool closed = analytic && differentiate(alone, inverted, scratch, d) && has_forms;
   d.by_differences = analytic && !closed;
   // Differences of a midpoint step with constraints include the correction.
   if (center != nullptr && (closed || !scratch.impulses))

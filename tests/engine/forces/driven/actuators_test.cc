@@ -1,6 +1,7 @@
 // Runs with actuators of every law: their inverse, their states, their derivatives.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "counterpoint/engine/derivatives.h"
@@ -9,6 +10,7 @@
 #include "support/linkages.h"
 #include "support/random_model.h"
 #include "support/recover.h"
+#include "support/step_derivatives.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint::actuators_test {
@@ -88,7 +90,37 @@ TEST(Actuators, RunsResumeWithTheSameBits) {
   EXPECT_EQ(state_hash(first.state()), state_hash(second.state()));
 }
 
-/// Derivatives are differences of the whole step, and say so.
+/// Where all actuators drive joints by affine, PID and DC laws, derivatives are closed forms.
+TEST(Actuators, DerivativesOnJointsAreClosedForms) {
+  int compared = 0;
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    test::RandomModelOptions options = test::varied_options(static_cast<int>(seed));
+    options.links += 2;
+    options.fixed_share = 0.0;
+    options.actuators = 3;
+    options.armature = true;
+    test::Random random(seed);
+    Scene scene = test::make_random_scene(seed, options, random);
+    scene.options.mean_velocity_forces = false;
+    const auto& all = scene.model.actuators();
+    if (all.empty() || std::any_of(all.begin(), all.end(), [](const Actuator& a) {
+          return a.transmission == Transmission::kLink;
+        }))
+      continue;
+    Simulator sim(scene);
+    for (int i = 0; i < 5; ++i) ASSERT_TRUE(sim.step().succeeded());
+    const State before = sim.state();
+    sim.input().command = test::random_vector(static_cast<int>(all.size()), random.bits());
+    ASSERT_TRUE(sim.step().succeeded());
+    test::Moment at{before.q, before.v, sim.state().v, sim.input()};
+    at.known.z = before.z;
+    ++compared;
+    EXPECT_TRUE(test::expect_exact(scene, at, "seed " + std::to_string(seed)));
+  }
+  EXPECT_GT(compared, 5);
+}
+
+/// Those of actuators on links are differences of the whole step, and say so.
 TEST(Actuators, DerivativesAreDifferencesAndSaySo) {
   test::RandomModelOptions options;
   options.actuators = 4;
