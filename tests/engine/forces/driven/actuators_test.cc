@@ -120,7 +120,7 @@ TEST(Actuators, DerivativesOnJointsAreClosedForms) {
   EXPECT_GT(compared, 5);
 }
 
-/// Those of actuators on links are differences of the whole step, and say so.
+/// Derivatives by actuators on links are differences of the whole step, and say so.
 TEST(Actuators, DerivativesAreDifferencesAndSaySo) {
   test::RandomModelOptions options;
   options.actuators = 4;
