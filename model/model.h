@@ -45,7 +45,7 @@ struct Tree {
 struct JointInfo {
   std::string name;  ///< unique; "<instance>/`<joint>`" in scenes of several models
   std::string link;  ///< child link as named in the file, with the same prefix
-  /// Position limits [rad or m]; only for joints of one coordinate.
+  /// Position limits [rad or m]; of a ball joint `upper` bounds the angle of its rotation.
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
   /// Limit of the force in each coordinate [N m or N].

@@ -4,6 +4,9 @@
 //
 //   y = +- w+ + gap / h,   f >= 0
 //
+// The limit of a ball joint bounds the angle of its rotation vector, theta u: y = -u . w+ + gap /
+// h, gap = limit - theta.
+//
 // A limit has a row if it is near, judged from (q, w). If an impact or a strong force drives a
 // joint from afar against its limit within one step, only the velocity after the step shows it: the
 // limit then gets its row and the step is solved again. The inverse knows that velocity and finds
@@ -30,6 +33,7 @@ namespace counterpoint {
 struct LimitedCoordinate {
   int q_index = 0, v_index = 0, body = 0;
   double lower = 0.0, upper = 0.0;  ///< [m, rad]
+  bool ball = false;                ///< a ball joint, whose angle of rotation is at most `upper`
 };
 
 /// A velocity coordinate with a speed limit [m/s, rad/s], and the body that it moves.

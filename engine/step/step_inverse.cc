@@ -97,7 +97,9 @@ void recover_impulses(const Model& model, double h, const ConstraintSet& constra
     if (j.tendon >= 0) {
       out.tendon_force[j.tendon] += j.along() * f / h;
     } else if (j.actuator < 0) {  // Actuators::conclude reports theirs
-      out.joints.push_back({j.effect, terms[0].v_index, terms[0].coefficient * f / h});
+      const size_t acts = j.effect == Effect::kLimits ? terms.size() : 1;  // a mimic's follower
+      for (const RowTerm& term : terms.first(acts))
+        out.joints.push_back({j.effect, term.v_index, term.coefficient * f / h});
     }
     for (const RowTerm& term : terms) inverse.tau[term.v_index] += term.coefficient * f;
   }

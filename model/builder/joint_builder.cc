@@ -1,4 +1,6 @@
 // Joints: the part of ModelBuilder that adds their bodies, forces and initial positions.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -7,6 +9,9 @@
 
 namespace counterpoint {
 namespace {
+
+/// Largest limit of a ball joint [rad]: beyond half a turn its axis would change sides.
+constexpr double kMaxBallLimit = 3.1;
 
 /// Returns the default coordinates of a joint: zero, or the limit nearest to it; identity for
 /// quaternions.
@@ -67,10 +72,14 @@ int ModelBuilder::add_body(const JointSpec& joint, const Placement& placement, i
   info.name = placement.prefix + joint.name;
   info.link = placement.prefix + joint.child;
   const int nv = joint_nv(joint.type);
-  if (nv == 1) {
-    info.lower = joint.lower;
-    info.upper = joint.upper;
-  }
+  if (nv == 1) info.lower = joint.lower;
+  if (nv == 1 || joint.type == JointType::kSpherical) info.upper = joint.upper;
+  if (joint.type == JointType::kSpherical && std::isfinite(joint.upper) &&
+      !(joint.upper > 0.0 && joint.upper <= kMaxBallLimit))
+    throw InputError(located_at(
+        joint.where, fmt::format("joint '{}': the limit of a ball joint must be positive and at "
+                                 "most {} rad, it is {}",
+                                 info.name, kMaxBallLimit, joint.upper)));
   info.effort_limit = joint.effort_limit;
   info.velocity_limit = joint.velocity_limit;
   info.actuated = joint.type != JointType::kFloating;

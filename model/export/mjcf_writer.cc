@@ -208,9 +208,10 @@ class MjcfWriter {
       set_if(Effect::kSprings, "stiffness", spring.stiffness);
       set_if(Effect::kSprings, "springref", spring.reference);
     }
+    const bool ball = model_.body(body).joint_type == JointType::kSpherical;
     if (on(Effect::kLimits) && (std::isfinite(info.lower) || std::isfinite(info.upper))) {
       xml_.set("limited", "true");
-      xml_.set("range", mjcf_range(info.lower, info.upper));
+      xml_.set("range", mjcf_range(ball ? 0.0 : info.lower, info.upper));
     }
     if (on(Effect::kEffortLimits) && std::isfinite(info.effort_limit) &&
         joint_nv(model_.body(body).joint_type) == 1 && !has_drives_in_mjcf(model_, how_.effects)) {

@@ -135,6 +135,13 @@ void refuse_prescribed(EffectSet effects) {
         "inverse, or differences");
 }
 
+/// Whether the limit of a ball joint has a row, whose direction turns with the joint.
+bool has_turning_limits(const ConstraintSet& constraints) {
+  return std::any_of(constraints.joints.begin(), constraints.joints.end(), [](const auto& row) {
+    return row.effect == Effect::kLimits && row.num_terms > 1;
+  });
+}
+
 void fill_with_nan(int nv, InverseDerivatives& d) {
   for (MatrixX* m : {&d.dq, &d.dv, &d.dv_next}) m->setConstant(nv, nv, kNaN);
   const auto rows = 3 * static_cast<Eigen::Index>(d.contacts.bodies.size());
@@ -170,7 +177,8 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
   const InverseArguments alone{slowed, options, q, v, q_next, w, known, effects, ws.z};
   const InvertedStep inverted(ws);
   if (analytic) ws.start.find_inertias(slowed);
-  const bool has_forms = !effects.has(Effect::kActuators) || ws.actuators.have_closed_forms();
+  const bool has_forms = (!effects.has(Effect::kActuators) || ws.actuators.have_closed_forms()) &&
+                         !has_turning_limits(ws.constraints);
   const bool closed = analytic && differentiate(alone, inverted, scratch, d) && has_forms;
   d.by_differences = analytic && !closed;
   // Differences of a midpoint step with constraints include the correction.

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "counterpoint/model/special_values.h"
+
 namespace counterpoint::mjcf {
 namespace {
 
@@ -112,8 +114,10 @@ JointRead read_joint(Document& document, const Defaults& defaults, const Element
     if (stiffness > 0.0)
       document.refuse(element, LeaveOut::kJointForces,
                       fmt::format("stiffness of a {} joint is not supported", type));
-    if (spec.type == JointType::kSpherical && is_limited(v, "limited", "range", compiler))
-      document.refuse(element, LeaveOut::kJointForces, "a range of a ball joint is not supported");
+    if (spec.type == JointType::kSpherical) {
+      read_range(v, compiler, compiler.angle_unit, spec);
+      spec.lower = -kInfinity;  // MuJoCo does not use the first number
+    }
     if (spec.type == JointType::kSpherical) out.anchor = v.vector("pos", Vector3::Zero());
     return out;
   }

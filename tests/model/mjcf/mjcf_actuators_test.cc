@@ -1,0 +1,104 @@
+// Actuators of MJCF files that have a command of their own, and limits of ball joints.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "counterpoint/model/scene.h"
+#include "support/temp_folder.h"
+
+namespace counterpoint::mjcf_actuators_test {
+namespace {
+
+class MjcfActuators : public testing::Test {
+ protected:
+  Model read(const std::string& sections, const std::string& joint = "<joint name='j'/>") {
+    const auto file = folder_.write(
+        "m.xml", "<mujoco><worldbody><body>" + joint +
+                     "<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"
+                     "<geom name='pad' size='0.1'/>"
+                     "<site name='s' pos='0.1 0.2 0.3' euler='90 0 0'/></body></worldbody>" +
+                     sections + "</mujoco>");
+    return load_scene(file).model;
+  }
+  void expect_refused(const std::string& sections, const std::string& word) {
+    try {
+      read(sections);
+      ADD_FAILURE() << "accepted; expected an error that names " << word;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    }
+  }
+  test::TempFolder folder_;
+};
+
+TEST_F(MjcfActuators, APositionServoWithATimeConstantLags) {
+  const Model m = read(
+      "<actuator><position name='a' joint='j' kp='20' kv='3' timeconst='0.05' gear='2' "
+      "ctrlrange='-1 1' forcerange='-4 4'/></actuator>");
+  ASSERT_EQ(m.actuators().size(), 1u);
+  const Actuator& a = m.actuators()[0];
+  EXPECT_EQ(a.law, ActuatorLaw::kAffine);
+  EXPECT_EQ(a.gear, 2.0);
+  EXPECT_EQ(a.lag, 0.05);
+  EXPECT_EQ(a.gain, 20.0);
+  EXPECT_EQ(a.stiffness, 20.0);
+  EXPECT_EQ(a.damping, 3.0);
+  EXPECT_EQ(a.most_command, 1.0);
+  EXPECT_EQ(a.least, -4.0);
+  EXPECT_TRUE(m.servos().empty());
+}
+
+TEST_F(MjcfActuators, AForceAtASiteIsAlongItsAxes) {
+  const Model m = read(
+      "<actuator><motor name='a' site='s' gear='0 0 2 0 0 0.5' ctrlrange='0 7'/></actuator>");
+  const Actuator& a = m.actuators().at(0);
+  EXPECT_EQ(a.transmission, Transmission::kLink);
+  EXPECT_LT((a.point - Vector3(0.1, 0.2, 0.3)).norm(), 1e-15);
+  // The site is turned by 90 degrees about x: its z axis is -y of the body.
+  EXPECT_LT((a.direction.force - Vector3(0, -2, 0)).norm(), 1e-12);
+  EXPECT_LT((a.direction.torque - Vector3(0, -0.5, 0)).norm(), 1e-12);
+  EXPECT_EQ(a.most_command, 7.0);
+}
+
+TEST_F(MjcfActuators, ThePidPluginIsReadFromItsInstance) {
+  const std::string plugin =
+      "<extension><plugin plugin='mujoco.pid'><instance name='i'><config key='kp' value='2'/>"
+      "<config key='ki' value='3'/><config key='kd' value='0.1'/><config key='imax' value='0.5'/>"
+      "<config key='slewmax' value='4'/></instance></plugin></extension>";
+  const Model m = read(
+      plugin +
+      "<actuator><plugin name='a' plugin='mujoco.pid' instance='i' joint='j' actdim='2'/>"
+      "</actuator>");
+  const Actuator& a = m.actuators().at(0);
+  EXPECT_EQ(a.law, ActuatorLaw::kPid);
+  EXPECT_EQ(a.kp, 2.0);
+  EXPECT_EQ(a.ki, 3.0);
+  EXPECT_EQ(a.kd, 0.1);
+  EXPECT_EQ(a.integral_limit, 0.5);
+  EXPECT_EQ(a.slew, 4.0);
+  EXPECT_EQ(a.num_states(), 2);
+  expect_refused("<actuator><plugin name='a' plugin='mujoco.pid' instance='k' joint='j'/>"
+                 "</actuator>",
+                 "no instance 'k'");
+}
+
+TEST_F(MjcfActuators, AdhesionAttractsByItsBody) {
+  const auto file = folder_.write(
+      "a.xml",
+      "<mujoco><worldbody><body name='b'><freejoint/><geom size='0.1'/></body></worldbody>"
+      "<actuator><adhesion name='a' body='b' gain='30' ctrlrange='0 1'/></actuator></mujoco>");
+  const Model m = load_scene(file).model;
+  const Actuator& a = m.actuators().at(0);
+  EXPECT_EQ(a.transmission, Transmission::kAdhesion);
+  EXPECT_EQ(a.gain, 30.0);
+  EXPECT_EQ(a.most_command, 1.0);
+}
+
+TEST_F(MjcfActuators, ARangeOfABallJointBoundsItsAngle) {
+  const Model m = read("", "<joint name='j' type='ball' limited='true' range='0 45'/>");
+  EXPECT_NEAR(m.joint(0).upper, 0.25 * 3.14159265358979323846, 1e-12);
+  EXPECT_FALSE(std::isfinite(m.joint(0).lower));
+}
+
+}  // namespace
+}  // namespace counterpoint::mjcf_actuators_test
