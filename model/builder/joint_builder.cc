@@ -23,6 +23,15 @@ std::vector<double> default_coordinates(const JointInfo& joint, JointType type) 
   return q;
 }
 
+void check_ball_limit(const JointSpec& joint, const std::string& name) {
+  if (joint.type != JointType::kSpherical || !std::isfinite(joint.upper)) return;
+  if (joint.upper > 0.0 && joint.upper <= kMaxBallLimit) return;
+  throw InputError(located_at(
+      joint.where, fmt::format("joint '{}': the limit of a ball joint must be positive and at most "
+                               "{} rad, it is {}",
+                               name, kMaxBallLimit, joint.upper)));
+}
+
 }  // namespace
 
 /// Adds the joint that connects a base to the world; X_WL is its initial pose.
@@ -74,12 +83,7 @@ int ModelBuilder::add_body(const JointSpec& joint, const Placement& placement, i
   const int nv = joint_nv(joint.type);
   if (nv == 1) info.lower = joint.lower;
   if (nv == 1 || joint.type == JointType::kSpherical) info.upper = joint.upper;
-  if (joint.type == JointType::kSpherical && std::isfinite(joint.upper) &&
-      !(joint.upper > 0.0 && joint.upper <= kMaxBallLimit))
-    throw InputError(located_at(
-        joint.where, fmt::format("joint '{}': the limit of a ball joint must be positive and at "
-                                 "most {} rad, it is {}",
-                                 info.name, kMaxBallLimit, joint.upper)));
+  check_ball_limit(joint, info.name);
   info.effort_limit = joint.effort_limit;
   info.velocity_limit = joint.velocity_limit;
   info.actuated = joint.type != JointType::kFloating;

@@ -117,8 +117,8 @@ JointRead read_joint(Document& document, const Defaults& defaults, const Element
     if (spec.type == JointType::kSpherical) {
       read_range(v, compiler, compiler.angle_unit, spec);
       spec.lower = -kInfinity;  // MuJoCo does not use the first number
+      out.anchor = v.vector("pos", Vector3::Zero());
     }
-    if (spec.type == JointType::kSpherical) out.anchor = v.vector("pos", Vector3::Zero());
     return out;
   }
   const double unit = spec.type == JointType::kRevolute ? compiler.angle_unit : 1.0;

@@ -49,8 +49,8 @@ TEST_F(MjcfActuators, APositionServoWithATimeConstantLags) {
 }
 
 TEST_F(MjcfActuators, AForceAtASiteIsAlongItsAxes) {
-  const Model m = read(
-      "<actuator><motor name='a' site='s' gear='0 0 2 0 0 0.5' ctrlrange='0 7'/></actuator>");
+  const Model m =
+      read("<actuator><motor name='a' site='s' gear='0 0 2 0 0 0.5' ctrlrange='0 7'/></actuator>");
   const Actuator& a = m.actuators().at(0);
   EXPECT_EQ(a.transmission, Transmission::kLink);
   EXPECT_LT((a.point - Vector3(0.1, 0.2, 0.3)).norm(), 1e-15);
@@ -65,10 +65,10 @@ TEST_F(MjcfActuators, ThePidPluginIsReadFromItsInstance) {
       "<extension><plugin plugin='mujoco.pid'><instance name='i'><config key='kp' value='2'/>"
       "<config key='ki' value='3'/><config key='kd' value='0.1'/><config key='imax' value='0.5'/>"
       "<config key='slewmax' value='4'/></instance></plugin></extension>";
-  const Model m = read(
-      plugin +
-      "<actuator><plugin name='a' plugin='mujoco.pid' instance='i' joint='j' actdim='2'/>"
-      "</actuator>");
+  const Model m =
+      read(plugin +
+           "<actuator><plugin name='a' plugin='mujoco.pid' instance='i' joint='j' actdim='2'/>"
+           "</actuator>");
   const Actuator& a = m.actuators().at(0);
   EXPECT_EQ(a.law, ActuatorLaw::kPid);
   EXPECT_EQ(a.kp, 2.0);
@@ -77,9 +77,10 @@ TEST_F(MjcfActuators, ThePidPluginIsReadFromItsInstance) {
   EXPECT_EQ(a.integral_limit, 0.5);
   EXPECT_EQ(a.slew, 4.0);
   EXPECT_EQ(a.num_states(), 2);
-  expect_refused("<actuator><plugin name='a' plugin='mujoco.pid' instance='k' joint='j'/>"
-                 "</actuator>",
-                 "no instance 'k'");
+  expect_refused(
+      "<actuator><plugin name='a' plugin='mujoco.pid' instance='k' joint='j'/>"
+      "</actuator>",
+      "no instance 'k'");
 }
 
 TEST_F(MjcfActuators, AdhesionAttractsByItsBody) {
