@@ -108,12 +108,10 @@ JointRead read_joint(Document& document, const Defaults& defaults, const Element
   if (const auto s = v.numbers("springdamper", 2, 2); !s.empty() && s[0] > 0.0 && s[1] > 0.0)
     out.spring_damper = SpringDamper{s[0], s[1]};
   if (joint_nv(spec.type) != 1) {
-    if (out.spring_damper)
+    if (out.spring_damper || stiffness > 0.0)
       document.refuse(element, LeaveOut::kJointForces,
-                      fmt::format("springdamper of a {} joint is not supported", type));
-    if (stiffness > 0.0)
-      document.refuse(element, LeaveOut::kJointForces,
-                      fmt::format("stiffness of a {} joint is not supported", type));
+                      fmt::format("{} of a {} joint is not supported",
+                                  stiffness > 0.0 ? "stiffness" : "springdamper", type));
     if (spec.type == JointType::kSpherical) {
       read_range(v, compiler, compiler.angle_unit, spec);
       spec.lower = -kInfinity;  // MuJoCo does not use the first number
