@@ -90,7 +90,8 @@ void add_row(const Side& side, const SimulationOptions& options, const InverseWe
              ConstraintSet& out) {
   const double h = options.time_step;
   double alpha = 0.0;
-  for (const RowTerm& term : side.row()) alpha = std::max(alpha, weights.dof[term.v_index]);
+  for (const RowTerm& term : side.row())
+    alpha += term.coefficient * term.coefficient * weights.dof[term.v_index];
   JointConstraint row;
   row.effect = Effect::kLimits;
   row.law = make_limit_law(law_options(options), h, alpha, side.gap);

@@ -1,6 +1,7 @@
 #include "support/random_model.h"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace counterpoint::test {
@@ -237,6 +238,7 @@ RobotSpec make_random_robot(std::uint64_t seed, const RandomModelOptions& option
     }
     if (options.dry_friction) joint.dry_friction = random.uniform(0.0, 1.0);
     const bool one_axis = !joint.fixed && joint_nv(joint.type) == 1;
+    if (!one_axis) joint.upper = std::numeric_limits<double>::infinity();
     if (options.springs && one_axis) {
       joint.stiffness = random.uniform(0.0, 50.0);
       joint.reference = random.uniform(-1.0, 1.0);
