@@ -130,8 +130,11 @@ bool turns_about_z(ClosureType type) {
 }
 
 /// Pose in A's anchor frame of the frame X_BC in body B.
+Pose anchor_pose(const Closure& closure, const Pose& X_BC, const Pose& X_WA, const Pose& X_WB) {
+  return (X_WA * closure.X_AC).inverse() * (X_WB * X_BC);
+}
 Pose anchor_pose(const Closure& closure, const Pose& X_BC, const std::vector<Pose>& X_WB) {
-  return (X_WB[closure.body_a] * closure.X_AC).inverse() * (X_WB[closure.body_b] * X_BC);
+  return anchor_pose(closure, X_BC, X_WB[closure.body_a], X_WB[closure.body_b]);
 }
 
 }  // namespace
@@ -145,7 +148,7 @@ Pose Closure::anchor_b(const VectorRef& z) const {
 
 Eigen::Matrix<double, 7, 1> pose_in_place(const Closure& closure, const Pose& X_WA,
                                           const Pose& X_WB) {
-  const Pose X_AB = (X_WA * closure.X_AC).inverse() * (X_WB * closure.X_BC);
+  const Pose X_AB = anchor_pose(closure, closure.X_BC, X_WA, X_WB);
   const Quaternion turn = Quaternion(X_AB.rotation).normalized();
   Eigen::Matrix<double, 7, 1> held;
   held << X_AB.translation, turn.w(), turn.x(), turn.y(), turn.z();

@@ -185,11 +185,10 @@ void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepR
   }
 }
 
-/// Finds the forces of actuators; returns the input of the step with their wrenches, and adds the
-/// effect that lets these act.
+/// Finds the forces of actuators that act; returns the input of the step with their wrenches, and
+/// adds the effect that lets these act.
 const Input& actuate(const StepContext& at, const Input& given, Workspace::Impl& ws,
                      EffectSet& effects) {
-  if (!effects.has(Effect::kActuators)) return given;
   ws.counts.add(Effect::kActuators);
   ws.actuators.find(at, ws.start.kinematics(), ws.start.tendons(), ws.start.constraints(), given);
   ws.actuators.add_rows(at, ws.start.tendons(), ws.sleepers.sleep_mask(), ws.constraints);
@@ -205,12 +204,14 @@ const Input& actuate(const StepContext& at, const Input& given, Workspace::Impl&
 }  // namespace
 
 StepArguments actuate(const StepArguments& step, Workspace::Impl& ws) {
+  if (!step.effects.has(Effect::kActuators)) return step;
   EffectSet effects = step.effects;
   const Input& input = actuate(step.context(), step.input, ws, effects);
   return {step.model, step.options, step.settings, step.state, input, effects, step.z};
 }
 
 InverseArguments actuate(const InverseArguments& step, Workspace::Impl& ws) {
+  if (!step.effects.has(Effect::kActuators)) return step;
   EffectSet effects = step.effects;
   const Input& known = actuate(step.context(), step.known, ws, effects);
   return {step.model,  step.options, step.q,  step.v, step.q_next,

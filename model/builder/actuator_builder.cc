@@ -162,7 +162,7 @@ void ModelBuilder::add_actuator(const ActuatorSpec& spec) {
 
 void ModelBuilder::place_internal_states() {
   std::vector<double> z;
-  const std::vector<Pose> X_WB = body_poses(model_, model_.default_q_);
+  std::vector<Pose> X_WB;  // where a closure holds in place
   for (Actuator& a : model_.actuators_) {
     a.z_index = static_cast<int>(z.size());
     append_states(a, z);
@@ -172,6 +172,7 @@ void ModelBuilder::place_internal_states() {
     if (!closure.switched) continue;
     z.push_back(closure.attached ? Closure::kAttached : Closure::kReleased);
     if (!closure.in_place) continue;
+    if (X_WB.empty()) X_WB = body_poses(model_, model_.default_q_);
     const auto held = pose_in_place(closure, X_WB[closure.body_a], X_WB[closure.body_b]);
     z.insert(z.end(), held.begin(), held.end());
   }

@@ -106,15 +106,4 @@ MjcfPairs list_mjcf_pairs(const Model& model, const IndexPairs& apart, bool all)
   return out;
 }
 
-std::vector<Note> lost_parts(const Model& model) {
-  std::vector<Note> lost;
-  for (const Sensor& s : model.sensors()) lost.push_back({"sensor '" + s.name + "'", "a sensor"});
-  for (const Tendon& t : model.tendons()) lost.push_back({"tendon '" + t.name + "'", "a tendon"});
-  for (const Actuator& a : model.actuators())
-    lost.push_back({"actuator '" + a.name + "'", "an actuator"});
-  for (const JointInfo& joint : model.joints())
-    if (joint.prescribed) lost.push_back({"joint '" + joint.name + "'", "its prescribed motion"});
-  return lost;
-}
-
 }  // namespace counterpoint

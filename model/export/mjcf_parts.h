@@ -43,9 +43,6 @@ inline const char* mjcf_dimensions(const Material& m) {
 /// others, and loads at which one breaks, to `lost`.
 std::vector<Closure> mjcf_closures(const Model& model, std::vector<Note>& lost);
 
-/// Lists the sensors, tendons and actuators, none of which URDF has.
-std::vector<Note> lost_parts(const Model& model);
-
 using IndexPairs = std::set<std::pair<int, int>>;  ///< the lower index first
 
 /// Contents of <contact>.

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <map>
 
-#include "counterpoint/model/export/mjcf_parts.h"
 #include "counterpoint/model/export/numbers.h"
 #include "counterpoint/model/robot_files.h"
 
@@ -262,7 +261,11 @@ class UrdfWriter {
     for (const GravityCompensation& c : model_.gravity_compensations())
       lose("link '" + body_name(c.body) + "'", "gravity compensation");
     for (const Closure& c : model_.closures()) lose("closure '" + c.name + "'", "a closed loop");
-    for (const Note& lost : lost_parts(model_)) lose(lost.where, lost.message);
+    for (const Sensor& s : model_.sensors()) lose("sensor '" + s.name + "'", "a sensor");
+    for (const Tendon& t : model_.tendons()) lose("tendon '" + t.name + "'", "a tendon");
+    for (const Actuator& a : model_.actuators()) lose("actuator '" + a.name + "'", "an actuator");
+    for (const JointInfo& joint : model_.joints())
+      if (joint.prescribed) lose("joint '" + joint.name + "'", "its prescribed motion");
     if (!model_.excluded_geometry_pairs().empty())
       lose("scene", "pairs of geometries that do not collide (an SRDF holds these)");
     if (!model_.included_geometry_pairs().empty())
