@@ -140,7 +140,7 @@ struct ActuatorSpec {
 struct SensorSpec {
   Sensor sensor;     ///< its indices are found from the names below
   std::string link;  ///< link that carries it, or "world"; for momentum empty: the whole scene
-  std::string joint;
+  std::string joint, tendon, actuator;
   std::string relative_to;  ///< Sensor::reference
   std::string from;         ///< Sensor::others: a link or geometry
   std::string where;
@@ -275,7 +275,8 @@ class ModelBuilder {
   void place_closures();
   void place_tendons();
   int find_sensor_link(const SensorSpec& spec, const std::string& link) const;
-  void find_sensed_joint(const SensorSpec& spec, Sensor& sensor) const;
+  void find_sensed_part(const SensorSpec& spec, Sensor& sensor) const;
+  void find_sensed_contacts(const SensorSpec& spec, Sensor& sensor) const;
   void find_sensed_link(const SensorSpec& spec, Sensor& sensor) const;
   void add_joint_forces(const JointSpec& joint, int index);
   void place_internal_states();

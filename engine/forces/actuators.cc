@@ -10,12 +10,13 @@ namespace {
 
 /// Places of an actuator's internal states in z; meaningless where it has no such state.
 struct Places {
-  int delay, setpoint, lag, law;
+  int delay, setpoint, lag, integral, law;
   explicit Places(const Actuator& a)
       : delay(a.z_index),
         setpoint(delay + (a.delay_samples > 0 ? a.delay_samples + 1 : 0)),
         lag(setpoint + (a.keeps_setpoint() ? 1 : 0)),
-        law(lag + (a.lag > 0.0 ? 1 : 0)) {}
+        integral(lag + (a.lag > 0.0 ? 1 : 0)),
+        law(integral + (a.integrates ? 1 : 0)) {}
 };
 
 /// Moves the delay line on by h [s] under a constant command; `line` is its first state in z_next.
@@ -52,8 +53,8 @@ Actuators::Actuators(const Model& model)
   closed_forms_ = std::all_of(model.actuators().begin(), model.actuators().end(), has_form);
 }
 
-/// Returns the command behind delay, slew limit and lag at the start of the step, and moves their
-/// states on.
+/// Returns the command behind delay, slew limit, lag and integral at the start of the step, and
+/// moves their states on.
 double Actuators::find_command(const Actuator& a, double given, const StepContext& at) {
   const double h = at.h();
   const Places place(a);
@@ -72,6 +73,11 @@ double Actuators::find_command(const Actuator& a, double given, const StepContex
     const double lagged = at.z[place.lag];
     z_next_[place.lag] = lagged - std::expm1(-h / a.lag) * (command - lagged);
     command = lagged;
+  }
+  if (a.integrates) {
+    const double sum = at.z[place.integral];
+    z_next_[place.integral] = std::clamp(sum + h * command, a.least_setpoint, a.most_setpoint);
+    command = sum;
   }
   return command;
 }
@@ -95,7 +101,7 @@ void Actuators::find_law(const Actuator& a, const StepContext& at, Drive& drive)
     case ActuatorLaw::kAffine:
       drive.force = a.gain * u + a.bias - a.stiffness * x;
       drive.stiffness = a.stiffness;
-      drive.gain = a.damping + h * a.stiffness;
+      drive.gain = a.damping + a.command_damping * u + h * a.stiffness;
       break;
     case ActuatorLaw::kPid: {
       const double rate = a.kd > 0.0 ? (u - at.z[place.setpoint]) / h : 0.0;

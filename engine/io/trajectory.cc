@@ -105,6 +105,7 @@ void add_state_names(const Actuator& actuator, std::vector<std::string>& names) 
   add(actuator.delay_samples > 0, "delay_phase");
   add(actuator.keeps_setpoint(), "setpoint");
   add(actuator.lag > 0.0, "lagged");
+  add(actuator.integrates, "integral");
   if (!actuator.has_law_state()) return;
   const ActuatorLaw law = actuator.law;
   add(law == ActuatorLaw::kPid, "integral");

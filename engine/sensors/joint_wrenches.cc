@@ -11,7 +11,38 @@ Force moved_to(const Vector3& origin, const Vector3& point, const Force& wrench)
   return {wrench.torque + (point - origin).cross(wrench.force), wrench.force};
 }
 
+/// Calls push(body, point, wrench) for each end and wrap of each spatial tendon, with the force that
+/// acts as tension times the derivative of the length; point and wrench in W.
+template <class Push>
+void for_each_pull(const Model& model, const Kinematics& at, const Inverse& inverse, Push push) {
+  for (std::size_t i = 0; i < model.tendons().size(); ++i) {
+    const Tendon& tendon = model.tendons()[i];
+    const double tension = tendon_tension(model, inverse, static_cast<int>(i));
+    for (const TendonSegment& segment : tendon.path) {
+      const auto [start, end, length] = place_segment(tendon, segment, at.X_WB, false);
+      const Vector3 a = tension * segment.share * length.by_a,
+                    b = tension * segment.share * length.by_b;
+      push(segment.from.body, start, Force{Vector3::Zero(), a});
+      push(segment.to.body, end, Force{Vector3::Zero(), b});
+      if (segment.wrap < 0) continue;
+      const TendonWrap& wrap = tendon.wraps[static_cast<std::size_t>(segment.wrap)];
+      const Vector3 center = at.X_WB[static_cast<std::size_t>(wrap.body)] * wrap.X_BG.translation;
+      push(wrap.body, center,
+           Force{(center - start).cross(a) + (center - end).cross(b), Vector3(-a - b)});
+    }
+  }
+}
+
 }  // namespace
+
+double tendon_tension(const Model& model, const Inverse& inverse, int tendon) {
+  double sum = inverse.tendon_force[tendon];
+  for (std::size_t i = 0; i < model.actuators().size(); ++i) {
+    const Actuator& a = model.actuators()[i];
+    if (a.tendon == tendon) sum += a.gear * inverse.actuator_force[static_cast<Eigen::Index>(i)];
+  }
+  return sum;
+}
 
 void JointWrenches::compute(const Model& model, const Kinematics& at,
                             const std::vector<Force>& free, const Inverse& inverse) {
@@ -33,6 +64,9 @@ void JointWrenches::compute(const Model& model, const Kinematics& at,
     subtract(model.closures()[i].body_b, 1.0, one.position, one.force);
     subtract(model.closures()[i].body_a, -1.0, one.position, one.force);
   }
+  for_each_pull(model, at, inverse, [&](int body, const Vector3& point, const Force& pull) {
+    subtract(body, 1.0, point, pull);
+  });
   for (int i = model.num_bodies() - 1; i > 0; --i) {
     const auto b = static_cast<std::size_t>(i);
     const auto parent = static_cast<std::size_t>(model.body(i).parent);

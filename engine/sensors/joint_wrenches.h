@@ -17,6 +17,10 @@ double sign_on(const ContactForce& one, const Has& has) {
   return (has(one.contact.geometry_b) ? 1.0 : 0.0) - (has(one.contact.geometry_a) ? 1.0 : 0.0);
 }
 
+/// Returns the force along a tendon from its own laws and the actuators on it [N]; pulling is
+/// negative.
+double tendon_tension(const Model& model, const Inverse& inverse, int tendon);
+
 /// A wrench at a body's origin, in W, as force and as moment about a point of W, both along the
 /// axes of S [N, N m].
 inline Force seen_from(const Force& wrench, const Vector3& origin, const Pose& X_WS) {

@@ -14,18 +14,24 @@
 namespace counterpoint {
 namespace {
 
-bool needs_poses(SensorKind kind) { return !senses_joint(kind); }
+bool needs_tendons(SensorKind kind) {
+  return senses_tendon(kind) || kind == SensorKind::kActuatorPosition ||
+         kind == SensorKind::kActuatorVelocity;
+}
+bool needs_poses(SensorKind kind) { return !senses_part(kind) || needs_tendons(kind); }
 bool needs_acceleration(SensorKind kind) {
   return senses_wrench(kind) || kind == SensorKind::kLinearAcceleration ||
          kind == SensorKind::kAngularAcceleration || kind == SensorKind::kSpecificForce;
 }
 bool needs_inverse(SensorKind kind) {
-  return senses_wrench(kind) || kind == SensorKind::kContactForce ||
-         kind == SensorKind::kJointEffort;
+  return senses_wrench(kind) || senses_contacts(kind) || kind == SensorKind::kJointEffort ||
+         kind == SensorKind::kTendonForce || kind == SensorKind::kActuatorForce;
 }
 
 std::string axes_of(const Model& model, const Sensor& sensor, SensorKind kind) {
-  if (senses_joint(kind) || kind == SensorKind::kRange) return "";
+  if (senses_part(kind) || kind == SensorKind::kRange || kind == SensorKind::kTouch ||
+      kind == SensorKind::kPressure)
+    return "";
   if (senses_wrench(kind) || (sensor.own_axes && takes_axes(kind))) return "sensor";
   if (sensor.reference < 0 || !takes_reference(kind)) return "world";
   return model.frames()[static_cast<std::size_t>(sensor.reference)].name;
@@ -61,12 +67,6 @@ void check_sensor(const Model& model, const SimulationOptions& options,
            "semi_implicit_euler");
   if (any(senses_wrench) && options.integrator != Integrator::kSemiImplicitEuler)
     refuse(sensor, "a wrench is known under the integrator semi_implicit_euler only");
-  const auto& tendons = model.tendons();
-  if (any(senses_wrench) &&
-      std::any_of(tendons.begin(), tendons.end(), [](const Tendon& t) { return t.is_spatial(); }))
-    refuse(sensor,
-           "a wrench between links is not known where spatial tendons pull on them: take the "
-           "joint_effort, or leave the sensor out");
   double mass = placed.part.share.mass;
   for (const int child : placed.part.children)
     for (int b = child; b < model.body(child).subtree_end; ++b) mass += model.body(b).inertia.mass;
@@ -95,6 +95,7 @@ struct SensorTable::Impl {
         options(o),
         columns(sensor_columns(m)),
         data(m),
+        tendons(m),
         A(static_cast<std::size_t>(m.num_bodies())),
         acceleration(VectorX::Zero(m.nv())) {
     for (std::size_t i = 0; i < m.sensors().size(); ++i) {
@@ -102,6 +103,7 @@ struct SensorTable::Impl {
       check_sensor(m, o, placed);
       for (const SensorKind kind : placed.sensor->kinds) {
         poses = poses || needs_poses(kind);
+        stretches = stretches || needs_tendons(kind);
         accelerations = accelerations || needs_acceleration(kind);
         inverses = inverses || needs_inverse(kind);
         wrenches = wrenches || senses_wrench(kind);
@@ -142,9 +144,10 @@ struct SensorTable::Impl {
   std::vector<SensorColumn> columns;
   std::vector<PlacedSensor> sensors;
   std::vector<Quantity> quantities;
-  bool poses = false, accelerations = false, inverses = false, wrenches = false;
+  bool poses = false, stretches = false, accelerations = false, inverses = false, wrenches = false;
   Vector3 gravity = Vector3::Zero();
   Data data;
+  Tendons tendons;
   std::vector<Motion> A;
   VectorX acceleration;
   std::optional<Workspace> workspace;
@@ -228,6 +231,7 @@ void SensorTable::Impl::compute(const SensorStep& step) {
     compute_poses(*model, step.q, data);
     compute_velocities(*model, step.v, data);
   }
+  if (stretches) tendons.find(*model, step.q, data, SleepMask());
   if (accelerations) {
     ++work.accelerations;
     acceleration = (step.v_next - step.v) / step.h;
@@ -256,7 +260,8 @@ void SensorTable::Impl::write(const SensorStep& step, const Quantity& quantity, 
     const Vector3& value = quantity.kind == SensorKind::kForce ? wrench.force : wrench.torque;
     std::copy_n(value.data(), 3, out);
   } else {
-    sensed_value({*model, step.q, step.v, data, A, gravity, inverse}, placed, quantity.kind, out);
+    sensed_value({*model, step.q, step.v, data, A, gravity, tendons, inverse}, placed,
+                 quantity.kind, out);
   }
 }
 

@@ -91,18 +91,28 @@ bool listed_or_all(const std::vector<int>& list, int geometry) {
   return list.empty() || std::binary_search(list.begin(), list.end(), geometry);
 }
 
-void contact_value(const SensedMotion& motion, const Sensor& sensor, double* out) {
+/// Sums the contacts that a sensor counts: forces in W, or their normal components.
+void contact_value(const SensedMotion& motion, const Sensor& sensor, SensorKind kind, double* out) {
+  const Pose X_WS = sensor_pose(motion.model, sensor, motion.at);
+  const auto within = [&](const Vector3& point) {
+    const Vector3 place = X_WS.inverse() * point;
+    return (2.0 * place.array().abs() <= sensor.size.array()).all();
+  };
   const auto has = [&](int geometry) {
     return std::binary_search(sensor.geometries.begin(), sensor.geometries.end(), geometry);
   };
   Vector3 sum = Vector3::Zero();
+  double pressing = 0.0;
   for (const ContactForce& one : motion.inverse.contacts) {
     const int other = has(one.contact.geometry_b) ? one.contact.geometry_a : one.contact.geometry_b;
-    if (listed_or_all(sensor.others, other)) sum += sign_on(one, has) * one.force;
+    const double sign = sign_on(one, has);
+    if (sign == 0.0 || !listed_or_all(sensor.others, other)) continue;
+    sum += sign * one.force;
+    if (within(one.contact.position)) pressing += one.force.dot(one.contact.normal);
   }
-  if (sensor.own_axes)
-    sum = sensor_pose(motion.model, sensor, motion.at).rotation.transpose() * sum;
-  return put(sum, out);
+  if (kind == SensorKind::kContactForce)
+    return put(sensor.own_axes ? X_WS.rotation.transpose() * sum : sum, out);
+  *out = kind == SensorKind::kTouch ? pressing : pressing / (sensor.size.x() * sensor.size.y());
 }
 
 void joint_value(const SensedMotion& motion, const Sensor& sensor, SensorKind kind, double* out) {
@@ -116,6 +126,29 @@ void joint_value(const SensedMotion& motion, const Sensor& sensor, SensorKind ki
   std::copy_n(values + body.v_index, joint_nv(body.joint_type), out);
   const int servo = effort ? motion.model.find_servo(sensor.joint) : -1;
   if (servo >= 0) out[0] += motion.inverse.servo_force[servo];
+}
+
+/// Length of a tendon and its rate.
+std::pair<double, double> tendon_motion(const SensedMotion& motion, int tendon) {
+  return {motion.tendons.length(tendon), row_velocity(motion.tendons.arms(tendon), motion.v)};
+}
+
+double tendon_value(const SensedMotion& motion, int tendon, SensorKind kind) {
+  if (kind == SensorKind::kTendonLength) return tendon_motion(motion, tendon).first;
+  if (kind == SensorKind::kTendonVelocity) return tendon_motion(motion, tendon).second;
+  return tendon_tension(motion.model, motion.inverse, tendon);
+}
+
+double actuator_value(const SensedMotion& motion, int actuator, SensorKind kind) {
+  if (kind == SensorKind::kActuatorForce) return motion.inverse.actuator_force[actuator];
+  const Actuator& a = motion.model.actuators()[static_cast<std::size_t>(actuator)];
+  const bool rate = kind == SensorKind::kActuatorVelocity;
+  if (a.tendon >= 0) {
+    const auto [length, speed] = tendon_motion(motion, a.tendon);
+    return a.gear * (rate ? speed : length);
+  }
+  const Body& body = motion.model.body(a.joint + 1);
+  return a.gear * (rate ? motion.v[body.v_index] : motion.q[body.q_index]);
 }
 
 /// Sums of a part: mass [kg], first moment [kg m], momentum and angular momentum about the origin
@@ -173,7 +206,9 @@ void sensed_value(const SensedMotion& motion, const PlacedSensor& placed, Sensor
   const Sensor& sensor = *placed.sensor;
   if (senses_joint(kind)) return joint_value(motion, sensor, kind, out);
   if (senses_subtree(kind)) return subtree_value(motion, placed.part, kind, out);
-  if (kind == SensorKind::kContactForce) return contact_value(motion, sensor, out);
+  if (senses_contacts(kind)) return contact_value(motion, sensor, kind, out);
+  if (senses_tendon(kind)) return void(*out = tendon_value(motion, sensor.tendon, kind));
+  if (senses_actuator(kind)) return void(*out = actuator_value(motion, sensor.actuator, kind));
   if (takes_reference(kind)) return relative_value(motion, sensor, kind, out);
   return acceleration_value(motion, sensor, kind, out);
 }

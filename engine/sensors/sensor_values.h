@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "counterpoint/engine/forces/tendons.h"
 #include "counterpoint/engine/sensors/joint_wrenches.h"
 
 namespace counterpoint {
@@ -15,6 +16,7 @@ struct SensedMotion {
   const Kinematics& at;          ///< poses and velocities of the bodies there
   const std::vector<Motion>& A;  ///< per body: spatial acceleration with that of gravity, in W
   Vector3 gravity;               ///< [m/s^2] in W, zero where it is off
+  const Tendons& tendons;        ///< lengths and moment arms at q
   const Inverse& inverse;
 };
 

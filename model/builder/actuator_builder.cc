@@ -71,6 +71,7 @@ void check_law(const ActuatorSpec& spec) {
                             {"kp", a.kp},
                             {"ki", a.ki},
                             {"kd", a.kd},
+                            {"command_damping", a.command_damping},
                             {"inductance", a.inductance}});
   check_positive(spec, {{"integral_limit", a.integral_limit}, {"current_limit", a.current_limit}});
   if (a.law == ActuatorLaw::kDcMotor)
@@ -86,6 +87,12 @@ void check_command(const ActuatorSpec& spec) {
   if (!(a.least_command <= a.most_command))
     fail_actuator(spec, "the range of the command must be ascending");
   if (!std::isfinite(a.command)) fail_actuator(spec, "the command must be finite");
+  if (a.integrates && a.law != ActuatorLaw::kAffine)
+    fail_actuator(spec, "an integral of the command goes with a force, a position or a velocity");
+  if (!(a.least_setpoint <= a.most_setpoint))
+    fail_actuator(spec, "the bounds of the command's integral must be ascending");
+  if (a.command_damping > 0.0 && (a.least_command < 0.0 || a.integrates))
+    fail_actuator(spec, "damping by the command needs a range of the command from 0 on");
   check_not_negative(spec, {{"lag", a.lag}, {"delay", a.delay}});
   check_positive(spec, {{"slew", a.slew}});
   if (a.delay_samples < 0 || a.delay_samples > limits::kMaxDelaySamples)
@@ -105,6 +112,7 @@ void append_states(const Actuator& a, std::vector<double>& z) {
   append(a.delay_samples > 0, 0.0);
   append(a.keeps_setpoint(), command);
   append(a.lag > 0.0, command);
+  append(a.integrates, std::clamp(0.0, a.least_setpoint, a.most_setpoint));
   append(a.has_law_state(), a.law == ActuatorLaw::kMuscle ? std::clamp(command, 0.0, 1.0) : 0.0);
 }
 
@@ -152,7 +160,8 @@ void ModelBuilder::add_actuator(const ActuatorSpec& spec) {
     const auto found = frame_names_.find(spec.link);
     if (found == frame_names_.end())
       fail_actuator(spec, fmt::format("there is no link '{}'", spec.link));
-    const bool is_force = a.law == ActuatorLaw::kAffine && a.stiffness == 0.0 && a.damping == 0.0;
+    const bool is_force = a.law == ActuatorLaw::kAffine && a.stiffness == 0.0 && a.damping == 0.0 &&
+                          a.command_damping == 0.0;
     if (!is_force && a.law != ActuatorLaw::kPropeller)
       fail_actuator(spec, "on a link only a force is possible: it has no length");
     place_on_link(spec, model_.frames_[found->second], found->second, a);

@@ -70,7 +70,8 @@ void add_parts(const ModelParts& parts, const Pose& X_WL, const std::string& pre
   }
   for (SensorSpec sensor : parts.sensors) {
     sensor.sensor.name = prefix + sensor.sensor.name;
-    for (std::string* name : {&sensor.link, &sensor.joint, &sensor.relative_to, &sensor.from})
+    for (std::string* name : {&sensor.link, &sensor.joint, &sensor.tendon, &sensor.actuator,
+                              &sensor.relative_to, &sensor.from})
       if (!name->empty()) *name = prefix + *name;
     // A sensor changes no motion: one that cannot be computed is noted, and the rest is read.
     try {

@@ -73,23 +73,32 @@ void check_errors(const SensorSpec& spec, const std::vector<std::size_t>& rows,
                 fmt::format("delay is {} s; it must be finite and not negative", errors.delay));
 }
 
+template <class Part>
+NameIndex indices_by_name(const std::vector<Part>& parts) {
+  NameIndex indices;
+  for (const Part& part : parts) indices[part.name] = static_cast<int>(indices.size());
+  return indices;
+}
+
 /// Refuses wrenches between parts of a body on which forces act that are known for the whole body
 /// only.
 void check_weld(const SensorSpec& spec, const Model& model, int frame) {
   const auto& links = model.frames();
   const int body = links[static_cast<std::size_t>(frame)].body;
-  if (body == 0 || !is_welded(model, frame)) return;
-  const auto here = [&](const auto& force) { return force.body == body; };
+  if (!is_welded(model, frame)) return;
+  const auto here = [&](const auto& force) { return body != 0 && force.body == body; };
   const auto& drags = model.drags();
   const auto& carried = model.gravity_compensations();
   const char* what = std::any_of(drags.begin(), drags.end(), here) ? "drag" : "";
   if (std::any_of(carried.begin(), carried.end(), here)) what = "gravity compensation";
+  for (const Tendon& tendon : model.tendons())
+    if (path_bodies(tendon).count(body) > 0) what = "a tendon";
   if (*what != '\0')
     fail_sensor(spec,
                 fmt::format("link '{}' is welded to others, and {} acts on them, which is known "
                             "for all of them together only: take a link held by a joint that "
-                            "moves, or leave the {} out",
-                            links[static_cast<std::size_t>(frame)].name, what, what));
+                            "moves, or leave the sensor out",
+                            links[static_cast<std::size_t>(frame)].name, what));
 }
 
 }  // namespace
@@ -111,13 +120,49 @@ int ModelBuilder::find_sensor_link(const SensorSpec& spec, const std::string& li
                                 nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
 }
 
-void ModelBuilder::find_sensed_joint(const SensorSpec& spec, Sensor& sensor) const {
-  if (!spec.link.empty()) fail_sensor(spec, "it reads a joint: give joint in place of link");
-  const auto found = joint_names_.find(spec.joint);
-  if (found == joint_names_.end())
-    fail_sensor(spec, fmt::format("there is no moving joint '{}'; joints: {}", spec.joint,
-                                  listed(joint_names_)));
-  sensor.joint = found->second;
+/// Finds the joint, tendon or actuator that all kinds of a sensor concern.
+void ModelBuilder::find_sensed_part(const SensorSpec& spec, Sensor& sensor) const {
+  const auto find = [&](const char* part, const std::string& name, const auto& names) {
+    if (!spec.link.empty())
+      fail_sensor(spec, fmt::format("it reads a {0}: give {0} in place of link", part));
+    const auto found = names.find(name);
+    if (found == names.end())
+      fail_sensor(spec, fmt::format("there is no {0} '{1}'; {0}s: {2}", part, name, listed(names)));
+    return found->second;
+  };
+  if (all_kinds(sensor, senses_joint))
+    sensor.joint = find("joint", spec.joint, joint_names_);
+  else if (all_kinds(sensor, senses_tendon))
+    sensor.tendon = find("tendon", spec.tendon, indices_by_name(model_.tendons_));
+  else if (all_kinds(sensor, senses_actuator))
+    sensor.actuator = find("actuator", spec.actuator, indices_by_name(model_.actuators_));
+  else
+    fail_sensor(spec, "quantities of joints, tendons, actuators and links do not mix in a sensor");
+  if (sensor.actuator < 0) return;
+  const Actuator& a = model_.actuators_[static_cast<std::size_t>(sensor.actuator)];
+  const auto moves = [](SensorKind kind) { return kind != SensorKind::kActuatorForce; };
+  if (a.joint < 0 && a.tendon < 0 && any_kind(sensor, moves))
+    fail_sensor(spec, "an actuator on a link has no position or velocity; take those of the link");
+}
+
+/// Finds the geometries whose contacts a sensor sums.
+void ModelBuilder::find_sensed_contacts(const SensorSpec& spec, Sensor& sensor) const {
+  if (!all_kinds(sensor, senses_contacts))
+    fail_sensor(spec, "quantities of contacts and of links do not mix in a sensor");
+  if (spec.link.empty()) fail_sensor(spec, "it needs a link or geometry");
+  sensor.geometries = geometries_named(spec.link);
+  const auto found = frame_names_.find(spec.link);
+  if (found != frame_names_.end()) sensor.frame = found->second;
+  const bool boxed = std::isfinite(sensor.size.minCoeff());
+  if ((sensor.own_axes || boxed) && sensor.frame < 0)
+    fail_sensor(spec, "axes of a link are those of a moving link; give its name");
+  if (any_kind(sensor, [](SensorKind kind) { return kind == SensorKind::kPressure; }) &&
+      !std::isfinite(sensor.size.head<2>().maxCoeff()))
+    fail_sensor(spec, "a pressure needs size: edges x, y of the area [m], z optional");
+  if (boxed && any_kind(sensor, [](SensorKind k) { return k == SensorKind::kContactForce; }))
+    fail_sensor(spec, "size is for touch and pressure; leave it out");
+  if (!(sensor.size.array() > 0.0).all()) fail_sensor(spec, "size has to be positive");
+  if (!spec.from.empty()) sensor.others = geometries_named(spec.from);
 }
 
 void ModelBuilder::find_sensed_link(const SensorSpec& spec, Sensor& sensor) const {
@@ -146,19 +191,10 @@ void ModelBuilder::add_sensor(const SensorSpec& spec) {
   for (const Sensor& other : model_.sensors_)
     if (other.name == sensor.name) fail_sensor(spec, "there is already a sensor of this name");
   check_pose(sensor.X_FS, sensor_at(spec));
-  const bool contact = sensor.kinds.front() == SensorKind::kContactForce;
-  if (any_kind(sensor, senses_joint)) {
-    if (!all_kinds(sensor, senses_joint))
-      fail_sensor(spec, "quantities of joints and of links do not mix in one sensor");
-    find_sensed_joint(spec, sensor);
-  } else if (contact && sensor.kinds.size() == 1) {
-    if (spec.link.empty()) fail_sensor(spec, "it needs a link or geometry");
-    sensor.geometries = geometries_named(spec.link);
-    const auto found = frame_names_.find(spec.link);
-    if (found != frame_names_.end()) sensor.frame = found->second;
-    if (sensor.own_axes && sensor.frame < 0)
-      fail_sensor(spec, "axes of a link are those of a moving link; give its name");
-    if (!spec.from.empty()) sensor.others = geometries_named(spec.from);
+  if (any_kind(sensor, senses_part)) {
+    find_sensed_part(spec, sensor);
+  } else if (any_kind(sensor, senses_contacts)) {
+    find_sensed_contacts(spec, sensor);
   } else {
     find_sensed_link(spec, sensor);
   }

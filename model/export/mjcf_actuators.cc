@@ -13,13 +13,14 @@ std::string servo_name(const Model& model, const std::string& name) {
   return model.find_actuator(name) < 0 ? name : name + "/servo";
 }
 
-/// The law gain u + bias - stiffness x - damping y.
+/// The law gain u + bias - stiffness x - (damping + command_damping u) y.
 struct AffineLaw {
-  double gain = 0.0, bias = 0.0, stiffness = 0.0, damping = 0.0;
+  double gain = 0.0, bias = 0.0, stiffness = 0.0, damping = 0.0, command_damping = 0.0;
 };
 
 void write_law(const AffineLaw& law, MjcfXml& xml) {
-  xml.set("gainprm", export_numbers({law.gain, 0.0, 0.0}));
+  if (law.command_damping > 0.0) xml.set("gaintype", "affine");
+  xml.set("gainprm", export_numbers({law.gain, 0.0, -law.command_damping}));
   xml.set("biastype", "affine");
   xml.set("biasprm", export_numbers({law.bias, -law.stiffness, -law.damping}));
 }
@@ -91,10 +92,12 @@ std::string actuator_lack(const Model& model, const Actuator& a) {
       if (a.lag > 0.0) return "a muscle behind a lag";
       break;
     case ActuatorLaw::kAffine:
+      if (a.integrates && a.lag > 0.0) return "an integral behind a lag";
       break;
   }
   if (a.transmission != Transmission::kAdhesion) return "";
-  if (a.lag > 0.0 || a.bias != 0.0) return "adhesion with a lag or a bias";
+  if (a.lag > 0.0 || a.integrates || a.bias != 0.0)
+    return "adhesion with a lag, an integral or a bias";
   if (a.gear * a.gain < 0.0 || a.command < 0.0) return "adhesion that pushes";
   return adheres_by_other_links(model, a) ? "adhesion of one of several links of a body" : "";
 }
@@ -139,7 +142,8 @@ void write_muscle(const Muscle& m, MjcfXml& xml) {
 /// Returns the law of an actuator that is affine. A DC motor without inductance is: its current is
 /// (u - K y) / R.
 AffineLaw affine_law(const Actuator& a) {
-  if (a.law == ActuatorLaw::kAffine) return {a.gain, a.bias, a.stiffness, a.damping};
+  if (a.law == ActuatorLaw::kAffine)
+    return {a.gain, a.bias, a.stiffness, a.damping, a.command_damping};
   const double gain = a.torque_constant / a.resistance;
   return {gain, 0.0, 0.0, gain * a.torque_constant};
 }
@@ -171,6 +175,10 @@ void write_actuator(const Model& model, const Actuator& a, MjcfXml& xml) {
     xml.set("dyntype", "filterexact");
     xml.set("dynprm", a.lag);
   }
+  if (a.integrates) {
+    xml.set("dyntype", "integrator");
+    write_bounds("actlimited", "actrange", a.least_setpoint, a.most_setpoint, xml);
+  }
   if (a.law == ActuatorLaw::kMuscle)
     write_muscle(a.muscle, xml);
   else
@@ -197,6 +205,7 @@ void write_mjcf_actuator_sites(const Model& model, EffectSet on, int body, MjcfX
 MjcfControls write_mjcf_actuators(const Model& model, EffectSet on, MjcfXml& xml,
                                   std::vector<Note>& lost) {
   MjcfControls out;
+  out.written.assign(model.actuators().size(), 0);
   xml.open("actuator");
   write_servos(model, on, xml, out);
   for (const Actuator& a : model.actuators()) {
@@ -206,12 +215,15 @@ MjcfControls write_mjcf_actuators(const Model& model, EffectSet on, MjcfXml& xml
       lost.push_back({"actuator '" + a.name + "'", lack});
       continue;
     }
+    out.written[static_cast<std::size_t>(&a - model.actuators().data())] = 1;
     write_actuator(model, a, xml);
     note_lost_parts(a, lost);
     const double command = std::clamp(a.command, a.least_command, a.most_command);
     out.control.push_back(command);
     if (a.law == ActuatorLaw::kMuscle) out.activation.push_back(std::clamp(command, 0.0, 1.0));
     if (a.lag > 0.0) out.activation.push_back(command);
+    if (a.integrates)
+      out.activation.push_back(std::clamp(0.0, a.least_setpoint, a.most_setpoint));
   }
   xml.close();
   return out;

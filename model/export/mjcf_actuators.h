@@ -20,6 +20,7 @@ void write_mjcf_actuator_sites(const Model& model, EffectSet on, int body, MjcfX
 struct MjcfControls {
   std::vector<double> control;
   std::vector<double> activation;  ///< states of filters and muscles, at rest
+  std::vector<char> written;       ///< for each of Model::actuators, whether the file has it
 };
 
 /// Writes the element <actuator>, with the effects that are on. Returns the values at the start;

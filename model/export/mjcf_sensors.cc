@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "counterpoint/model/export/mjcf_actuators.h"
 #include "counterpoint/model/mjcf/sensors.h"
 
 namespace counterpoint {
@@ -36,7 +37,8 @@ const SensorElement* find_element(const Sensor& s, SensorKind kind) {
 }
 
 /// Returns the reason why MJCF has no sensor of this kind, or "".
-std::string sensor_lack(const Model& model, const Sensor& s, SensorKind kind, bool driven) {
+std::string sensor_lack(const Model& model, const Sensor& s, SensorKind kind, EffectSet on,
+                        const std::vector<char>& written) {
   const std::string name = sensor_kind_name(kind);
   if (!find_element(s, kind)) return name;
   if (senses_wrench(kind) && (s.frame < 0 || !moves_by_joint(model, s.frame)))
@@ -45,8 +47,12 @@ std::string sensor_lack(const Model& model, const Sensor& s, SensorKind kind, bo
     return name + " of a link that a fixed joint holds";
   if (senses_joint(kind) && joint_nv(model.body(s.joint + 1).joint_type) != 1)
     return name + " of a joint of several coordinates";
+  if (kind == SensorKind::kTouch) return name + ": MJCF counts contacts within a site";
+  if (senses_tendon(kind) && !on.has(Effect::kTendons)) return name + " without tendons";
+  if (senses_actuator(kind) && !written[static_cast<std::size_t>(s.actuator)])
+    return name + " of an actuator that is left out";
   // MuJoCo's has the forces of all actuators.
-  if (kind == SensorKind::kJointEffort && driven) return name + " beside actuators";
+  if (kind == SensorKind::kJointEffort && has_drives_in_mjcf(model, on)) return name + " beside actuators";
   return "";
 }
 
@@ -87,6 +93,12 @@ void write_sensor(const Model& model, const Sensor& s, SensorKind kind, MjcfXml&
     case Sensed::kSubtree:
       xml.set("body", body_of(model, s.frame));
       break;
+    case Sensed::kTendon:
+      xml.set("tendon", model.tendons()[static_cast<std::size_t>(s.tendon)].name);
+      break;
+    case Sensed::kActuator:
+      xml.set("actuator", model.actuators()[static_cast<std::size_t>(s.actuator)].name);
+      break;
   }
   xml.close();
 }
@@ -108,14 +120,15 @@ void write_mjcf_sensor_sites(const Model& model, int body, MjcfXml& xml) {
   }
 }
 
-void write_mjcf_sensors(const Model& model, bool driven, MjcfXml& xml, std::vector<Note>& lost) {
+void write_mjcf_sensors(const Model& model, EffectSet on, const std::vector<char>& written,
+                        MjcfXml& xml, std::vector<Note>& lost) {
   xml.open("sensor");
   for (const Sensor& s : model.sensors()) {
     const auto lose = [&](const std::string& part) {
       lost.push_back({"sensor '" + s.name + "'", part});
     };
     for (const SensorKind kind : s.kinds) {
-      const std::string lack = sensor_lack(model, s, kind, driven);
+      const std::string lack = sensor_lack(model, s, kind, on, written);
       if (lack.empty())
         write_sensor(model, s, kind, xml);
       else

@@ -38,8 +38,7 @@ class MjcfWriter {
     write_equalities();
     write_mjcf_tendons(model_, closures_, on(Effect::kTendons), xml_, out_.lost);
     controls_ = write_mjcf_actuators(model_, how_.effects, xml_, out_.lost);
-    if (how_.frames)
-      write_mjcf_sensors(model_, has_drives_in_mjcf(model_, how_.effects), xml_, out_.lost);
+    if (how_.frames) write_mjcf_sensors(model_, how_.effects, controls_.written, xml_, out_.lost);
     if (how_.start) write_start();
     xml_.close();
     note_forces();

@@ -39,18 +39,23 @@ class SensorReader {
       spec.sensor.own_axes = found->own_axes;
       return of_object(v, *found, spec);
     }
-    if (kind == "actuatorfrc") return of_actuator(v.text("actuator"), spec);
     return "<" + kind + "> has no counterpart";
   }
 
   std::string of_object(const Values& v, const SensorElement& element, SensorSpec& spec) const {
     switch (element.object) {
       case Sensed::kSite:
+        if (element.kind == SensorKind::kTouch)
+          document_.note(v.element(), "the site has no volume here: all contacts of the body count");
         return at_site(v.text("site"), spec);
       case Sensed::kJoint:
         return of_joint(v.text("joint"), spec);
       case Sensed::kFrame:
         return of_frame(v, element.name, spec);
+      case Sensed::kTendon:
+        return of_tendon(v.text("tendon"), spec);
+      case Sensed::kActuator:
+        return of_actuator(v.text("actuator"), element.kind, spec);
       case Sensed::kSubtree:
         break;
     }
@@ -100,8 +105,21 @@ class SensorReader {
     return "";
   }
 
-  /// The force of an actuator is that of its joint if it is the only one there and has no gear.
-  std::string of_actuator(const std::string& name, SensorSpec& spec) const {
+  std::string of_tendon(const std::string& name, SensorSpec& spec) const {
+    spec.tendon = name;
+    for (const TendonSpec& tendon : model_.tendons)
+      if (tendon.name == name) return "";
+    return fmt::format("'{}' is no tendon, or one whose forces act on a single joint", name);
+  }
+
+  /// Reads an actuator that became a servo or an applied force off its joint, if it is the only one
+  /// there and has no gear.
+  std::string of_actuator(const std::string& name, SensorKind kind, SensorSpec& spec) const {
+    for (const ActuatorSpec& commanded : model_.commanded) {
+      if (commanded.actuator.name != name) continue;
+      spec.actuator = name;
+      return "";
+    }
     const Element* actuator = nullptr;
     for (const Element* e : document_.section_children("actuator"))
       if (const char* own = e->Attribute("name"); own != nullptr && own == name) actuator = e;
@@ -116,8 +134,10 @@ class SensorReader {
       if (const auto g = Values(document_, *e).numbers("gear", 1, 6); !g.empty()) gear = g[0];
     if (const auto g = Values(document_, *actuator).numbers("gear", 1, 6); !g.empty()) gear = g[0];
     if (joint.empty() || same != 1 || gear != 1.0)
-      return "the force of an actuator with a gear, without a joint, or beside others";
-    spec.sensor.kinds = {SensorKind::kJointEffort};
+      return "quantities of an actuator with a gear, without a joint, or beside others";
+    spec.sensor.kinds = {kind == SensorKind::kActuatorForce      ? SensorKind::kJointEffort
+                         : kind == SensorKind::kActuatorPosition ? SensorKind::kJointPosition
+                                                                 : SensorKind::kJointVelocity};
     return of_joint(joint, spec);
   }
 

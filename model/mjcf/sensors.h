@@ -6,7 +6,7 @@
 namespace counterpoint::mjcf {
 
 /// The attribute of an element of <sensor> that names its object.
-enum class Sensed { kSite, kJoint, kFrame, kSubtree };
+enum class Sensed { kSite, kJoint, kFrame, kSubtree, kTendon, kActuator };
 
 /// An element of <sensor> that has a counterpart.
 struct SensorElement {
@@ -27,6 +27,8 @@ inline constexpr SensorElement kSensorElements[] = {
     {"jointpos", SensorKind::kJointPosition, Sensed::kJoint, false},
     {"jointvel", SensorKind::kJointVelocity, Sensed::kJoint, false},
     {"jointactuatorfrc", SensorKind::kJointEffort, Sensed::kJoint, false},
+    {"ballquat", SensorKind::kJointPosition, Sensed::kJoint, false},
+    {"ballangvel", SensorKind::kJointVelocity, Sensed::kJoint, false},
     {"framepos", SensorKind::kPosition, Sensed::kFrame, false},
     {"framequat", SensorKind::kOrientation, Sensed::kFrame, false},
     {"framelinvel", SensorKind::kLinearVelocity, Sensed::kFrame, false},
@@ -35,7 +37,13 @@ inline constexpr SensorElement kSensorElements[] = {
     {"frameangacc", SensorKind::kAngularAcceleration, Sensed::kFrame, false},
     {"subtreecom", SensorKind::kCenterOfMass, Sensed::kSubtree, false},
     {"subtreelinvel", SensorKind::kCenterOfMassVelocity, Sensed::kSubtree, false},
-    {"subtreeangmom", SensorKind::kAngularMomentum, Sensed::kSubtree, false}};
+    {"subtreeangmom", SensorKind::kAngularMomentum, Sensed::kSubtree, false},
+    {"touch", SensorKind::kTouch, Sensed::kSite, false},
+    {"tendonpos", SensorKind::kTendonLength, Sensed::kTendon, false},
+    {"tendonvel", SensorKind::kTendonVelocity, Sensed::kTendon, false},
+    {"actuatorpos", SensorKind::kActuatorPosition, Sensed::kActuator, false},
+    {"actuatorvel", SensorKind::kActuatorVelocity, Sensed::kActuator, false},
+    {"actuatorfrc", SensorKind::kActuatorForce, Sensed::kActuator, false}};
 
 /// Adds the sensors that are supported to model.sensors, and notes the others
 /// (docs/reference/mjcf.md). Call after read_inertias.

@@ -1,11 +1,11 @@
 // Actuators: control inputs with a name, the law of their force, and the place where it acts.
 //
-//   command -> delay -> slew limit -> lag -> law -> force -> joint, tendon, link, contacts
+//   command -> delay -> slew limit -> lag -> integral -> law -> force -> joint, tendon, link, contacts
 //
 // With x = gear times the coordinate (or tendon length), y its rate, u the command after its
 // filters, and the force F clamped to [least, most], which acts on the coordinate as gear F:
 //
-//   kAffine     F = gain u + bias - stiffness x - damping y
+//   kAffine     F = gain u + bias - stiffness x - (damping + command_damping u) y
 //   kPid        F = kp (u - x) + ki I + kd (du/dt - y),  dI/dt = u - x,  |ki I| <= integral_limit
 //   kDcMotor    F = K i,  L di/dt + R i = u - K y,  |i| <= current_limit
 //   kMuscle     F = -force of the muscle at activation a, length x, speed y; u excites it
@@ -54,11 +54,16 @@ struct Actuator {
   int delay_samples = 0;  ///< commands kept, one each delay / delay_samples; 0: no delay
   double slew = std::numeric_limits<double>::infinity();  ///< largest rate of the command [1/s]
   double lag = 0.0;                                       ///< time constant, first order [s]
+  /// The law takes the integral of the command behind its filters, within these bounds.
+  bool integrates = false;
+  double least_setpoint = -std::numeric_limits<double>::infinity();
+  double most_setpoint = std::numeric_limits<double>::infinity();
 
   ActuatorLaw law = ActuatorLaw::kAffine;
   /// kAffine: [N per unit of the command], [N]; kPropeller: [N s^2/rad^2], unused.
   double gain = 1.0, bias = 0.0;
   double stiffness = 0.0, damping = 0.0;  ///< kAffine: [N/m], [N s/m], not negative
+  double command_damping = 0.0;           ///< kAffine: damping per unit of u, u >= 0 [N s/m]
   double kp = 0.0, ki = 0.0, kd = 0.0;    ///< kPid: [N/m], [N/(m s)], [N s/m]
   double integral_limit = std::numeric_limits<double>::infinity();  ///< kPid [N]
   double torque_constant = 0.0;  ///< kDcMotor: K [N m/A] = [V s/rad]
@@ -80,10 +85,10 @@ struct Actuator {
   bool keeps_setpoint() const { return has_slew() || (law == ActuatorLaw::kPid && kd > 0.0); }
   /// Returns the number of internal states: commands in the delay line, the next one out first, and
   /// the part of a sample's time that has passed; the command behind the slew limit; behind the
-  /// lag; the state of the law.
+  /// lag; its integral; the state of the law.
   int num_states() const {
     return (delay_samples > 0 ? delay_samples + 1 : 0) + (keeps_setpoint() ? 1 : 0) +
-           (lag > 0.0 ? 1 : 0) + (has_law_state() ? 1 : 0);
+           (lag > 0.0 ? 1 : 0) + (integrates ? 1 : 0) + (has_law_state() ? 1 : 0);
   }
 };
 

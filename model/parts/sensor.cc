@@ -31,7 +31,15 @@ const KindWords& words(SensorKind kind) {
       {"center_of_mass", "m", {"x", "y", "z"}},
       {"center_of_mass_velocity", "m/s", {"vx", "vy", "vz"}},
       {"linear_momentum", "kg m/s", {"px", "py", "pz"}},
-      {"angular_momentum", "kg m^2/s", {"lx", "ly", "lz"}}};
+      {"angular_momentum", "kg m^2/s", {"lx", "ly", "lz"}},
+      {"touch", "N", {"touch"}},
+      {"pressure", "Pa", {"pressure"}},
+      {"tendon_length", "", {"length"}},
+      {"tendon_velocity", "", {"speed"}},
+      {"tendon_force", "", {"force"}},
+      {"actuator_position", "", {"position"}},
+      {"actuator_velocity", "", {"speed"}},
+      {"actuator_force", "", {"force"}}};
   return kWords[static_cast<int>(kind)];
 }
 

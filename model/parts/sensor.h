@@ -34,8 +34,16 @@ enum class SensorKind : unsigned char {
   kCenterOfMassVelocity,  ///< its velocity, in W [m/s]
   kLinearMomentum,        ///< momentum of the same, in W [kg m/s]
   kAngularMomentum,       ///< angular momentum about its centre of mass, in W [kg m^2/s]
+  kTouch,                 ///< sum of normal forces of contacts on a link or geometry [N]
+  kPressure,              ///< the same over the area of Sensor::size [Pa]
+  kTendonLength,          ///< length of a tendon [m]
+  kTendonVelocity,        ///< its rate [m/s]
+  kTendonForce,           ///< force along it, actuators included; pulling is negative [N]
+  kActuatorPosition,      ///< gear times the coordinate that an actuator drives [m, rad]
+  kActuatorVelocity,      ///< its rate [m/s, rad/s]
+  kActuatorForce,         ///< force of an actuator, before its gear [N, N m]
 };
-inline constexpr int kNumSensorKinds = static_cast<int>(SensorKind::kAngularMomentum) + 1;
+inline constexpr int kNumSensorKinds = static_cast<int>(SensorKind::kActuatorForce) + 1;
 
 /// Returns "position", "specific_force" ..., as scene files have it.
 const char* sensor_kind_name(SensorKind kind);
@@ -65,9 +73,14 @@ struct Sensor {
   int reference = -1;
   bool own_axes = false;  ///< vectors are expressed along S instead of R
   int joint = -1;         ///< for kinds of joints: index into Model::joints
-  /// kContactForce: the geometries on which the forces act, ascending, and those that exert them
+  int tendon = -1;        ///< for kinds of tendons: index into Model::tendons
+  int actuator = -1;      ///< for kinds of actuators: index into Model::actuators
+  /// Kinds of contacts: the geometries on which the forces act, ascending, and those that exert them
   /// (empty: all others).
   std::vector<int> geometries, others;
+  /// kTouch, kPressure: edges of a box about the origin of S, along its axes; contacts outside do
+  /// not count [m].
+  Vector3 size = Vector3::Constant(std::numeric_limits<double>::infinity());
   /// kRange: largest distance that is measured [m].
   double limit = std::numeric_limits<double>::infinity();
   SensorErrors errors;
@@ -77,6 +90,21 @@ struct Sensor {
 constexpr bool senses_joint(SensorKind kind) {
   return kind == SensorKind::kJointPosition || kind == SensorKind::kJointVelocity ||
          kind == SensorKind::kJointEffort;
+}
+/// Whether the kind concerns a tendon.
+constexpr bool senses_tendon(SensorKind kind) {
+  return kind >= SensorKind::kTendonLength && kind <= SensorKind::kTendonForce;
+}
+/// Whether the kind concerns an actuator.
+constexpr bool senses_actuator(SensorKind kind) { return kind >= SensorKind::kActuatorPosition; }
+/// Whether the kind concerns a named part other than a link.
+constexpr bool senses_part(SensorKind kind) {
+  return senses_joint(kind) || senses_tendon(kind) || senses_actuator(kind);
+}
+/// Whether the kind is a sum over contacts.
+constexpr bool senses_contacts(SensorKind kind) {
+  return kind == SensorKind::kContactForce || kind == SensorKind::kTouch ||
+         kind == SensorKind::kPressure;
 }
 /// Whether the kind concerns a link with all that hangs on it.
 constexpr bool senses_subtree(SensorKind kind) {

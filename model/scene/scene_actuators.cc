@@ -62,6 +62,11 @@ void read_law(const YamlValue& in, ActuatorSpec& spec) {
     const YamlValue law = in.at("velocity");
     law.expect_map({"damping"});
     a.gain = a.damping = law.at("damping").number(0.0, kInfinity);
+  } else if (in.has("damper")) {
+    const YamlValue law = in.at("damper");
+    law.expect_map({"damping"});
+    a.gain = a.least_command = 0.0;
+    a.command_damping = law.at("damping").number(0.0, kInfinity);
   } else if (in.has("pid")) {
     const YamlValue law = in.at("pid");
     law.expect_map({"kp", "ki", "kd", "integral_limit"});
@@ -129,16 +134,18 @@ ActuatorSpec read_actuator(const YamlValue& in) {
   in.expect_map({"name",     "joint",         "tendon",   "link",      "gear",    "point",
                  "force",    "torque",        "adhesion", "propeller", "command", "range",
                  "delay",    "delay_samples", "slew",     "lag",       "gain",    "bias",
-                 "position", "velocity",      "pid",      "dc_motor",  "muscle",  "force_limits"});
+                 "position", "velocity",      "damper",   "pid",       "dc_motor",
+                 "muscle",   "force_limits",  "integrate"});
   ActuatorSpec spec;
   spec.where = in.where();
   Actuator& a = spec.actuator;
   a.name = in.at("name").text();
   int laws = 0;
-  for (const char* law : {"position", "velocity", "pid", "dc_motor", "muscle", "propeller"})
+  for (const char* law :
+       {"position", "velocity", "damper", "pid", "dc_motor", "muscle", "propeller"})
     laws += in.has(law);
   if (laws > 1)
-    in.fail("one law is expected: position, velocity, pid, dc_motor, muscle, propeller");
+    in.fail("one law is expected: position, velocity, damper, pid, dc_motor, muscle, propeller");
   if (laws == 1 && (in.has("gain") || in.has("bias")))
     in.fail("gain and bias belong to a force without another law");
   read_transmission(in, spec);
@@ -148,6 +155,10 @@ ActuatorSpec read_actuator(const YamlValue& in) {
   if (in.has("force_limits")) std::tie(a.least, a.most) = read_range(in.at("force_limits"), false);
   if (in.has("command")) a.command = in.at("command").number();
   read_numbers(in, {{"delay", &a.delay}, {"lag", &a.lag}});
+  if (in.has("integrate")) {
+    a.integrates = true;
+    std::tie(a.least_setpoint, a.most_setpoint) = read_range(in.at("integrate"), false);
+  }
   if (in.has("slew")) a.slew = in.at("slew").positive();
   if (a.delay > 0.0) a.delay_samples = kDelaySamples;
   if (in.has("delay_samples"))

@@ -8,7 +8,7 @@ namespace counterpoint {
 namespace {
 
 /// Mark with the version of the format; increase it with every change of the content.
-constexpr std::string_view kMark = "counterpoint scene 7\n";
+constexpr std::string_view kMark = "counterpoint scene 8\n";
 constexpr const char* kWhat = "scene archive";
 
 }  // namespace
@@ -144,12 +144,14 @@ void visit(A& a, Muscle& x) {
 template <class A>
 void visit(A& a, Actuator& x) {
   auto& [name, transmission, joint, tendon, body, frame, point, direction, reach, gear, command,
-         least_command, most_command, delay, samples, slew, lag, law, gain, bias, stiffness,
-         damping, kp, ki, kd, integral_limit, torque_constant, resistance, inductance,
-         current_limit, muscle, least, most, z_index] = x;
+         least_command, most_command, delay, samples, slew, lag, integrates, least_setpoint,
+         most_setpoint, law, gain, bias, stiffness, damping, command_damping, kp, ki, kd,
+         integral_limit, torque_constant, resistance, inductance, current_limit, muscle, least,
+         most, z_index] = x;
   a(name, transmission, joint, tendon, body, frame, point, direction.torque, direction.force, reach,
-    gear, command, least_command, most_command, delay, samples, slew, lag, law, gain, bias);
-  a(stiffness, damping, kp, ki, kd, integral_limit, torque_constant, resistance, inductance,
+    gear, command, least_command, most_command, delay, samples, slew, lag, integrates,
+    least_setpoint, most_setpoint, law, gain, bias);
+  a(stiffness, damping, command_damping, kp, ki, kd, integral_limit, torque_constant, resistance, inductance,
     current_limit, muscle, least, most, z_index);
 }
 template <class A>
@@ -159,9 +161,10 @@ void visit(A& a, SensorErrors& x) {
 }
 template <class A>
 void visit(A& a, Sensor& x) {
-  auto& [name, kinds, frame, X_FS, reference, own_axes, joint, geometries, others, limit, errors] =
-      x;
-  a(name, kinds, frame, X_FS, reference, own_axes, joint, geometries, others, limit, errors);
+  auto& [name, kinds, frame, X_FS, reference, own_axes, joint, tendon, actuator, geometries, others,
+         size, limit, errors] = x;
+  a(name, kinds, frame, X_FS, reference, own_axes, joint, tendon, actuator, geometries, others,
+    size, limit, errors);
 }
 template <class A>
 void visit(A& a, Note& x) {

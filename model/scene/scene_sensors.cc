@@ -66,6 +66,14 @@ void read_sensor_axes(const YamlValue& in, Sensor& sensor) {
   sensor.own_axes = own;
 }
 
+/// Reads [x, y] or [x, y, z].
+void read_sensor_size(const YamlValue& in, Sensor& sensor) {
+  if (!senses_contacts(sensor.kinds.front())) in.fail("size is for touch and pressure only");
+  const std::vector<double> edges = in.numbers();
+  if (edges.size() != 2 && edges.size() != 3) in.fail("two or three edges [m] are expected");
+  std::copy(edges.begin(), edges.end(), sensor.size.data());
+}
+
 /// Reads the place on the link; for a range, `axis` in place of a rotation is the direction.
 Pose read_sensor_pose(const YamlValue& in, const Sensor& sensor) {
   Pose pose = read_pose(in);
@@ -82,18 +90,22 @@ Pose read_sensor_pose(const YamlValue& in, const Sensor& sensor) {
 }  // namespace
 
 SensorSpec read_sensor(const YamlValue& in) {
-  in.expect_map({"name", "kind", "link", "joint", "position", "rpy", "quaternion", "axis", "in",
-                 "relative_to", "from", "limit", "bias", "noise", "quantum", "rate", "delay"});
+  in.expect_map({"name", "kind", "link", "joint", "tendon", "actuator", "position", "rpy",
+                 "quaternion", "axis", "in", "relative_to", "from", "size", "limit", "bias",
+                 "noise", "quantum", "rate", "delay"});
   SensorSpec spec;
   spec.where = in.where();
   spec.sensor.name = in.at("name").text();
   read_sensor_kind(in.at("kind"), spec.sensor);
   if (in.has("link")) spec.link = in.at("link").text();
   if (in.has("joint")) spec.joint = in.at("joint").text();
+  if (in.has("tendon")) spec.tendon = in.at("tendon").text();
+  if (in.has("actuator")) spec.actuator = in.at("actuator").text();
   if (in.has("relative_to")) spec.relative_to = in.at("relative_to").text();
   if (in.has("from")) spec.from = in.at("from").text();
   spec.sensor.X_FS = read_sensor_pose(in, spec.sensor);
   if (in.has("in")) read_sensor_axes(in.at("in"), spec.sensor);
+  if (in.has("size")) read_sensor_size(in.at("size"), spec.sensor);
   if (in.has("limit")) {
     if (spec.sensor.kinds.front() != SensorKind::kRange)
       in.at("limit").fail("a limit is for a range only");

@@ -70,6 +70,12 @@ void apply_velocity(const Values& v, Law& law) {
   law.bias_type = "affine";
 }
 
+/// A position servo whose target is the integral of the control.
+void apply_intvelocity(const Values& v, Law& law) {
+  apply_position(v, law);
+  law.dynamics = "integrator";
+}
+
 /// A piston: the pressure behind a first order lag presses on its area.
 void apply_cylinder(const Values& v, Law& law) {
   law.gain = {v.number("area", law.gain[0]), 0.0, 0.0};
@@ -98,6 +104,12 @@ void apply(const Document& document, const Element& element, Law& law) {
     apply_position(v, law);
   } else if (tag == "velocity") {
     apply_velocity(v, law);
+  } else if (tag == "intvelocity") {
+    apply_intvelocity(v, law);
+  } else if (tag == "damper") {
+    law.gain = {0.0, 0.0, -v.number("kv", 1.0)};
+    law.gain_type = "affine";
+    law.bias_type = law.dynamics = "none";
   } else if (tag == "muscle") {
     law.dynamics = law.gain_type = law.bias_type = "muscle";
   } else if (tag == "adhesion") {
@@ -108,7 +120,7 @@ void apply(const Document& document, const Element& element, Law& law) {
     apply_cylinder(v, law);
   } else if (tag != "plugin") {
     law.unsupported = "<" + tag + ">";
-    law.by_itself = tag != "damper";
+    law.by_itself = true;
   }
   apply_common(v, law);
 }

@@ -11,7 +11,8 @@
 
 namespace counterpoint::mjcf {
 
-/// Actuator law: force = gain u + bias[0] + bias[1] length + bias[2] velocity.
+/// Actuator law: force = (gain[0] + gain[2] velocity) u + bias[0] + bias[1] length + bias[2]
+/// velocity; gain[2] counts with gain_type affine alone, and damps.
 struct Law {
   std::string unsupported;  ///< feature that has no counterpart here
   bool by_itself = false;   ///< may apply a force without control
@@ -24,9 +25,12 @@ struct Law {
   std::string control_limited = "auto", force_limited = "auto", activation_limited = "auto";
   std::vector<double> gear = {1.0};
 
-  bool is_affine() const {
-    return gain_type == "fixed" && (bias_type == "none" || bias_type == "affine");
+  bool has_affine_gain() const {
+    return gain_type == "fixed" || (gain_type == "affine" && gain[1] == 0.0 && gain[2] <= 0.0);
   }
+  bool has_affine_bias() const { return bias_type == "none" || bias_type == "affine"; }
+  double command_damping() const { return gain_type == "affine" ? -gain[2] : 0.0; }
+  bool integrates() const { return dynamics == "integrator"; }
   bool is_filtered() const { return dynamics == "filter" || dynamics == "filterexact"; }
   bool is_muscle() const { return dynamics == "muscle" && gain_type == "muscle"; }
   double bias_number(std::size_t i) const { return bias_type == "affine" ? bias[i] : 0.0; }

@@ -94,9 +94,10 @@ class ActuatorReader {
     const bool plugin = e.Attribute("plugin") || e.Attribute("instance");
     if (plugin && !is_pid_plugin(document_, e)) return "a plugin other than mujoco.pid";
     if (!law.is_muscle()) {
-      if (law.dynamics != "none" && !law.is_filtered()) return "dyntype=\"" + law.dynamics + "\"";
-      if (law.gain_type != "fixed") return "gaintype=\"" + law.gain_type + "\"";
-      if (!law.is_affine()) return "biastype=\"" + law.bias_type + "\"";
+      if (law.dynamics != "none" && !law.is_filtered() && !law.integrates())
+        return "dyntype=\"" + law.dynamics + "\"";
+      if (!law.has_affine_gain()) return "gaintype=\"" + law.gain_type + "\"";
+      if (!law.has_affine_bias()) return "biastype=\"" + law.bias_type + "\"";
     }
     if (v.has("site") || v.has("body")) return "";
     if (v.has("tendon")) {

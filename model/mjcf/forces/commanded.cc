@@ -98,6 +98,8 @@ void set_affine(const CommandedElement& from, double constant, Actuator& a) {
                          "a damping ratio, or a bias that pushes on, is not supported here: give "
                          "kv");
   a.gain = law.gain[0];
+  a.command_damping = law.command_damping();
+  a.integrates = law.integrates();
   a.bias = law.bias_number(0) + law.bias_number(1) * constant;
   a.stiffness = std::max(-law.bias_number(1), 0.0);
   a.damping = std::max(-law.bias_number(2), 0.0);
@@ -116,8 +118,12 @@ void bound(const CommandedElement& from, const MjcfModel::Actuator& given, Actua
   }
   const Law& law = from.law;
   if (is_limited(from.document, from.element, law.activation_limited, law.activation_range)) {
-    a.least_command = std::max(a.least_command, law.activation_range->first);
-    a.most_command = std::min(a.most_command, law.activation_range->second);
+    if (a.integrates) {
+      std::tie(a.least_setpoint, a.most_setpoint) = *law.activation_range;
+    } else {
+      a.least_command = std::max(a.least_command, law.activation_range->first);
+      a.most_command = std::min(a.most_command, law.activation_range->second);
+    }
   }
   if (is_limited(from.document, from.element, law.force_limited, law.force_range))
     std::tie(a.least, a.most) = *law.force_range;
@@ -126,7 +132,7 @@ void bound(const CommandedElement& from, const MjcfModel::Actuator& given, Actua
 }  // namespace
 
 bool needs_command(const Element& e, const Law& law) {
-  return law.dynamics != "none" || is_plugin(e) || e.Attribute("site") || e.Attribute("body");
+  return law.dynamics != "none" || law.command_damping() > 0.0 || is_plugin(e) || e.Attribute("site") || e.Attribute("body");
 }
 
 bool is_pid_plugin(const Document& document, const Element& e) {

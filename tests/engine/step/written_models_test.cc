@@ -1,67 +1,16 @@
 // Scenes written as MJCF and read back have the same parts, and the same forces in a step.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 
-#include "counterpoint/engine/simulator.h"
-#include "counterpoint/model/robot_files.h"
-#include "engine/sensors/sensed.h"
-#include "support/paths.h"
-#include "support/random_model.h"
-#include "support/temp_folder.h"
+#include "engine/step/written.h"
 
 namespace counterpoint::written_models_test {
 namespace {
 
-/// Numbers have 17 digits; rotations pass through quaternions, and lengths of paths through sums of
-/// a few numbers near one: some round-offs.
-constexpr double kRoundOff = 1e-12;
-
-class WrittenModels : public testing::Test {
- protected:
-  /// A finger of three joints (knuckle, middle_joint, tip_joint) in its start pose, with `parts`.
-  Scene finger(const std::string& parts) const {
-    return load_scene(folder_.write(
-        "scene.yaml", "time_step: 0.001\nmodels:\n  - {urdf: " + test::source_dir() +
-                          "/data/robots/finger.urdf, position: [0, 0, 0.1], joints: {knuckle: "
-                          "0.3, middle_joint: 0.4, tip_joint: 0.2}}\n" +
-                          parts));
-  }
-  /// Writes a scene into exported_, and reads it.
-  Scene written(const Scene& scene) {
-    exported_ = export_mjcf(scene);
-    return load_scene(folder_.write("scene.xml", exported_.text));
-  }
-  bool lost(const std::string& where, const std::string& what) const {
-    return std::any_of(exported_.lost.begin(), exported_.lost.end(), [&](const Note& note) {
-      return note.where.find(where) != std::string::npos &&
-             note.message.find(what) != std::string::npos;
-    });
-  }
-  /// Speeds after a step from random speeds, to a tolerance far below kRoundOff.
-  static VectorX speeds_after_step(const Scene& scene) {
-    Simulator sim(scene);
-    sim.settings().tolerance = 1e-15;
-    State state = sim.state();
-    state.v = test::random_vector(scene.model.nv(), 7, 2.0);
-    sim.set_state(state);
-    EXPECT_TRUE(sim.step().succeeded());
-    return sim.state().v;
-  }
-  static void expect_same_step(const Scene& scene, const Scene& back) {
-    const VectorX v = speeds_after_step(scene);
-    EXPECT_LE((v - speeds_after_step(back)).norm(), kRoundOff * (1.0 + v.norm()));
-    Scene idle = scene;
-    idle.options.effects = scene.options.effects.without({Effect::kTendons, Effect::kActuators});
-    // The forces in question are felt, or else the comparison says nothing of them.
-    EXPECT_GT((v - speeds_after_step(idle)).norm(), 1e-3);
-  }
-
-  test::TempFolder folder_;
-  Exported exported_;
-};
+using test::kRoundOff;
+using test::WrittenModels;
 
 /// The lengths at the start and half a degree away.
 void expect_same_lengths(const Scene& scene, const Scene& back, const Tendon& a, const Tendon& b) {
@@ -181,6 +130,8 @@ actuators:
      passive_force: 1.1, eccentric_force: 1.4, activation_time: 0.02, deactivation_time: 0.05}}
   - {name: bend, joint: knuckle, gear: 0.05, command: 0.3, muscle: {curves: mujoco, max_force: 5,
      optimal_length: 0.05, slack_length: -0.03}}
+  - {name: creep, joint: tip_joint, position: {stiffness: 0.5}, integrate: [0.1, 1], command: 0.2}
+  - {name: brake, joint: knuckle, damper: {damping: 0.1}, range: [0, 2], command: 0.4}
 )";
 
 void expect_same_actuator(const Actuator& a, const Actuator& b) {
@@ -192,6 +143,9 @@ void expect_same_actuator(const Actuator& a, const Actuator& b) {
   EXPECT_LE((a.gear * a.direction.force - b.gear * b.direction.force).norm(), kRoundOff);
   EXPECT_LE((a.gear * a.direction.torque - b.gear * b.direction.torque).norm(), kRoundOff);
   EXPECT_EQ(a.lag, b.lag);
+  EXPECT_EQ(a.integrates, b.integrates);
+  EXPECT_EQ(a.least_setpoint, b.least_setpoint);
+  EXPECT_EQ(a.command_damping, b.command_damping);
   EXPECT_EQ(a.command, b.command);
   EXPECT_EQ(std::pair(a.least_command, a.most_command), std::pair(b.least_command, b.most_command));
   if (a.law == b.law && a.law == ActuatorLaw::kAffine) {
@@ -293,91 +247,6 @@ actuators:
   EXPECT_TRUE(lost("'late'", "slew"));
   ASSERT_EQ(back.model.actuators().size(), 1u);
   EXPECT_EQ(back.model.actuators()[0].lag, 0.1);
-}
-
-const char* const kSensors = R"(
-environment:
-  - {name: wall, box: [9, 9, 0.1], position: [0, 0, 1]}
-sensors:
-  - {name: imu, kind: imu, link: tip, position: [0, 0.01, 0.02], rpy: [0.3, 0.2, 0.1]}
-  - {name: own speed, kind: linear_velocity, link: tip, position: [0, 0, 0.02], in: link}
-  - {name: speed, kind: linear_velocity, link: tip, position: [0, 0, 0.02]}
-  - {name: spin, kind: angular_velocity, link: middle}
-  - {name: start of turn, kind: angular_acceleration, link: middle}
-  - {name: feel, kind: specific_force, link: middle, position: [0.01, 0, 0]}
-  - {name: turn, kind: orientation, link: middle, rpy: [0.1, 0.2, 0.3]}
-  - {name: load, kind: wrench, link: middle}
-  - {name: angle, kind: joint_position, joint: knuckle}
-  - {name: rate, kind: joint_velocity, joint: tip_joint}
-  - {name: effort, kind: joint_effort, joint: tip_joint}
-  - {name: eye, kind: range, link: tip, axis: [0, 0.1, 1]}
-  - {name: middle, kind: center_of_mass, link: middle}
-  - {name: middle speed, kind: center_of_mass_velocity, link: middle}
-  - {name: swing, kind: angular_momentum, link: proximal}
-  - {name: all, kind: center_of_mass}
-)";
-
-TEST_F(WrittenModels, SensorsHaveTheSameReadings) {
-  const Scene scene = finger(kSensors);
-  test::Sensed ours(scene), theirs(written(scene));
-  for (test::Sensed* sensed : {&ours, &theirs}) {
-    sensed->simulator.settings().tolerance = 1e-15;
-    State state = sensed->simulator.state();
-    state.v = test::random_vector(scene.model.nv(), 7, 2.0);
-    sensed->simulator.set_state(state);
-    sensed->step();
-  }
-  ASSERT_EQ(ours.table.size(), theirs.table.size());
-  for (int i = 0; i < ours.table.size(); ++i) {
-    // Kinds of one sensor, in their order, are sensors one after the other.
-    const std::string name = ours.table.columns()[static_cast<std::size_t>(i)].name;
-    const std::string other = theirs.table.columns()[static_cast<std::size_t>(i)].name;
-    EXPECT_EQ(name.substr(0, name.find('.')), other.substr(0, other.find_first_of("/.")));
-    EXPECT_EQ(name.substr(name.find('.')), other.substr(other.find('.')));
-    // Accelerations divide round-offs of speeds by the step of 1 ms, and wrenches follow them.
-    EXPECT_NEAR(ours.values[i], theirs.values[i],
-                1e3 * kRoundOff * (1.0 + std::abs(ours.values[i])))
-        << name;
-  }
-  EXPECT_FALSE(lost("sensor", ""));
-}
-
-/// The frame of a body is its link's where the joint is free; else a site has the link's axes.
-TEST_F(WrittenModels, ReferencesAreBodiesOrSites) {
-  const Scene boxes = load_scene(folder_.write("boxes.yaml", R"(
-models:
-  - {name: a, box: [0.1, 0.1, 0.1], mass: 1, position: [0, 0, 1], rpy: [0.1, 0.2, 0.3]}
-  - {name: b, box: [0.1, 0.1, 0.1], mass: 1, position: [0, 2, 1]}
-sensors:
-  - {name: seen, kind: position, link: a/body, relative_to: b/body}
-)"));
-  const Scene back = written(boxes);
-  test::Sensed ours(boxes), theirs(back);
-  ours.step();
-  theirs.step();
-  EXPECT_LE((ours.vector("seen.x") - theirs.vector("seen.x")).norm(), kRoundOff);
-  EXPECT_NEAR(ours.value("seen.y"), -2.0, kRoundOff);  // both fall alike
-  written(finger("sensors:\n  - {name: seen, kind: position, link: tip, relative_to: middle}\n"));
-  EXPECT_NE(exported_.text.find("reftype=\"site\" refname=\"seen/reference\""), std::string::npos);
-  EXPECT_FALSE(lost("sensor", ""));
-}
-
-TEST_F(WrittenModels, SensorPartsThatMjcfLacksAreNamed) {
-  const Scene scene = finger(R"(
-sensors:
-  - {name: touch, kind: contact_force, link: tip}
-  - {name: push, kind: momentum, link: tip}
-  - {name: plate, kind: wrench, link: base}
-  - {name: noisy, kind: imu, link: tip, noise: [0.1, 0.1]}
-  - {name: near, kind: range, link: tip, limit: 3}
-)");
-  const Scene back = written(scene);
-  EXPECT_TRUE(lost("'touch'", "contact_force"));
-  EXPECT_TRUE(lost("'push'", "linear_momentum"));
-  EXPECT_TRUE(lost("'plate'", "force at a fixed joint"));
-  EXPECT_TRUE(lost("'noisy'", "errors"));
-  EXPECT_TRUE(lost("'near'", "largest distance"));
-  EXPECT_EQ(back.model.sensors().size(), 4u);  // angular_momentum, two of the imu, range
 }
 
 /// A rod and a tendon may have one name: both are tendons in MJCF.

@@ -13,7 +13,7 @@ class MjcfActuators : public testing::Test {
  protected:
   Model read(const std::string& sections, const std::string& joint = "<joint name='j'/>") {
     const auto file = folder_.write(
-        "m.xml", "<mujoco><worldbody><body>" + joint +
+        "m.xml", "<mujoco><worldbody><site name='w' pos='1 0 0'/><body>" + joint +
                      "<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"
                      "<geom name='pad' size='0.1'/>"
                      "<site name='s' pos='0.1 0.2 0.3' euler='90 0 0'/></body></worldbody>" +
@@ -81,6 +81,49 @@ TEST_F(MjcfActuators, ThePidPluginIsReadFromItsInstance) {
       "<actuator><plugin name='a' plugin='mujoco.pid' instance='k' joint='j'/>"
       "</actuator>",
       "no instance 'k'");
+}
+
+TEST_F(MjcfActuators, AnIntegratedVelocityIsAServoOfTheIntegral) {
+  const Model m = read(
+      "<actuator><intvelocity name='a' joint='j' kp='20' kv='3' actrange='-1 2'/></actuator>");
+  const Actuator& a = m.actuators().at(0);
+  EXPECT_TRUE(a.integrates);
+  EXPECT_EQ(a.gain, 20.0);
+  EXPECT_EQ(a.stiffness, 20.0);
+  EXPECT_EQ(a.damping, 3.0);
+  EXPECT_EQ(a.least_setpoint, -1.0);
+  EXPECT_EQ(a.most_setpoint, 2.0);
+  EXPECT_EQ(a.num_states(), 1);
+}
+
+TEST_F(MjcfActuators, ADamperIsScaledByItsCommand) {
+  const Model m =
+      read("<actuator><damper name='a' joint='j' kv='3' ctrlrange='0 2'/></actuator>");
+  const Actuator& a = m.actuators().at(0);
+  EXPECT_EQ(a.command_damping, 3.0);
+  EXPECT_EQ(a.gain, 0.0);
+  EXPECT_EQ(a.damping, 0.0);
+  EXPECT_EQ(a.most_command, 2.0);
+  expect_refused("<actuator><damper name='a' joint='j' kv='3' ctrlrange='-1 2'/></actuator>",
+                 "from 0 on");
+}
+
+TEST_F(MjcfActuators, SensorsReadTendonsAndActuators) {
+  const Model m = read(
+      "<tendon><fixed name='t'><joint joint='j' coef='2'/></fixed>"
+      "<spatial name='s'><site site='w'/><site site='s'/></spatial></tendon>"
+      "<actuator><motor name='a' tendon='s' gear='3'/>"
+      "<position name='b' joint='j' timeconst='0.1'/></actuator>"
+      "<sensor><tendonpos tendon='s'/><tendonvel tendon='s'/><actuatorfrc actuator='b'/>"
+      "<actuatorpos actuator='b'/><touch site='s'/></sensor>");
+  ASSERT_EQ(m.sensors().size(), 5u) << (m.notes().empty() ? "" : m.notes().back().message);
+  using enum SensorKind;
+  const SensorKind kinds[] = {kTendonLength, kTendonVelocity, kActuatorForce, kActuatorPosition,
+                              kTouch};
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(m.sensors()[i].kinds.at(0), kinds[i]);
+  EXPECT_EQ(m.sensors()[0].tendon, m.find_tendon("s"));
+  EXPECT_EQ(m.sensors()[2].actuator, m.find_actuator("b"));
+  EXPECT_EQ(m.sensors()[4].geometries.size(), 1u);
 }
 
 TEST_F(MjcfActuators, AdhesionAttractsByItsBody) {

@@ -225,5 +225,44 @@ TEST(Actuators, CommandsThatAreNotFiniteFailTheStep) {
   EXPECT_THROW(sim.step(), InputError);
 }
 
+/// A servo whose target is the integral of the command follows n h u, within its bounds; the wheel
+/// obeys the two equations of the step.
+TEST(Actuators, AnIntegratedCommandMovesTheTargetOfAServo) {
+  Actuator a = named("servo");
+  a.gain = a.stiffness = 30.0;
+  a.damping = 2.0;
+  a.integrates = true;
+  a.least_setpoint = -1.0;
+  a.most_setpoint = 0.02;
+  Simulator sim(wheel(a));
+  const double h = 0.002;
+  double q = 0.0, w = 0.0;
+  int step = 0;
+  run(sim, 30, 0.7, [&](const Inverse&, double v) {
+    const double target = std::min(step++ * h * 0.7, 0.02);
+    w = (w + h * 30.0 * (target - q) / kWheelInertia) /
+        (1.0 + h * (2.0 + h * 30.0) / kWheelInertia);
+    q += h * w;
+    EXPECT_NEAR(v, w, kRoundoff);
+  });
+  EXPECT_EQ(sim.state().z[0], 0.02);
+}
+
+/// A damper of c u slows the wheel by 1 / (1 + h c u / I) a step.
+TEST(Actuators, ACommandScalesADamper) {
+  Actuator a = named("brake");
+  a.gain = a.least_command = 0.0;
+  a.command_damping = 4.0;
+  Simulator sim(wheel(a));
+  State start = sim.state();
+  double w = start.v[0] = 9.0;
+  sim.set_state(start);
+  run(sim, 30, 0.6, [&](const Inverse& inverse, double v) {
+    w /= 1.0 + 0.002 * 4.0 * 0.6 / kWheelInertia;
+    EXPECT_NEAR(v, w, 10.0 * kRoundoff);
+    EXPECT_NEAR(inverse.actuator_force[0], -4.0 * 0.6 * w, 1e-9);
+  });
+}
+
 }  // namespace
 }  // namespace counterpoint::actuator_laws_test
