@@ -1,13 +1,14 @@
 // Sensors of a model: their columns, values in a step, and readings along a trajectory.
 #include <pybind11/stl.h>
 
-#include "counterpoint/engine/sensors/sensor_table.h"
+#include "counterpoint/engine/sensors/sensor_derivatives.h"
 #include "objects/trajectories.h"
 #include "objects/typed.h"
 
 namespace counterpoint::python {
 namespace {
 
+using Derivatives = Typed<py::tuple, "Tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray]">;
 using ReadingsByName = Typed<py::dict, "Dict[str, numpy.ndarray]">;
 
 /// A table with the model that it refers to, and a copy of the input of the step.
@@ -26,22 +27,36 @@ void check_model(const ModelPtr& model, const StateHandle& state, const char* na
     throw py::value_error(std::string(name) + ": it is of another model");
 }
 
-py::array evaluate(const SensorTablePtr& t, const StateHandle& state, const StateHandle& next,
-                   const InputPtr& input, const std::optional<double>& time_step) {
+/// Calls use(step) without the lock of Python for the step from `state` to `next`.
+template <class Use>
+void with_step(const SensorTablePtr& t, const StateHandle& state, const StateHandle& next,
+               const InputPtr& input, const std::optional<double>& time_step, const Use& use) {
   check_model(t->model, state, "state");
   check_model(t->model, next, "next");
   if (input && input->model != t->model) throw py::value_error("input: it is of another model");
   const Guard::Lock lock(t->guard, "SensorTable");
   const State before = state.value(), after = next.value();
   const Input known = input ? input->value() : Input();
+  const py::gil_scoped_release release;
+  use(SensorStep{before.q, before.v, after.q, after.v, known,
+                 time_step.value_or(t->options.time_step)});
+}
+
+py::array evaluate(const SensorTablePtr& t, const StateHandle& state, const StateHandle& next,
+                   const InputPtr& input, const std::optional<double>& time_step) {
   VectorX values(t->table.size());
-  {
-    const py::gil_scoped_release release;
-    t->table.evaluate(
-        {before.q, before.v, after.q, after.v, known, time_step.value_or(t->options.time_step)},
-        values);
-  }
+  with_step(t, state, next, input, time_step,
+            [&](const SensorStep& step) { t->table.evaluate(step, values); });
   return copy(values);
+}
+
+Derivatives derivatives(const SensorTablePtr& t, const StateHandle& state, const StateHandle& next,
+                        const InputPtr& input, const std::optional<double>& time_step) {
+  SensorDerivatives d;
+  with_step(t, state, next, input, time_step, [&](const SensorStep& step) {
+    sensor_derivatives(t->model->model, t->options, step, t->table, d);
+  });
+  return py::make_tuple(copy_matrix(d.dq), copy_matrix(d.dv), copy_matrix(d.dv_next));
 }
 
 /// Values of all columns (rows of the result) in all steps of a trajectory.
@@ -118,6 +133,27 @@ numpy.ndarray, shape (len(columns),)
     In the units of the columns. NaN where there is no value: a ray that meets nothing.
 )";
 
+constexpr const char* kDerivativesDoc = R"(
+Differentiates the values in the step from `state` to `next`, by extrapolated differences.
+
+With (dq, dv, dw) and the derivatives of a step, the values change with the state at its start and
+the applied force by dq + dw @ dv_dq, dv + dw @ dv_dv and dw @ dv_du.
+
+Parameters
+----------
+state : State
+next : State
+input : Input, optional
+    As for `evaluate`.
+time_step : float, optional
+    Length of the step [s]; default: that of the options.
+
+Returns
+-------
+tuple of three numpy.ndarray, each of shape (len(columns), nv)
+    By displacements of the configuration, by the velocity at the start, and by that at the end.
+)";
+
 constexpr const char* kReadingsDoc = R"(
 Computes the readings of all sensors along a trajectory, one row for each of its steps.
 
@@ -156,6 +192,9 @@ void bind_sensors(py::module_& m) {
       .def("evaluate", &evaluate, py::arg("state"), py::arg("next"),
            py::arg("input").none(true) = py::none(), py::arg("time_step") = py::none(),
            kEvaluateDoc)
+      .def("derivatives", &derivatives, py::arg("state"), py::arg("next"),
+           py::arg("input").none(true) = py::none(), py::arg("time_step") = py::none(),
+           kDerivativesDoc)
       .def("__repr__", [](const SensorTableHandle& t) {
         return "<SensorTable: " + std::to_string(t.table.size()) + " columns>";
       });

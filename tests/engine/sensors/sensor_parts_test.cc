@@ -77,8 +77,7 @@ TEST(SensorParts, TouchAndPressureShareTheWeightOfABoxAtRest) {
 Scene tied_arm(const std::vector<SensorSpec>& sensors, double spin = 0.0, bool wrapped = false) {
   RobotSpec robot;
   robot.name = "arm";
-  robot.links = {make_link("base", 1.0), make_link("turret", 3.0),
-                 make_link("upper", 1.0, 0.02)};
+  robot.links = {make_link("base", 1.0), make_link("turret", 3.0), make_link("upper", 1.0, 0.02)};
   robot.links[2].inertia.center = {0, 0, -0.25};
   robot.joints = {make_joint("pan", "base", "turret"), make_joint("shoulder", "turret", "upper")};
   robot.joints[0].axis = Vector3::UnitZ();
@@ -117,11 +116,10 @@ Scene tied_arm(const std::vector<SensorSpec>& sensors, double spin = 0.0, bool w
 
 TEST(SensorParts, ATendonReadsTheLawOfItsLength) {
   using enum SensorKind;
-  Sensed run(tied_arm({of_tendon("l", kTendonLength, "cord"), of_tendon("s", kTendonVelocity, "cord"),
-                       of_tendon("f", kTendonForce, "cord"),
-                       of_actuator("x", kActuatorPosition, "pull"),
-                       of_actuator("y", kActuatorVelocity, "pull"),
-                       of_actuator("p", kActuatorForce, "pull")}));
+  Sensed run(tied_arm(
+      {of_tendon("l", kTendonLength, "cord"), of_tendon("s", kTendonVelocity, "cord"),
+       of_tendon("f", kTendonForce, "cord"), of_actuator("x", kActuatorPosition, "pull"),
+       of_actuator("y", kActuatorVelocity, "pull"), of_actuator("p", kActuatorForce, "pull")}));
   for (int i = 0; i < 50; ++i) {
     run.step();
     const double angle = run.before.q[1], h = run.simulator.options().time_step;
