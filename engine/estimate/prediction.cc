@@ -140,6 +140,7 @@ bool Predictor::predict_row(const Recording& recording, int row, PredictionWatch
     const StepReport step = simulator.step();
     if ((watch || reads) && step.succeeded()) {
       Input input = simulator.input();
+      input.z = before.z;
       input.softening = step.softening;
       find_taut_links(simulator.state(), input.taut_links);
       if (watch) watch->step(simulator.options(), before, input, simulator.state());

@@ -27,36 +27,37 @@ void check_model(const ModelPtr& model, const StateHandle& state, const char* na
     throw py::value_error(std::string(name) + ": it is of another model");
 }
 
-/// Calls use(step) without the lock of Python for the step from `state` to `next`.
-template <class Use>
-void with_step(const SensorTablePtr& t, const StateHandle& state, const StateHandle& next,
-               const InputPtr& input, const std::optional<double>& time_step, const Use& use) {
+py::array evaluate(const SensorTablePtr& t, const StateHandle& state, const StateHandle& next,
+                   const InputPtr& input, const std::optional<double>& time_step) {
   check_model(t->model, state, "state");
   check_model(t->model, next, "next");
   if (input && input->model != t->model) throw py::value_error("input: it is of another model");
   const Guard::Lock lock(t->guard, "SensorTable");
   const State before = state.value(), after = next.value();
   const Input known = input ? input->value() : Input();
-  const py::gil_scoped_release release;
-  use(SensorStep{before.q, before.v, after.q, after.v, known,
-                 time_step.value_or(t->options.time_step)});
-}
-
-py::array evaluate(const SensorTablePtr& t, const StateHandle& state, const StateHandle& next,
-                   const InputPtr& input, const std::optional<double>& time_step) {
   VectorX values(t->table.size());
-  with_step(t, state, next, input, time_step,
-            [&](const SensorStep& step) { t->table.evaluate(step, values); });
+  {
+    const py::gil_scoped_release release;
+    t->table.evaluate(
+        {before.q, before.v, after.q, after.v, known, time_step.value_or(t->options.time_step)},
+        values);
+  }
   return copy(values);
 }
 
-Derivatives derivatives(const SensorTablePtr& t, const StateHandle& state, const StateHandle& next,
-                        const InputPtr& input, const std::optional<double>& time_step) {
+Derivatives derivatives(const SensorTablePtr& t, const StateHandle& state, const InputPtr& input) {
+  check_model(t->model, state, "state");
+  if (input && input->model != t->model) throw py::value_error("input: it is of another model");
+  const Guard::Lock lock(t->guard, "SensorTable");
+  const State before = state.value();
+  const Input known = input ? input->value() : Input();
   SensorDerivatives d;
-  with_step(t, state, next, input, time_step, [&](const SensorStep& step) {
-    sensor_derivatives(t->model->model, t->options, step, t->table, d);
-  });
-  return py::make_tuple(copy_matrix(d.dq), copy_matrix(d.dv), copy_matrix(d.dv_next));
+  {
+    const py::gil_scoped_release release;
+    Workspace workspace(t->model->model);
+    sensor_derivatives(t->model->model, t->options, before, known, workspace, t->table, d);
+  }
+  return py::make_tuple(copy_matrix(d.dq), copy_matrix(d.dv), copy_matrix(d.du));
 }
 
 /// Values of all columns (rows of the result) in all steps of a trajectory.
@@ -134,24 +135,18 @@ numpy.ndarray, shape (len(columns),)
 )";
 
 constexpr const char* kDerivativesDoc = R"(
-Differentiates the values in the step from `state` to `next`, by extrapolated differences.
-
-With (dq, dv, dw) and the derivatives of a step, the values change with the state at its start and
-the applied force by dq + dw @ dv_dq, dv + dw @ dv_dv and dw @ dv_du.
+Differentiates the values in the forward step from `state`, by extrapolated differences of steps.
 
 Parameters
 ----------
 state : State
-next : State
 input : Input, optional
-    As for `evaluate`.
-time_step : float, optional
-    Length of the step [s]; default: that of the options.
+    Of the step: applied force, wrenches, targets. Default: none, and the targets of the model.
 
 Returns
 -------
 tuple of three numpy.ndarray, each of shape (len(columns), nv)
-    By displacements of the configuration, by the velocity at the start, and by that at the end.
+    By displacements of the configuration, by the velocity, and by the applied force.
 )";
 
 constexpr const char* kReadingsDoc = R"(
@@ -192,8 +187,7 @@ void bind_sensors(py::module_& m) {
       .def("evaluate", &evaluate, py::arg("state"), py::arg("next"),
            py::arg("input").none(true) = py::none(), py::arg("time_step") = py::none(),
            kEvaluateDoc)
-      .def("derivatives", &derivatives, py::arg("state"), py::arg("next"),
-           py::arg("input").none(true) = py::none(), py::arg("time_step") = py::none(),
+      .def("derivatives", &derivatives, py::arg("state"), py::arg("input").none(true) = py::none(),
            kDerivativesDoc)
       .def("__repr__", [](const SensorTableHandle& t) {
         return "<SensorTable: " + std::to_string(t.table.size()) + " columns>";
