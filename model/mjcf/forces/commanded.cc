@@ -132,7 +132,8 @@ void bound(const CommandedElement& from, const MjcfModel::Actuator& given, Actua
 }  // namespace
 
 bool needs_command(const Element& e, const Law& law) {
-  return law.dynamics != "none" || law.command_damping() > 0.0 || is_plugin(e) || e.Attribute("site") || e.Attribute("body");
+  return law.dynamics != "none" || law.command_damping() > 0.0 || is_plugin(e) ||
+         e.Attribute("site") || e.Attribute("body");
 }
 
 bool is_pid_plugin(const Document& document, const Element& e) {

@@ -84,8 +84,8 @@ TEST_F(MjcfActuators, ThePidPluginIsReadFromItsInstance) {
 }
 
 TEST_F(MjcfActuators, AnIntegratedVelocityIsAServoOfTheIntegral) {
-  const Model m = read(
-      "<actuator><intvelocity name='a' joint='j' kp='20' kv='3' actrange='-1 2'/></actuator>");
+  const Model m =
+      read("<actuator><intvelocity name='a' joint='j' kp='20' kv='3' actrange='-1 2'/></actuator>");
   const Actuator& a = m.actuators().at(0);
   EXPECT_TRUE(a.integrates);
   EXPECT_EQ(a.gain, 20.0);
@@ -97,8 +97,7 @@ TEST_F(MjcfActuators, AnIntegratedVelocityIsAServoOfTheIntegral) {
 }
 
 TEST_F(MjcfActuators, ADamperIsScaledByItsCommand) {
-  const Model m =
-      read("<actuator><damper name='a' joint='j' kv='3' ctrlrange='0 2'/></actuator>");
+  const Model m = read("<actuator><damper name='a' joint='j' kv='3' ctrlrange='0 2'/></actuator>");
   const Actuator& a = m.actuators().at(0);
   EXPECT_EQ(a.command_damping, 3.0);
   EXPECT_EQ(a.gain, 0.0);
