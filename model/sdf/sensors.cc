@@ -137,7 +137,8 @@ void read_link_sensor(Document& document, const sdf::Sensor& in, const std::stri
                            ? "has no counterpart; `position` and `linear_velocity` of a scene have "
                              "height and rate"
                            : "has no counterpart";
-  document.note(in.Element(), fmt::format("{} sensor: {}; left out", in.TypeStr(), remedy));
+  document.note(in.Element(), fmt::format("{} sensor: {}; left out",
+                                          in.Element()->Get<std::string>("type"), remedy));
 }
 
 std::optional<WrenchSensor> read_joint_sensor(Document& document, const sdf::Sensor& in,
@@ -159,7 +160,10 @@ std::optional<WrenchSensor> read_joint_sensor(Document& document, const sdf::Sen
   // libsdformat 12 resolves no pose of a joint's sensor.
   if (!in.PoseRelativeTo().empty() && in.PoseRelativeTo() != joint)
     document.fail(in.Element(), "<pose relative_to>: the joint itself is expected");
-  out.R_JS = to_pose(in.RawPose()).rotation;
+  const Pose X_JS = to_pose(in.RawPose());
+  if (!X_JS.translation.isZero(0.0))
+    document.note(in.Element(), "its torque is about the joint's origin, as the format says");
+  out.R_JS = X_JS.rotation;
   read_noise(document, in.Element(),
              {&meter->ForceXNoise(), &meter->ForceYNoise(), &meter->ForceZNoise(),
               &meter->TorqueXNoise(), &meter->TorqueYNoise(), &meter->TorqueZNoise()},
