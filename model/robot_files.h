@@ -135,6 +135,11 @@ struct UrdfOptions : ModelFileOptions {
 /// Gazebo's mu1. @throws InputError naming file, line or element, the expected input and a remedy.
 RobotSpec load_urdf(const std::filesystem::path& file, const UrdfOptions& options = {});
 
+/// Reads the sensors and motors in the `<gazebo>` elements of a URDF (docs/reference/sdf.md), for
+/// the robot that load_urdf read from it; adds notes and links without mass that sensors need. Adds
+/// nothing but notes in a build without libsdformat. @throws InputError as load_sdf.
+ModelParts load_urdf_parts(const std::filesystem::path& file, RobotSpec& robot);
+
 // ---- MJCF, MuJoCo's model files: their supported contents, and their conversion to a scene.
 
 using MjcfOptions = LeavingOptions;

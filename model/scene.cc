@@ -36,7 +36,8 @@ ModelFileOptions file_options(const SceneOverrides& overrides) {
 
 Scene load_lone_urdf(const fs::path& file, const SceneOverrides& overrides) {
   const UrdfOptions urdf_options{file_options(overrides), overrides.repair_joints, Material()};
-  const RobotSpec robot = load_urdf(file, urdf_options);
+  RobotSpec robot = load_urdf(file, urdf_options);
+  const ModelParts parts = load_urdf_parts(file, robot);
   const Srdf srdf = overrides.srdf.empty() ? Srdf() : load_srdf(overrides.srdf);
   const Base base = overrides.base.value_or(Base::kFixed);
   Pose X_WL;
@@ -55,6 +56,7 @@ Scene load_lone_urdf(const fs::path& file, const SceneOverrides& overrides) {
     builder.add_environment(kGroundName, {ShapeType::kPlane, {}, nullptr}, Pose(), material);
   }
   builder.add_robot(robot, base, X_WL);
+  add_parts(parts, X_WL, "", builder);
   exclude_disabled_pairs(srdf, "", builder);
   for (const Note& note : srdf.notes) builder.add_note(note);
   return scene_of(builder.build(), robot.name);

@@ -178,8 +178,7 @@ void SensorTable::Impl::list_quantities() {
 }
 
 void SensorTable::Impl::check_sizes(const SensorStep& step, const VectorOut& values) const {
-  const auto nq = static_cast<Eigen::Index>(model->nq()),
-             nv = static_cast<Eigen::Index>(model->nv());
+  const Eigen::Index nq = model->nq(), nv = model->nv();
   if (step.q.size() != nq || step.q_next.size() != nq || step.v.size() != nv ||
       step.v_next.size() != nv)
     throw InputError(fmt::format(
@@ -256,7 +255,8 @@ void SensorTable::Impl::write(const SensorStep& step, const Quantity& quantity, 
     ++work.rays;
     *out = range_to(*model, *placed.sensor, data);
   } else if (senses_wrench(quantity.kind)) {
-    const Force wrench = wrench_on(placed, step.known);
+    const double sign = placed.sensor->reference < 0 ? 1.0 : -1.0;  // a reference: the wrench on it
+    const Force wrench = wrench_on(placed, step.known) * sign;
     const Vector3& value = quantity.kind == SensorKind::kForce ? wrench.force : wrench.torque;
     std::copy_n(value.data(), 3, out);
   } else {

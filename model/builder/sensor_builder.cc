@@ -101,6 +101,20 @@ void check_weld(const SensorSpec& spec, const Model& model, int frame) {
                             links[static_cast<std::size_t>(frame)].name, what));
 }
 
+/// Refuses a wrench relative to a link other than the one that the sensor's link hangs on, which
+/// may consist of links welded together.
+void check_above(const SensorSpec& spec, const Model& model, const Sensor& sensor) {
+  const auto parent = [&](int frame) {
+    return model.frames()[static_cast<std::size_t>(frame)].parent;
+  };
+  int above = parent(sensor.frame);
+  while (above >= 0 && above != sensor.reference && is_welded(model, above)) above = parent(above);
+  if (above < 0 || above != sensor.reference)
+    fail_sensor(spec, fmt::format("'{}' is not the link that the sensor's link hangs on; a wrench "
+                                  "relative to that is the one on it",
+                                  spec.relative_to));
+}
+
 }  // namespace
 
 /// Returns the frame of a link; -1 for "world", unless a link has this name.
@@ -201,11 +215,13 @@ void ModelBuilder::add_sensor(const SensorSpec& spec) {
   if (!spec.from.empty() && sensor.geometries.empty())
     fail_sensor(spec, "`from` is for a contact force between two links or geometries");
   if (!spec.relative_to.empty()) {
-    if (!all_kinds(sensor, takes_reference) || sensor.own_axes)
+    const bool wrench = all_kinds(sensor, senses_wrench);
+    if (!wrench && (!all_kinds(sensor, takes_reference) || sensor.own_axes))
       fail_sensor(spec,
                   "relative_to is for positions, orientations and velocities, whose vectors are "
-                  "along the axes of that link");
+                  "along the axes of that link, and for wrenches");
     sensor.reference = find_sensor_link(spec, spec.relative_to);
+    if (wrench) check_above(spec, model_, sensor);
   }
   if (sensor.own_axes && !all_kinds(sensor, takes_axes))
     fail_sensor(spec, "its values have no choice of axes; leave it out");

@@ -41,6 +41,7 @@ std::string sensor_lack(const Model& model, const Sensor& s, SensorKind kind, Ef
                         const std::vector<char>& written) {
   const std::string name = sensor_kind_name(kind);
   if (!find_element(s, kind)) return name;
+  if (senses_wrench(kind) && s.reference >= 0) return name + " on the link above";
   if (senses_wrench(kind) && (s.frame < 0 || !moves_by_joint(model, s.frame)))
     return name + " at a fixed joint";
   if (senses_subtree(kind) && s.frame >= 0 && !moves_by_joint(model, s.frame))

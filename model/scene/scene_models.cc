@@ -88,7 +88,7 @@ fs::path robot_file(const YamlValue& value, const fs::path& folder, const UrdfOp
 
 }  // namespace
 
-RobotSpec ModelReader::read_robot(const YamlValue& in) const {
+RobotSpec ModelReader::read_robot(const YamlValue& in, ModelParts& parts) const {
   if (!in.has("urdf")) {
     return make_object(in, folder_, *urdf_options_.hulls,
                        read_material(in, urdf_options_.default_material));
@@ -97,8 +97,12 @@ RobotSpec ModelReader::read_robot(const YamlValue& in) const {
     if (in.has(key)) in.at(key).fail("a model with a urdf takes its shapes and mass from it");
   }
   const YamlValue urdf = in.at("urdf");
-  RobotSpec robot = located(
-      urdf, [&] { return load_urdf(robot_file(urdf, folder_, urdf_options_), urdf_options_); });
+  RobotSpec robot = located(urdf, [&] {
+    const fs::path file = robot_file(urdf, folder_, urdf_options_);
+    RobotSpec read = load_urdf(file, urdf_options_);
+    parts = load_urdf_parts(file, read);
+    return read;
+  });
   for (LinkSpec& link : robot.links) {
     for (auto& collision : link.collisions) {
       collision.material = read_material(in, collision.material);
@@ -197,7 +201,8 @@ void ModelReader::read(const YamlValue& in, bool only_one) {
   if (in.has("keyframe")) in.at("keyframe").fail("this is for a model with an mjcf");
   if (in.has("sdf")) return read_sdf(in, only_one);
   if (in.has("leave_out")) in.at("leave_out").fail("this is for a model with an mjcf or sdf");
-  RobotSpec robot = read_robot(in);
+  ModelParts parts;
+  RobotSpec robot = read_robot(in, parts);
   const Srdf srdf = read_srdf(in);
   const Base base = read_base(in);
   if (in.has("prescribed")) robot.prescribed_base = in.at("prescribed").boolean();
@@ -207,6 +212,7 @@ void ModelReader::read(const YamlValue& in, bool only_one) {
         [&](const Pose& placed, const std::string& prefix) {
           const int first_joint = builder_.num_joints();
           located(in, [&] { return builder_.add_robot(robot, base, placed, prefix); });
+          located(in, [&] { add_parts(parts, placed, prefix, builder_); });
           exclude_disabled_pairs(srdf, prefix, builder_);
           read_start(in, base, first_joint, prefix);
         });

@@ -40,7 +40,7 @@ class ModelReader {
   void read_sdf(const YamlValue& in, bool only_one);
   void place(const YamlValue& in, bool only_one, const std::string& robot_name, const Pose& X_WL,
              const std::function<void(const Pose&, const std::string&)>& add);
-  RobotSpec read_robot(const YamlValue& in) const;
+  RobotSpec read_robot(const YamlValue& in, ModelParts& parts) const;
   Srdf read_srdf(const YamlValue& in);
   /// Reads the joint positions and velocities of one copy.
   void read_start(const YamlValue& in, Base base, int first_joint, const std::string& prefix);

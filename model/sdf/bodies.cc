@@ -2,17 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <sdf/Imu.hh>
-#include <sdf/Noise.hh>
-#include <sdf/Sensor.hh>
-
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/model.h"
 #include "counterpoint/model/sdf/joints.h"
+#include "counterpoint/model/sdf/motors.h"
 
 namespace counterpoint::sdf_file {
 namespace {
+
+constexpr const char* kStaticSensor = "a sensor of a static model; left out";
 
 class BodyReader {
  public:
@@ -26,7 +24,7 @@ class BodyReader {
     const sdf::ElementPtr element = model.Element();
     document_.pass_over_all_but(
         element, {"link", "joint", "frame", "model", "include", "pose", "static", "self_collide",
-                  "allow_auto_disable", "enable_wind"});
+                  "allow_auto_disable", "enable_wind", "plugin"});
     is_static = is_static || model.Static();
     for (std::uint64_t i = 0; i < model.LinkCount(); ++i)
       read_link(*model.LinkByIndex(i), model, scope, X_TM, is_static);
@@ -35,8 +33,23 @@ class BodyReader {
       const Pose X_MI = document_.resolve(inner.SemanticPose(), "__model__", inner.Element());
       read(inner, scope + inner.Name() + "::", X_TM * X_MI, is_static);
     }
-    for (std::uint64_t i = 0; !is_static && i < model.JointCount(); ++i)
-      document_.faults.collect([&] { read_joint(*model.JointByIndex(i), scope, X_TM); });
+    for (std::uint64_t i = 0; i < model.JointCount(); ++i)
+      document_.faults.collect([&] { read_joint(*model.JointByIndex(i), scope, X_TM, is_static); });
+    for (const sdf::ElementPtr& e : document_.children(element)) {
+      if (e->GetName() != "plugin") continue;
+      if (is_static)
+        document_.note(e, "plugins do not run");
+      else
+        document_.faults.collect([&] {
+          read_motor(
+              document_, e,
+              [&](const std::string& path) {
+                const std::size_t leaf = path.rfind(':') + 1;
+                return name_of(scope + path.substr(0, leaf), path.substr(leaf));
+              },
+              bodies.motors);
+        });
+    }
   }
 
   Bodies bodies;
@@ -79,38 +92,16 @@ class BodyReader {
           [&] { read_collision(*in.CollisionByIndex(i), is_static, node, solids); });
     if (!is_static)
       document_.faults.collect([&] { node.spec.inertia = inertia_of(element, solids); });
-    for (std::uint64_t i = 0; !is_static && i < in.SensorCount(); ++i)
-      read_sensor(*in.SensorByIndex(i), in.Name(), node.spec.name);
+    for (std::uint64_t i = 0; i < in.SensorCount(); ++i)
+      if (is_static)
+        document_.note(in.SensorByIndex(i)->Element(), kStaticSensor);
+      else
+        document_.faults.collect([&] {
+          read_link_sensor(document_, *in.SensorByIndex(i), in.Name(), node.spec.name,
+                           bodies.sensors);
+        });
     indices_[scope + in.Name()] = is_static ? -1 : static_cast<int>(bodies.links.size());
     (is_static ? bodies.fixed : bodies.links).push_back(node);
-  }
-
-  /// Reads an inertial measurement unit; notes other sensors.
-  void read_sensor(const sdf::Sensor& in, const std::string& link, const std::string& name) {
-    const sdf::ElementPtr element = in.Element();
-    if (in.Type() != sdf::SensorType::IMU || in.ImuSensor() == nullptr)
-      return document_.note(element, in.TypeStr() + " sensor: has no counterpart, left out");
-    const sdf::Imu& imu = *in.ImuSensor();
-    SensorSpec spec;
-    spec.link = name;
-    spec.where = document_.where(element);
-    spec.sensor.name = name + "/" + in.Name();
-    spec.sensor.kinds = {SensorKind::kSpecificForce, SensorKind::kAngularVelocity};
-    spec.sensor.own_axes = true;
-    spec.sensor.X_FS = document_.resolve(in.SemanticPose(), link, element);
-    const sdf::Noise* noises[] = {&imu.LinearAccelerationXNoise(), &imu.LinearAccelerationYNoise(),
-                                  &imu.LinearAccelerationZNoise(), &imu.AngularVelocityXNoise(),
-                                  &imu.AngularVelocityYNoise(),    &imu.AngularVelocityZNoise()};
-    SensorErrors& errors = spec.sensor.errors;
-    errors.rate = std::max(in.UpdateRate(), 0.0);
-    for (const sdf::Noise* noise : noises) {
-      const bool none = noise->Type() == sdf::NoiseType::NONE;
-      errors.noise.push_back(none ? 0.0 : noise->StdDev());
-      errors.bias.push_back(none ? 0.0 : noise->Mean());
-      if (!none && (noise->BiasStdDev() != 0.0 || noise->DynamicBiasStdDev() != 0.0))
-        document_.note(element, "a bias that differs from run to run is not used");
-    }
-    bodies.sensors.push_back(std::move(spec));
   }
 
   /// Adds the inertia of the collision's solid to `solids`, if that is wanted.
@@ -183,10 +174,18 @@ class BodyReader {
     return nearest_physical(inertia);
   }
 
-  void read_joint(const sdf::Joint& in, const std::string& scope, const Pose& X_TM) {
+  void read_joint(const sdf::Joint& in, const std::string& scope, const Pose& X_TM,
+                  bool is_static) {
     JointNode node;
     node.element = in.Element();
     node.name = name_of(scope, in.Name());
+    for (std::uint64_t i = 0; i < in.SensorCount(); ++i)
+      if (is_static)
+        document_.note(in.SensorByIndex(i)->Element(), kStaticSensor);
+      else if (const auto meter =
+                   read_joint_sensor(document_, *in.SensorByIndex(i), in.Name(), node.name))
+        node.sensors.push_back(*meter);
+    if (is_static) return;
     node.parent = link_index(in, scope, true);
     node.child = link_index(in, scope, false);
     if (node.parent == node.child) document_.fail(node.element, "it joins a link to itself");

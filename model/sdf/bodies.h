@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "counterpoint/model/sdf/sensors.h"
 #include "counterpoint/model/sdf/shapes.h"
 
 namespace counterpoint::sdf_file {
@@ -28,6 +29,7 @@ struct JointNode {
   /// Joints in series from parent to child: none if fixed, two if universal. Each has its type,
   /// axis in the joint frame, limits and forces.
   std::vector<JointSpec> motions;
+  std::vector<WrenchSensor> sensors;
   bool loop = false;  ///< must_be_loop_joint: the preferred joint to close a loop
 };
 
@@ -35,7 +37,8 @@ struct Bodies {
   std::vector<LinkNode> links;
   std::vector<LinkNode> fixed;  ///< links of static models, without inertia
   std::vector<JointNode> joints;
-  std::vector<SensorSpec> sensors;
+  std::vector<SensorSpec> sensors;  ///< sensors of links
+  std::vector<ActuatorSpec> motors;
 };
 
 /// Reads a model with its nested models. Joints to links of static models attach to the world.

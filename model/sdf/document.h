@@ -25,6 +25,8 @@ class Document {
   /// @throws InputError for a file that cannot be read, or that includes a file outside the allowed
   /// folders (includes.h).
   Document(const std::filesystem::path& file, const SdfOptions& options);
+  /// Takes the text of a part of `file`, its lines numbered as there.
+  Document(const std::filesystem::path& file, const std::string& text, const SdfOptions& options);
 
   const sdf::Root& root() const { return root_; }
   const std::filesystem::path& file() const { return file_; }

@@ -62,8 +62,9 @@ void check_physics(Document& document, const sdf::ElementPtr& element) {
 std::vector<JointSpec> read_motions(Document& document, const sdf::Joint& joint,
                                     const std::string& name) {
   const sdf::ElementPtr element = joint.Element();
-  document.pass_over_all_but(element, {"parent", "child", "axis", "axis2", "pose", "physics",
-                                       "thread_pitch", "gearbox_ratio", "gearbox_reference_body"});
+  document.pass_over_all_but(
+      element, {"parent", "child", "axis", "axis2", "pose", "physics", "sensor", "thread_pitch",
+                "gearbox_ratio", "gearbox_reference_body"});
   check_physics(document, element);
   std::vector<JointSpec> motions;
   switch (joint.Type()) {

@@ -99,7 +99,17 @@ class Reader {
     if (bodies.links.empty() || document_.faults.any()) return;
     add_trees(document_, bodies, prefix, X_WT, model_);
     for (const SensorSpec& sensor : bodies.sensors) model_.sensors.push_back(sensor);
+    for (const ActuatorSpec& motor : bodies.motors) add_motor(motor);
     exclude_within(bodies, model.Element());
+  }
+
+  /// Adds an actuator if its joint moves in a tree.
+  void add_motor(const ActuatorSpec& motor) {
+    for (const SdfModel::Tree& tree : model_.trees)
+      for (const JointSpec& joint : tree.robot.joints)
+        if (joint.name == motor.joint && !joint.fixed) return model_.commanded.push_back(motor);
+    model_.notes.push_back(
+        {motor.where, fmt::format("no joint '{}' moves in a tree; left out", motor.joint)});
   }
 
   void add_surfaces(const LinkNode& link, bool is_static) {

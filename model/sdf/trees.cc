@@ -92,6 +92,7 @@ class TreeBuilder {
         const int other = joint.parent == link ? joint.child : joint.parent;
         if (done_[other + 1]) continue;
         add_joint(joint, link, other, tree.robot);
+        add_sensors(joint, link, other, tree.robot);
         next.push_back(other);
       }
       open.insert(open.end(), next.rbegin(), next.rend());
@@ -146,6 +147,22 @@ class TreeBuilder {
     robot.joints.push_back(fixed);
   }
 
+  void add_sensors(const JointNode& joint, int inner, int outer, RobotSpec& robot) const {
+    TreeJoint at;
+    at.name = joint.name;
+    at.reversed = joint.parent != inner;
+    at.inner = name_of(inner);
+    at.outer = name_of(outer);
+    at.X_IJ = pose_of(inner).inverse() * joint.X_TJ;
+    at.X_OJ = pose_of(outer).inverse() * joint.X_TJ;
+    for (const JointSpec& motion : joint.motions) {
+      at.motions.insert(at.reversed ? at.motions.begin() : at.motions.end(), motion.name);
+      at.turns = at.turns || motion.type != JointType::kPrismatic;
+    }
+    for (const WrenchSensor& sensor : joint.sensors)
+      place_wrench(sensor, at, robot, model_.sensors);
+  }
+
   static std::string leaf(const std::string& name) {
     const std::size_t slash = name.rfind('/');
     return slash == std::string::npos ? name : name.substr(slash + 1);
@@ -170,6 +187,9 @@ class TreeBuilder {
           std::isfinite(spec.lower) || std::isfinite(spec.upper))
         document_.note(joint.element,
                        "it closes a loop: its limits, damping, friction and spring are not used");
+    for (const WrenchSensor& sensor : joint.sensors)
+      model_.notes.push_back(
+          {sensor.spec.where, "its joint closes a loop, whose wrench no sensor reads; left out"});
     model_.closures.push_back(closure);
   }
 

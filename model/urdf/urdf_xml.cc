@@ -73,7 +73,7 @@ class Pass {
         faults_.collect([&] { read_gazebo(e); });
       else if (name == "transmission")
         faults_.collect([&] { read_transmission(e); });
-      else if (name != "material" && name != "sensor" && name != "frame")
+      else if (name != "material" && name != "frame")
         note_unused(e, "");
       robot->DeleteChild(e);
     }
@@ -170,7 +170,7 @@ class Pass {
       } else if (kind == "inertial") {
         read_inertial(c, owner, link);
       } else {
-        if (kind != "visual" && kind != "material" && kind != "sensor") note_unused(c, owner);
+        if (kind != "visual" && kind != "material") note_unused(c, owner);
         e->DeleteChild(c);
       }
       c = next;
