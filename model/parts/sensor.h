@@ -69,7 +69,7 @@ struct Sensor {
   std::vector<SensorKind> kinds;  ///< one at least
   int frame = -1;                 ///< Model::frames of its link; -1: the world
   Pose X_FS;                      ///< sensor frame in that frame
-  /// Frame R of the reference, for positions, orientations and velocities; -1: the world.
+  /// Frame R for positions, orientations, velocities; for a wrench the link it acts on; -1: world.
   int reference = -1;
   bool own_axes = false;  ///< vectors are expressed along S instead of R
   int joint = -1;         ///< for kinds of joints: index into Model::joints

@@ -40,7 +40,7 @@ SensorKind translated(const Model& model, const SceneSensor& from, SceneKind kin
       return from.own_axes ? SensorKind::kSpecificForce : SensorKind::kOther;
     case SceneKind::kForce:
     case SceneKind::kTorque:
-      if (is_welded(model, from.frame)) return SensorKind::kOther;
+      if (is_welded(model, from.frame) || !in_world) return SensorKind::kOther;
       return kind == SceneKind::kForce ? SensorKind::kLinkForce : SensorKind::kLinkTorque;
     case SceneKind::kContactForce:
       if (!is_force_on_body(model, from, to.body)) return SensorKind::kOther;

@@ -202,7 +202,7 @@ TEST(SensorsOfFiles, MistakesAreNamedWithTheirLine) {
   expect_error(load("name: a, kind: imu, link: tol"), {"scene.yaml:5", "no link 'tol'", "'tool'"});
   expect_error(load("name: a, kind: camera, link: tool"), {"scene.yaml:5", "camera", "imu"});
   expect_error(load("name: a, kind: imu"), {"scene.yaml:5", "sensor 'a'", "needs a link"});
-  expect_error(load("name: a, kind: joint_velocity, joint: hing"), {"no moving joint", "hinge"});
+  expect_error(load("name: a, kind: joint_velocity, joint: hing"), {"no joint 'hing'", "hinge"});
   expect_error(load("name: a, kind: joint_velocity, link: tool"), {"joint in place of link"});
   expect_error(load("name: a, kind: wrench"), {"scene.yaml:5", "needs a link"});
   expect_error(load("name: a, kind: imu, link: tool, noise: [1, 2, 3]"), {"noise has 3 numbers"});

@@ -270,21 +270,6 @@ TEST(SensorWrench, WithoutAnInverseThereIsNoForce) {
   }
 }
 
-TEST(SensorWrench, BesideSpatialTendonsItIsRefused) {
-  ModelBuilder builder;
-  builder.add_robot(arm_with_payload(), Base::kFixed, Pose());
-  TendonSpec tendon;
-  tendon.stiffness = 10.0;
-  tendon.path.resize(2);
-  tendon.path[0].link = "column";
-  tendon.path[0].X_LG.translation.x() = 0.5;
-  tendon.path[1].link = "payload";
-  builder.add_tendon(tendon);
-  builder.add_sensor(wrench("grip", "payload"));
-  const Model model = builder.build();
-  EXPECT_THROW(SensorTable(model, SimulationOptions()), InputError);
-}
-
 TEST(SensorWrench, AWeldAmongLinksWithDragIsRefused) {
   RobotSpec robot = arm_with_payload();
   robot.links[1].drag.linear = 0.1;
