@@ -39,7 +39,8 @@ class ActuatorReader {
                          "kv",         "dampratio",   "timeconst", "inheritrange",  "gain",
                          "plugin",     "instance",    "nsample",   "interp",        "delay",
                          "tausmooth",  "range",       "force",     "scale",         "lmin",
-                         "lmax",       "vmax",        "fpmax",     "fvmax"});
+                         "lmax",       "vmax",        "fpmax",     "fvmax",         "area",
+                         "diameter",   "bias"});
     const std::vector<const Element*> levels = law_levels(defaults_, e);
     const Law law = read_law(document_, levels);
     MjcfModel::Actuator actuator;
