@@ -42,10 +42,11 @@ enum class LeaveOut {
   kJointForces,         ///< springs and limits of ball joints, springdamper
   kEqualities,          ///< equality constraints other than closures and couplings of two joints
   kFrictionDirections,  ///< anisotropic friction: the smaller coefficient counts
+  kMocap,               ///< motion of mocap bodies, which stay where they are
   kSlip,                ///< creep proportional to force: `<slip1>`, `<slip2>`
 };
-/// Returns "fluid", "tendons", "actuators", "joint_forces", "equalities", "friction_directions" or
-/// "slip".
+/// Returns "fluid", "tendons", "actuators", "joint_forces", "equalities", "friction_directions",
+/// "mocap" or "slip".
 const char* leave_out_name(LeaveOut what);
 /// Returns the inverse of leave_out_name; nothing for an unknown name.
 std::optional<LeaveOut> leave_out_from_name(const std::string& name);
@@ -163,11 +164,13 @@ struct MjcfModel : ModelParts {
   struct Keyframe {
     std::string name;
     std::vector<double> q, v, control;  ///< in MuJoCo's order; if empty: qpos0, zero, zero
+    std::vector<double> mocap_position, mocap_rotation;  ///< 3 and 4 numbers a mocap; or empty
     std::string where;
   };
 
   RobotSpec robot;
   std::vector<Coordinate> coordinates;
+  std::vector<Coordinate> mocaps;  ///< floating joints of mocap bodies; not in qpos
   std::vector<Actuator> actuators;
   std::vector<Keyframe> keyframes;
   Vector3 gravity = Vector3(0, 0, -9.81);

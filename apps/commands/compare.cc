@@ -69,9 +69,10 @@ void report_predictions(const Model& model, const std::vector<Prediction>& predi
   report_recordings(medians, recordings, fmt::format(", {} failed", failures), report);
 }
 
-/// Reports the residual forces by coordinate, over all recordings.
-void report_coordinates(const std::vector<CoordinateMetrics>& coordinates, Report& report) {
-  report["coordinates"] = coordinate_list(coordinates);
+/// Reports the differences by coordinate, or by column of sensors, over all recordings.
+void report_coordinates(const char* key, const std::vector<CoordinateMetrics>& coordinates,
+                        Report& report) {
+  report[key] = coordinate_list(coordinates);
   for (const CoordinateMetrics& one : coordinates)
     report.print("  {}: rms {:.5g}{}\n", one.name, one.rms,
                  one.r2 ? fmt::format(", R2 {:.4f}", *one.r2) : "");
@@ -159,7 +160,7 @@ int compare_inverse(CompareArguments& arguments, const Scene& scene, const Colum
   const std::vector<CoordinateMetrics> coordinates =
       force_metrics(explainer, scene.model, explained, all);
   report_explained(all, report);
-  report_coordinates(coordinates, report);
+  report_coordinates("coordinates", coordinates, report);
   report.write();
   if (!arguments.page.empty() && !all.empty()) {
     HtmlPage page("Forces behind recordings: " + arguments.scene.file);
@@ -252,6 +253,26 @@ void write_page_of(const Compilation& of) {
   write_page(arguments.page, page);
 }
 
+/// Predicts recordings until Ctrl-C, and leaves only the finished ones in `recordings`.
+std::vector<Prediction> predict_all(Predictor& predictor, std::vector<Recording>& recordings,
+                                    PredictionRows& writer) {
+  std::vector<Prediction> all;
+  const Interrupt interrupt;
+  Progress progress("comparing", static_cast<int>(recordings.size()));
+  for (const Recording& recording : recordings) {
+    all.push_back(predictor.predict(recording));
+    writer.write(recording, all.back());
+    if (all.back().stopped) break;
+    progress.update(static_cast<int>(all.size()));
+  }
+  Interrupt::end();
+  progress.wipe();
+  if (!all.empty() && all.back().stopped) all.pop_back();
+  recordings.resize(all.size());
+  writer.finish();
+  return all;
+}
+
 int compare(CompareArguments& arguments) {
   arguments.view.check();
   const bool inverse = arguments.mode == "inverse";
@@ -259,7 +280,7 @@ int compare(CompareArguments& arguments) {
     throw InputError("--view shows predictions; with --mode inverse there are none");
   const Scene scene = with_settings(arguments.scene.load(), arguments.set);
   const ColumnMap map = load_column_map(arguments.map, scene.model);
-  refuse_sensors(map, "compare");
+  refuse_sensors(map, "compare", !inverse);
   Report& report = arguments.report;
   report.begin("compare", arguments.scene.file);
   report["mode"] = arguments.mode;
@@ -271,27 +292,17 @@ int compare(CompareArguments& arguments) {
   if (options.substeps && *options.substeps < 1) throw InputError("--substeps: expected 1 or more");
 
   PredictionRows writer(arguments.output, map);
-  std::vector<Prediction> predictions;
   std::vector<Recording> recordings = read_with_notes(arguments.recordings, map, scene);
   const size_t given = recordings.size();
-  const Interrupt interrupt;
   options.stop = Interrupt::wanted;
   Predictor predictor(scene, map, options);
-  Progress progress("comparing", static_cast<int>(given));
-  for (const Recording& recording : recordings) {
-    predictions.push_back(predictor.predict(recording));
-    writer.write(recording, predictions.back());
-    if (predictions.back().stopped) break;
-    progress.update(static_cast<int>(predictions.size()));
-  }
-  Interrupt::end();
-  progress.wipe();
-  if (!predictions.empty() && predictions.back().stopped) predictions.pop_back();
-  recordings.resize(predictions.size());
-  writer.finish();
+  const std::vector<Prediction> predictions = predict_all(predictor, recordings, writer);
 
   report_predictions(scene.model, predictions, compared(map), report);
-  report_coordinates(velocity_metrics(map, predictions), report);
+  report_coordinates("coordinates", velocity_metrics(map, predictions), report);
+  if (!map.sensors.empty())
+    report_coordinates("sensors", sensor_metrics(scene.model, map, recordings, predictions),
+                       report);
   int exit_code = kSuccess;
   if (predictions.size() < given)
     exit_code = end_early(predictions.size(), given, arguments, report);

@@ -27,6 +27,12 @@ PredictionRows::PredictionRows(const std::string& file, const ColumnMap& map) : 
     columns.push_back(entry.name);
     columns.push_back(entry.name + ".recorded");
   }
+  for (const auto& sensor : map.sensors) {
+    for (const ColumnSource& column : sensor.columns) {
+      columns.push_back(column.column);
+      columns.push_back(column.column + ".recorded");
+    }
+  }
   table_ = std::make_unique<TableWriter>(file, columns);
 }
 
@@ -38,8 +44,7 @@ void PredictionRows::write(const Recording& recording, const Prediction& predict
     const bool start =
         predicted == prediction.time.size() || recording.time[row] != prediction.time[predicted];
     if (start && row > 0) break;  // a step failed
-    write_row(recording, row, start ? Deviation() : prediction.deviations[predicted++],
-              prediction.q.col(row));
+    write_row(recording, row, start ? Deviation() : prediction.deviations[predicted++], prediction);
   }
 }
 
@@ -62,7 +67,7 @@ void PredictionRows::write_impact(const Recording& recording, const Prediction& 
 }
 
 void PredictionRows::write_row(const Recording& recording, int row, const Deviation& deviation,
-                               const VectorX& q) {
+                               const Prediction& prediction) {
   table_->text(recording.file);
   table_->number(recording.time[row]);
   if (map_.free_body >= 0) {
@@ -73,8 +78,15 @@ void PredictionRows::write_row(const Recording& recording, int row, const Deviat
   }
   for (const ColumnMap::Entry& entry : map_.entries) {
     if (entry.kind != ColumnMap::Entry::Kind::kPosition) continue;
-    table_->number(q[entry.index]);
+    table_->number(prediction.q(entry.index, row));
     table_->number(recording.q(entry.index, row));
+  }
+  Eigen::Index sensed = 0;
+  for (const SensorReadings& readings : recording.sensors) {
+    for (Eigen::Index k = 0; k < readings.values.rows(); ++k) {
+      table_->number(prediction.sensors(sensed++, row));
+      table_->number(readings.values(k, row));
+    }
   }
   table_->end_row();
 }

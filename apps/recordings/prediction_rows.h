@@ -10,7 +10,7 @@
 namespace counterpoint::apps {
 
 /// One row per recorded row: the deviation, then simulated and recorded values of the mapped
-/// positions. For impacts, one row per recording with the velocities after it.
+/// positions and sensors. For impacts, one row per recording with the velocities after it.
 class PredictionRows {
  public:
   /// Keeps a reference to `map`. Writes nothing if `file` is empty.
@@ -21,7 +21,8 @@ class PredictionRows {
 
  private:
   void write_impact(const Recording& recording, const Prediction& prediction);
-  void write_row(const Recording& recording, int row, const Deviation& deviation, const VectorX& q);
+  void write_row(const Recording& recording, int row, const Deviation& deviation,
+                 const Prediction& prediction);
 
   const ColumnMap& map_;
   std::unique_ptr<TableWriter> table_;

@@ -29,31 +29,13 @@ int steps_of_row(const Recording& recording, int row, double interval,
   return std::max(1, static_cast<int>(std::lround(steps)));
 }
 
-/// Simulates from `row` to `row` + 1. Returns false if a step failed or the prediction is to stop.
-bool predict_row(Simulator& simulator, const ColumnMap& map, const Recording& recording, int row,
-                 const PredictionOptions& options, PredictionWatch* watch, Prediction& out) {
-  const double interval = row_interval(map, recording, row);
-  const int substeps = steps_of_row(recording, row, interval, options);
-  simulator.options().time_step = interval / substeps;
-  simulator.input().applied_force = recording.applied_force.col(row);
-  for (int k = 0; k < substeps; ++k) {
-    out.stopped = options.stop && options.stop();
-    if (out.stopped) return false;
-    State before;
-    if (watch) before = simulator.state();
-    const StepReport step = simulator.step();
-    if (watch && step.succeeded()) {
-      Input input = simulator.input();
-      input.softening = step.softening;
-      find_taut_links(simulator.state(), input.taut_links);
-      watch->step(simulator.options(), before, input, simulator.state());
-    }
-    out.newton_iterations += step.newton_iterations;
-    if (!step.succeeded()) out.failure = {out.steps, simulator.state().time, step};
-    ++out.steps;
-    if (out.failure) return false;
-  }
-  return true;
+/// Returns the column of a sensor table at which a measurement begins.
+int first_column(const SensorTable& table, const Sensor& sensor) {
+  const auto& columns = table.columns();
+  const auto first = std::find_if(columns.begin(), columns.end(), [&](const SensorColumn& one) {
+    return one.sensor == sensor.scene_sensor;
+  });
+  return static_cast<int>(first - columns.begin()) + sensor.scene_row;
 }
 
 /// Wraps an angle to [-pi, pi] [rad].
@@ -133,6 +115,60 @@ Compared compared(const ColumnMap& map) {
 Predictor::Predictor(const Scene& scene, const ColumnMap& map, const PredictionOptions& options)
     : simulator_(scene), map_(map), options_(options) {
   if (!map.after.empty()) impacts_.emplace(scene);
+  if (map.sensors.empty()) return;
+  table_.emplace(model(), simulator_.options());
+  for (const Sensor& sensor : map.sensors) {
+    first_.push_back(first_column(*table_, sensor));
+    sensed_ += static_cast<Eigen::Index>(sensor.columns.size());
+  }
+}
+
+/// Simulates from `row` to `row` + 1. Returns false if a step failed or the prediction is to stop.
+bool Predictor::predict_row(const Recording& recording, int row, PredictionWatch* watch,
+                            Prediction& out) {
+  Simulator& simulator = simulator_;
+  const double interval = row_interval(map_, recording, row);
+  const int substeps = steps_of_row(recording, row, interval, options_);
+  simulator.options().time_step = interval / substeps;
+  simulator.input().applied_force = recording.applied_force.col(row);
+  for (int k = 0; k < substeps; ++k) {
+    out.stopped = options_.stop && options_.stop();
+    if (out.stopped) return false;
+    const bool reads = table_ && k == 0;
+    State before;
+    if (watch || reads) before = simulator.state();
+    const StepReport step = simulator.step();
+    if ((watch || reads) && step.succeeded()) {
+      Input input = simulator.input();
+      input.z = before.z;
+      input.softening = step.softening;
+      find_taut_links(simulator.state(), input.taut_links);
+      if (watch) watch->step(simulator.options(), before, input, simulator.state());
+      if (reads) read_sensors(recording, row, before, input, out);
+    }
+    out.newton_iterations += step.newton_iterations;
+    if (!step.succeeded()) out.failure = {out.steps, simulator.state().time, step};
+    ++out.steps;
+    if (out.failure) return false;
+  }
+  return true;
+}
+
+void Predictor::read_sensors(const Recording& recording, int row, const State& before,
+                             const Input& input, Prediction& out) {
+  VectorX values(table_->size());
+  const State& after = simulator_.state();
+  table_->evaluate({before.q, before.v, after.q, after.v, input, simulator_.options().time_step},
+                   values);
+  Eigen::Index next = 0;
+  for (std::size_t s = 0; s < map_.sensors.size(); ++s) {
+    const auto size = static_cast<Eigen::Index>(map_.sensors[s].columns.size());
+    auto sensed = out.sensors.col(row).segment(next, size);
+    sensed = values.segment(first_[s], size);
+    // A quaternion and its opposite are one orientation.
+    if (size == 4 && sensed.dot(recording.sensors[s].values.col(row)) < 0.0) sensed = -sensed;
+    next += size;
+  }
 }
 
 Prediction Predictor::predict(const Recording& recording, PredictionWatch* watch) {
@@ -166,13 +202,14 @@ Prediction Predictor::roll_out(const Recording& recording, PredictionWatch* watc
   out.file = recording.file;
   out.rows = rows;
   out.q = recording.q;
+  if (table_) out.sensors.setConstant(sensed_, rows, std::numeric_limits<double>::quiet_NaN());
   int pieces = 0;
   for (int start = 0; start + 1 < rows; start += horizon) {
     simulator_.set_state(recorded_state(model, map_, recording, start));
     if (watch) watch->start(recording, start);
     const int last = std::min(start + horizon, rows - 1);
     for (int row = start; row < last; ++row) {
-      if (!predict_row(simulator_, map_, recording, row, options_, watch, out)) return out;
+      if (!predict_row(recording, row, watch, out)) return out;
       if (watch) watch->row(recording, row + 1, simulator_.state());
       out.q.col(row + 1) = simulator_.state().q;
       out.time.push_back(recording.time[row + 1]);
@@ -236,6 +273,37 @@ std::vector<CoordinateMetrics> velocity_metrics(const ColumnMap& map,
       at += p.velocity_error.cols();
     }
     out.push_back(coordinate_metrics(entry.name, error, recorded));
+  }
+  return out;
+}
+
+std::vector<CoordinateMetrics> sensor_metrics(const Model& model, const ColumnMap& map,
+                                              const std::vector<Recording>& recordings,
+                                              const std::vector<Prediction>& predictions) {
+  std::vector<CoordinateMetrics> out;
+  Eigen::Index next = 0;
+  for (std::size_t s = 0; s < map.sensors.size(); ++s) {
+    const Sensor& sensor = map.sensors[s];
+    const auto& of_scene = model.sensors()[static_cast<std::size_t>(sensor.scene_sensor)];
+    const std::vector<SensorRow> rows = sensor_rows(model, of_scene);
+    for (std::size_t k = 0; k < sensor.columns.size(); ++k, ++next) {
+      std::vector<double> error, recorded;
+      for (std::size_t i = 0; i < predictions.size(); ++i) {
+        const auto readings = recordings[i].sensors[s].values.row(static_cast<Eigen::Index>(k));
+        for (Eigen::Index row = 0; row < predictions[i].sensors.cols(); ++row) {
+          const double difference = predictions[i].sensors(next, row) - readings[row];
+          if (!std::isfinite(difference)) continue;
+          error.push_back(difference);
+          recorded.push_back(readings[row]);
+        }
+      }
+      const auto count = static_cast<Eigen::Index>(error.size());
+      if (count == 0) continue;
+      const std::string& suffix = rows[static_cast<std::size_t>(sensor.scene_row) + k].suffix;
+      out.push_back(coordinate_metrics(of_scene.name + "." + suffix,
+                                       Eigen::Map<const VectorX>(error.data(), count),
+                                       Eigen::Map<const VectorX>(recorded.data(), count)));
+    }
   }
   return out;
 }

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "counterpoint/engine/estimate/sensors/sensor.h"
+#include "counterpoint/engine/sensors/sensor_table.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/tables.h"
 
@@ -60,7 +61,8 @@ struct ColumnMap {
   /// Given standard deviations per coordinate: of positions (nv) [m, rad] and of applied forces
   /// (nv) [N, N m]; infinity where none is given. Empty if none is given at all.
   VectorX position_deviation, force_deviation;
-  std::vector<Sensor> sensors;        ///< this and the following members are used by `explain` only
+  /// `explain` alone uses this and the following members; predictions read sensors of the scene.
+  std::vector<Sensor> sensors;
   std::vector<SensorSource> sources;  ///< other files with sensor readings
   /// Velocity of a treadmill belt under the motion, in W [m/s]. Readings are converted to ground at
   /// rest: floating links and points move by -velocity t.
@@ -96,9 +98,10 @@ Recording rows_of(const Recording& whole, int first, int count);
 void read_sources(const std::map<std::string, std::string>& files, const ColumnMap& map,
                   Recording& recording);
 
-/// @throws InputError if the map has keys that only `explain` supports: sensors, sources, a
-/// treadmill.
-void refuse_sensors(const ColumnMap& map, const std::string& command);
+/// @throws InputError if the map has keys that only `explain` supports: sensors, except those of
+/// the scene where the command takes them, sources, a treadmill.
+void refuse_sensors(const ColumnMap& map, const std::string& command,
+                    bool takes_scene_sensors = false);
 
 /// Indices into q of angles on a circle: revolute joints without limits, and the angle of planar
 /// joints.
@@ -229,6 +232,9 @@ struct Prediction {
   /// nv x pieces: velocities at the last row of each piece, or after the impact: predicted minus
   /// recorded, and recorded [m/s, rad/s].
   MatrixX velocity_error, recorded_velocity;
+  /// Values of ColumnMap::sensors (their columns, one after the other) x rows, each at the start of
+  /// the step from the row's predicted state; NaN in the last row. Empty without sensors.
+  MatrixX sensors;
   std::optional<ImpactDeviation> impact;  ///< for maps of impacts, which predict no rows
   long steps = 0, newton_iterations = 0;
   std::optional<FailedStep> failure;  ///< rows after it are not predicted
@@ -265,11 +271,17 @@ class Predictor {
   const Model& model() const { return simulator_.model(); }
 
  private:
+  bool predict_row(const Recording& recording, int row, PredictionWatch* watch, Prediction& out);
+  void read_sensors(const Recording& recording, int row, const State& before, const Input& input,
+                    Prediction& out);
   Prediction roll_out(const Recording& recording, PredictionWatch* watch);
   Prediction strike(const Recording& recording);
 
   Simulator simulator_;
   std::optional<ImpactSolver> impacts_;  ///< only for maps of impacts
+  std::optional<SensorTable> table_;     ///< only for maps with sensors
+  std::vector<int> first_;               ///< per map sensor: its first column in table_
+  Eigen::Index sensed_ = 0;              ///< rows of Prediction::sensors
   ColumnMap map_;
   PredictionOptions options_;
 };
@@ -285,5 +297,11 @@ std::vector<std::pair<const char*, double>> median_metrics(
 /// impacts; empty if no prediction got that far.
 std::vector<CoordinateMetrics> velocity_metrics(const ColumnMap& map,
                                                 const std::vector<Prediction>& predictions);
+
+/// Statistics of each column of ColumnMap::sensors over all rows with a reading, predicted minus
+/// recorded; `recordings` are those of the predictions. Names are those of the scene's columns.
+std::vector<CoordinateMetrics> sensor_metrics(const Model& model, const ColumnMap& map,
+                                              const std::vector<Recording>& recordings,
+                                              const std::vector<Prediction>& predictions);
 
 }  // namespace counterpoint::estimation

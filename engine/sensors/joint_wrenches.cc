@@ -11,8 +11,8 @@ Force moved_to(const Vector3& origin, const Vector3& point, const Force& wrench)
   return {wrench.torque + (point - origin).cross(wrench.force), wrench.force};
 }
 
-/// Calls push(body, point, wrench) for each end and wrap of each spatial tendon, with the force that
-/// acts as tension times the derivative of the length; point and wrench in W.
+/// Calls push(body, point, wrench) for each end and wrap of each spatial tendon, with the force
+/// that acts as tension times the derivative of the length; point and wrench in W.
 template <class Push>
 void for_each_pull(const Model& model, const Kinematics& at, const Inverse& inverse, Push push) {
   for (std::size_t i = 0; i < model.tendons().size(); ++i) {

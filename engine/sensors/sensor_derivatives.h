@@ -1,31 +1,27 @@
-// Derivatives of the values of sensors by the arguments of a step, and by its start and input.
+// Derivatives of the values of sensors by the state at the start of a step and the applied force.
 #pragma once
 
-#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/sensors/sensor_table.h"
+#include "counterpoint/engine/step.h"
 
 namespace counterpoint {
 
-/// Derivatives of SensorTable::evaluate (rows) by displacements of q, by v and by v_next (columns,
-/// nv each), the other arguments held; in the units of the columns per m, rad, m/s, rad/s.
+/// Derivatives of the values in a forward step (rows, as SensorTable::evaluate has them) by
+/// displacements of q, by v, and by the applied force (columns, nv each), the other two held; in
+/// the units of the columns per m, rad, m/s, rad/s, N, N m.
 struct SensorDerivatives {
-  MatrixX dq, dv, dv_next;
-};
-
-/// Computes them by central differences at two steps, extrapolated (Richardson): error O(step^4),
-/// about 1e-9 of the largest entry of a row, in 12 nv evaluations. A value jumps where a contact
-/// starts within a difference, a ray leaves a shape, or the sign of a quaternion turns. NaN where
-/// the value is. `step.q_next` is not used: it follows from the other arguments.
-/// @throws InputError as SensorTable::evaluate.
-void sensor_derivatives(const Model& model, const SimulationOptions& options,
-                        const SensorStep& step, SensorTable& table, SensorDerivatives& d);
-
-/// Derivatives by the state at the start and the applied force u of a forward step (rows, nv each).
-struct SensorResponse {
   MatrixX dq, dv, du;
 };
 
-/// Applies the chain rule: a value that depends on (q, v, v_next) with v_next(q, v, u).
-SensorResponse sensor_response(const SensorDerivatives& sensors, const ForwardDerivatives& step);
+/// Computes them for the step from `state` under `input` by central differences of whole steps,
+/// extrapolated from two lengths (Richardson), in 12 nv steps: a value is a function of the motion,
+/// which follows the contacts, so that closed forms by q, v and v_next would cancel to nothing at
+/// hard contacts. Errors are about 1e-9 of the largest entry without contacts and limits, and 1e-5
+/// with them. A value jumps where a contact starts within a difference, a ray leaves a shape, or
+/// the sign of a quaternion turns. NaN where the value is, or a step fails.
+/// @throws InputError as step_forward and SensorTable::evaluate.
+void sensor_derivatives(const Model& model, const SimulationOptions& options, const State& state,
+                        const Input& input, Workspace& workspace, SensorTable& table,
+                        SensorDerivatives& d);
 
 }  // namespace counterpoint

@@ -6,13 +6,10 @@ namespace counterpoint {
 namespace {
 
 constexpr std::pair<LeaveOut, const char*> kLeaveOut[] = {
-    {LeaveOut::kFluid, "fluid"},
-    {LeaveOut::kTendons, "tendons"},
-    {LeaveOut::kActuators, "actuators"},
-    {LeaveOut::kJointForces, "joint_forces"},
-    {LeaveOut::kEqualities, "equalities"},
-    {LeaveOut::kFrictionDirections, "friction_directions"},
-    {LeaveOut::kSlip, "slip"}};
+    {LeaveOut::kFluid, "fluid"},           {LeaveOut::kTendons, "tendons"},
+    {LeaveOut::kActuators, "actuators"},   {LeaveOut::kJointForces, "joint_forces"},
+    {LeaveOut::kEqualities, "equalities"}, {LeaveOut::kFrictionDirections, "friction_directions"},
+    {LeaveOut::kMocap, "mocap"},           {LeaveOut::kSlip, "slip"}};
 
 }  // namespace
 

@@ -222,8 +222,7 @@ MjcfControls write_mjcf_actuators(const Model& model, EffectSet on, MjcfXml& xml
     out.control.push_back(command);
     if (a.law == ActuatorLaw::kMuscle) out.activation.push_back(std::clamp(command, 0.0, 1.0));
     if (a.lag > 0.0) out.activation.push_back(command);
-    if (a.integrates)
-      out.activation.push_back(std::clamp(0.0, a.least_setpoint, a.most_setpoint));
+    if (a.integrates) out.activation.push_back(std::clamp(0.0, a.least_setpoint, a.most_setpoint));
   }
   xml.close();
   return out;

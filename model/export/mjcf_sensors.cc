@@ -52,7 +52,8 @@ std::string sensor_lack(const Model& model, const Sensor& s, SensorKind kind, Ef
   if (senses_actuator(kind) && !written[static_cast<std::size_t>(s.actuator)])
     return name + " of an actuator that is left out";
   // MuJoCo's has the forces of all actuators.
-  if (kind == SensorKind::kJointEffort && has_drives_in_mjcf(model, on)) return name + " beside actuators";
+  if (kind == SensorKind::kJointEffort && has_drives_in_mjcf(model, on))
+    return name + " beside actuators";
   return "";
 }
 

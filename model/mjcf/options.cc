@@ -211,8 +211,8 @@ void read_keyframes(Document& document, const Bodies& bodies, MjcfModel& model) 
   document.each(document.section_children("keyframe"), [&](const Element& e) {
     document.expect(e, {"name", "time", "qpos", "qvel", "act", "ctrl", "mpos", "mquat"});
     const KeyReader reader{document, e};
-    std::vector<std::pair<std::size_t, bool>> q, v, u;
-    std::vector<double> reference;
+    std::vector<std::pair<std::size_t, bool>> q, v, u, positions, rotations;
+    std::vector<double> reference, mocap_positions, mocap_rotations;
     std::size_t nv = 0;
     for (std::size_t i = 0; i < model.coordinates.size(); ++i) {
       const MjcfModel::Coordinate& c = model.coordinates[i];
@@ -222,14 +222,28 @@ void read_keyframes(Document& document, const Bodies& bodies, MjcfModel& model) 
       nv += v.back().first;
       reference.insert(reference.end(), c.reference.begin(), c.reference.end());
     }
+    auto mocap = model.mocaps.begin();
+    for (const BodyNode& body : bodies.bodies) {
+      if (!body.mocap) continue;
+      const std::vector<double>& pose = (mocap++)->reference;
+      const bool mine = reader.owns(*body.element);
+      positions.emplace_back(3, mine);
+      rotations.emplace_back(4, mine);
+      mocap_positions.insert(mocap_positions.end(), pose.begin(), pose.begin() + 3);
+      mocap_rotations.insert(mocap_rotations.end(), pose.begin() + 3, pose.end());
+    }
     for (const Element* actuator : actuators) u.emplace_back(1, reader.owns(*actuator));
-    if (!reader.fits("qpos", q) || !reader.fits("qvel", v) || !reader.fits("ctrl", u)) return;
+    if (!reader.fits("qpos", q) || !reader.fits("qvel", v) || !reader.fits("ctrl", u) ||
+        !reader.fits("mpos", positions) || !reader.fits("mquat", rotations))
+      return;
     MjcfModel::Keyframe key;
     key.name = Values(document, e).text("name", fmt::format("key{}", model.keyframes.size()));
     key.where = document.where(e);
     key.q = reader.read("qpos", q, reference);
     key.v = reader.read("qvel", v, std::vector<double>(nv));
     key.control = reader.read("ctrl", u, std::vector<double>(u.size()));
+    key.mocap_position = reader.read("mpos", positions, mocap_positions);
+    key.mocap_rotation = reader.read("mquat", rotations, mocap_rotations);
     model.keyframes.push_back(key);
   });
 }

@@ -84,6 +84,15 @@ std::vector<StartVelocity> add_mjcf(const MjcfModel& given, const std::string& k
   set_controls(key, model);
   builder.add_robot(model.robot, Base::kFixed, X_WL, prefix);
   add_parts(model, X_WL, prefix, builder);
+  for (std::size_t i = 0; i < model.mocaps.size(); ++i) {
+    VectorX pose = Eigen::Map<const VectorX>(model.mocaps[i].reference.data(), 7);
+    const auto first = static_cast<Eigen::Index>(i);
+    if (key && !key->mocap_position.empty())
+      pose.head<3>() = Eigen::Map<const Vector3>(key->mocap_position.data() + 3 * first);
+    if (key && !key->mocap_rotation.empty())
+      pose.tail<4>() = Eigen::Map<const Eigen::Vector4d>(key->mocap_rotation.data() + 4 * first);
+    builder.set_default_position(prefix + model.mocaps[i].joint, pose);
+  }
   std::vector<StartVelocity> velocities;
   std::size_t q = 0, v = 0;
   for (const MjcfModel::Coordinate& c : model.coordinates) {

@@ -46,7 +46,8 @@ class SensorReader {
     switch (element.object) {
       case Sensed::kSite:
         if (element.kind == SensorKind::kTouch)
-          document_.note(v.element(), "the site has no volume here: all contacts of the body count");
+          document_.note(v.element(),
+                         "the site has no volume here: all contacts of the body count");
         return at_site(v.text("site"), spec);
       case Sensed::kJoint:
         return of_joint(v.text("joint"), spec);

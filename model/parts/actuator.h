@@ -1,6 +1,6 @@
 // Actuators: control inputs with a name, the law of their force, and the place where it acts.
 //
-//   command -> delay -> slew limit -> lag -> integral -> law -> force -> joint, tendon, link, contacts
+//   command -> delay -> slew limit -> lag -> integral -> law -> joint, tendon, link, contacts
 //
 // With x = gear times the coordinate (or tendon length), y its rate, u the command after its
 // filters, and the force F clamped to [least, most], which acts on the coordinate as gear F:

@@ -75,8 +75,8 @@ struct Sensor {
   int joint = -1;         ///< for kinds of joints: index into Model::joints
   int tendon = -1;        ///< for kinds of tendons: index into Model::tendons
   int actuator = -1;      ///< for kinds of actuators: index into Model::actuators
-  /// Kinds of contacts: the geometries on which the forces act, ascending, and those that exert them
-  /// (empty: all others).
+  /// Kinds of contacts: the geometries on which the forces act, ascending, and those that exert
+  /// them (empty: all others).
   std::vector<int> geometries, others;
   /// kTouch, kPressure: edges of a box about the origin of S, along its axes; contacts outside do
   /// not count [m].

@@ -131,11 +131,11 @@ void read_transmission(const YamlValue& in, ActuatorSpec& spec) {
 }  // namespace
 
 ActuatorSpec read_actuator(const YamlValue& in) {
-  in.expect_map({"name",     "joint",         "tendon",   "link",      "gear",    "point",
-                 "force",    "torque",        "adhesion", "propeller", "command", "range",
-                 "delay",    "delay_samples", "slew",     "lag",       "gain",    "bias",
-                 "position", "velocity",      "damper",   "pid",       "dc_motor",
-                 "muscle",   "force_limits",  "integrate"});
+  in.expect_map({"name",         "joint",         "tendon",   "link",      "gear",     "point",
+                 "force",        "torque",        "adhesion", "propeller", "command",  "range",
+                 "delay",        "delay_samples", "slew",     "lag",       "gain",     "bias",
+                 "position",     "velocity",      "damper",   "pid",       "dc_motor", "muscle",
+                 "force_limits", "integrate"});
   ActuatorSpec spec;
   spec.where = in.where();
   Actuator& a = spec.actuator;

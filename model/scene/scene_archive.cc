@@ -151,8 +151,8 @@ void visit(A& a, Actuator& x) {
   a(name, transmission, joint, tendon, body, frame, point, direction.torque, direction.force, reach,
     gear, command, least_command, most_command, delay, samples, slew, lag, integrates,
     least_setpoint, most_setpoint, law, gain, bias);
-  a(stiffness, damping, command_damping, kp, ki, kd, integral_limit, torque_constant, resistance, inductance,
-    current_limit, muscle, least, most, z_index);
+  a(stiffness, damping, command_damping, kp, ki, kd, integral_limit, torque_constant, resistance,
+    inductance, current_limit, muscle, least, most, z_index);
 }
 template <class A>
 void visit(A& a, SensorErrors& x) {

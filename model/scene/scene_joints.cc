@@ -74,6 +74,8 @@ const Key kKeys[] = {
      [](const YamlValue& v, JointSpec& j) { j.effort_limit = limit(v, true); }},
     {"velocity_limit", moves, kMoving,
      [](const YamlValue& v, JointSpec& j) { j.velocity_limit = limit(v, false); }},
+    {"rotation_limit", [](const JointSpec& j) { return j.type == JointType::kSpherical; },
+     "a spherical joint", [](const YamlValue& v, JointSpec& j) { j.upper = v.positive(); }},
     {"prescribed", moves, kMoving,
      [](const YamlValue& v, JointSpec& j) { j.prescribed = v.boolean(); }},
     {"servo", takes_servo, "a revolute or prismatic joint that mimics none", read_servo},
@@ -81,7 +83,7 @@ const Key kKeys[] = {
 
 void expect_keys(const YamlValue& in) {
   in.expect_map({"damping", "dry_friction", "armature", "stiffness", "reference", "effort_limit",
-                 "velocity_limit", "servo", "prescribed"});
+                 "velocity_limit", "rotation_limit", "servo", "prescribed"});
 }
 
 void read_all(const YamlValue& in, RobotSpec& robot) {

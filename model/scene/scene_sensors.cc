@@ -90,9 +90,9 @@ Pose read_sensor_pose(const YamlValue& in, const Sensor& sensor) {
 }  // namespace
 
 SensorSpec read_sensor(const YamlValue& in) {
-  in.expect_map({"name", "kind", "link", "joint", "tendon", "actuator", "position", "rpy",
-                 "quaternion", "axis", "in", "relative_to", "from", "size", "limit", "bias",
-                 "noise", "quantum", "rate", "delay"});
+  in.expect_map({"name",  "kind",       "link",  "joint",   "tendon",      "actuator", "position",
+                 "rpy",   "quaternion", "axis",  "in",      "relative_to", "from",     "size",
+                 "limit", "bias",       "noise", "quantum", "rate",        "delay"});
   SensorSpec spec;
   spec.where = in.where();
   spec.sensor.name = in.at("name").text();

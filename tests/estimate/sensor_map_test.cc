@@ -1,5 +1,6 @@
 // Column maps with sensors, markers, other files and treadmills, and the recordings read through
 // them.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +8,7 @@
 #include <string>
 
 #include "counterpoint/engine/estimate/recording.h"
+#include "counterpoint/model/model_builder.h"
 #include "support/small_scenes.h"
 
 namespace counterpoint::estimation::sensor_map_test {
@@ -20,6 +22,34 @@ std::string written(const std::string& name, const std::string& text) {
 
 ColumnMap read_map(const std::string& text, const Model& model) {
   return load_column_map(written("map.yaml", text), model);
+}
+
+/// A box that falls on the ground, with sensors of several kinds.
+Scene sensing_box() {
+  using Kind = counterpoint::SensorKind;
+  ModelBuilder builder(Vector3(0, 0, -9.81));
+  Pose start;
+  start.translation.z() = 0.12;
+  builder.add_robot(object_of("box", {ShapeType::kBox, Vector3::Constant(0.1), nullptr}, 1.0),
+                    Base::kFloating, start);
+  builder.add_environment("ground", {ShapeType::kPlane, {}, nullptr}, Pose(), {});
+  const auto add = [&](const std::string& name, std::vector<Kind> kinds, bool own_axes) {
+    SensorSpec spec;
+    spec.sensor.name = name;
+    spec.sensor.kinds = std::move(kinds);
+    spec.sensor.own_axes = own_axes;
+    spec.link = "body";
+    if (own_axes) {
+      spec.sensor.X_FS = {rotation_from_rpy(0.3, 0, 1), Vector3(0.1, 0, 0.2)};
+      spec.sensor.errors.noise = {0.05, 0.002};
+    }
+    builder.add_sensor(spec);
+  };
+  add("unit", {Kind::kSpecificForce, Kind::kAngularVelocity}, true);
+  add("floor", {Kind::kContactForce}, false);
+  add("turn", {Kind::kAngularVelocity}, false);
+  add("where", {Kind::kPosition, Kind::kOrientation}, false);
+  return scene_of(builder.build());
 }
 
 TEST(SensorMap, ReadsSensorsMarkersAndSources) {
@@ -86,6 +116,88 @@ TEST(SensorMap, RefusesWhatCannotBeMeant) {
   expect("sources: {a: {delay: unknown}}\nsensors: {}", "either 'rate'");
   expect("markers: {table: x.csv, axes: [x, x, y]}", "axes");
   expect("treadmill: 3\ncolumns: {}", "a map from trajectory columns");
+}
+
+/// A sensor of the scene is the measurement that a map describes with the same place.
+TEST(SensorMap, TakesSensorsOfTheSceneByName) {
+  const Scene scene = sensing_box();
+  const ColumnMap map = read_map(
+      "rate: 100\nsensors:\n  unit: {}\n  floor: {columns: [a, b, {column: c, scale: -1}]}\n"
+      "  turn: {deviation: 0.1, offset: unknown}\n"
+      "  same: {kind: imu, link: body, position: [0.1, 0, 0.2], rotation: [0.3, 0, 1], columns: "
+      "[wx, wy, wz, ax, ay, az]}\n",
+      scene.model);
+  ASSERT_EQ(map.sensors.size(), 6u);
+  const Sensor &acceleration = map.sensors[0], &rate = map.sensors[1];
+  EXPECT_EQ(acceleration.kind, SensorKind::kSpecificForce);
+  EXPECT_EQ(acceleration.columns[2].column, "unit.az");
+  EXPECT_EQ(acceleration.deviation, 0.05);
+  EXPECT_EQ(rate.kind, SensorKind::kAngularVelocity);
+  EXPECT_EQ(rate.scene_row, 3);
+  EXPECT_EQ(rate.deviation, 0.002);
+  for (const int part : {0, 1}) {
+    const Sensor &a = map.sensors[static_cast<std::size_t>(part)],
+                 &b = map.sensors[static_cast<std::size_t>(5 - part)];
+    EXPECT_EQ(a.kind, b.kind);
+    EXPECT_EQ(a.body, b.body);
+    EXPECT_LE((a.point - b.point).norm(), 1e-15);
+    EXPECT_LE((a.axes - b.axes).norm(), 1e-15);
+  }
+  EXPECT_EQ(map.sensors[2].kind, SensorKind::kContactForce);
+  EXPECT_EQ(map.sensors[2].bodies, std::vector<int>{1});
+  EXPECT_EQ(map.sensors[2].columns[2].scale, -1.0);
+  EXPECT_EQ(map.sensors[3].kind, SensorKind::kOther) << "angular velocity along the world's axes";
+  EXPECT_THROW(read_map("rate: 100\nsensors: {nothing: {}}", scene.model), InputError);
+  EXPECT_THROW(read_map("rate: 100\nsensors: {unit: {columns: [a]}}", scene.model), InputError);
+}
+
+/// Readings of the motion that is predicted differ from it by nothing, and a constant error is the
+/// mean of the difference.
+TEST(SensorFiles, PredictionsAreComparedWithReadings) {
+  Scene scene = sensing_box();
+  const ColumnMap map = read_map(
+      "time: time\ncolumns: {body.x: body.x, body.y: body.y, body.z: body.z, body.qw: body.qw, "
+      "body.qx: body.qx, body.qy: body.qy, body.qz: body.qz, body.vx: body.vx, body.vy: body.vy, "
+      "body.vz: body.vz, body.wx: body.wx, body.wy: body.wy, body.wz: body.wz}\n"
+      "sensors:\n  unit: {}\n  where: {}\n  floor: {columns: [floor.fx, floor.fy, {column: "
+      "floor.fz, offset: 0.5}]}\n",
+      scene.model);
+  scene.v << 0.5, 0.0, 0.0, 1.0, -2.0, 3.0;
+  SensorTable table(scene.model, scene.options);
+  Simulator sim(scene);
+  std::string rows = "time";
+  for (const char* name :
+       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
+    rows += std::string(",body.") + name;
+  for (const SensorColumn& column : table.columns()) rows += "," + column.name;
+  VectorX values(table.size());
+  for (int row = 0; row < 50; ++row) {
+    const State before = sim.state();
+    ASSERT_TRUE(sim.step().succeeded());
+    table.evaluate(
+        {before.q, before.v, sim.state().q, sim.state().v, sim.input(), sim.options().time_step},
+        values);
+    rows += fmt::format("\n{:.17g}", before.time);
+    for (const double x : before.q) rows += fmt::format(",{:.17g}", x);
+    for (const double x : before.v) rows += fmt::format(",{:.17g}", x);
+    for (const double x : values) rows += fmt::format(",{:.17g}", x);
+  }
+  const std::vector<Recording> recordings = read_all({written("read.csv", rows)}, map, scene);
+  refuse_sensors(map, "compare", true);
+  PredictionOptions options;
+  options.scene_step = scene.options.time_step;
+  Predictor predictor(scene, map, options);
+  const std::vector<Prediction> predictions = {predictor.predict(recordings[0])};
+  const auto metrics = sensor_metrics(scene.model, map, recordings, predictions);
+  ASSERT_EQ(metrics.size(), 16u);
+  // A step of 2 ms divides rounding of speeds, 1e-15 m/s after some impacts, up to 1e-9 m/s^2.
+  constexpr double kSame = 1e-7;
+  for (const CoordinateMetrics& one : metrics) {
+    const double error = one.name == "floor.fz" ? -0.5 : 0.0;
+    EXPECT_NEAR(one.mean, error, kSame) << one.name;
+    EXPECT_NEAR(one.rms, std::abs(error), kSame) << one.name;
+  }
+  EXPECT_TRUE(std::isnan(predictions[0].sensors(0, 49))) << "no step begins at the last row";
 }
 
 TEST(SensorFiles, ReadMissingCellsAndOtherFilesAndTreadmills) {

@@ -251,5 +251,12 @@ TEST_F(SceneJoints, ErrorsNameLineAndWhatIsKnown) {
   refused("models: [{urdf: lump.urdf, dynamics: {all: {damping: 1}}}]", "no joint takes it");
 }
 
+TEST_F(SceneJoints, ABallHasALimitOfItsRotation) {
+  EXPECT_EQ(load("    dynamics: {socket: {rotation_limit: 0.5}}\n").model.joint(kSocket).upper,
+            0.5);
+  expect_refused("    dynamics: {hinge: {rotation_limit: 0.5}}\n", 3, {"a spherical joint"});
+  expect_refused("    dynamics: {socket: {rotation_limit: 0}}\n", 3, {"positive"});
+}
+
 }  // namespace
 }  // namespace counterpoint::scene_joints_test

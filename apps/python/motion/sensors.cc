@@ -1,13 +1,14 @@
 // Sensors of a model: their columns, values in a step, and readings along a trajectory.
 #include <pybind11/stl.h>
 
-#include "counterpoint/engine/sensors/sensor_table.h"
+#include "counterpoint/engine/sensors/sensor_derivatives.h"
 #include "objects/trajectories.h"
 #include "objects/typed.h"
 
 namespace counterpoint::python {
 namespace {
 
+using Derivatives = Typed<py::tuple, "Tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray]">;
 using ReadingsByName = Typed<py::dict, "Dict[str, numpy.ndarray]">;
 
 /// A table with the model that it refers to, and a copy of the input of the step.
@@ -42,6 +43,21 @@ py::array evaluate(const SensorTablePtr& t, const StateHandle& state, const Stat
         values);
   }
   return copy(values);
+}
+
+Derivatives derivatives(const SensorTablePtr& t, const StateHandle& state, const InputPtr& input) {
+  check_model(t->model, state, "state");
+  if (input && input->model != t->model) throw py::value_error("input: it is of another model");
+  const Guard::Lock lock(t->guard, "SensorTable");
+  const State before = state.value();
+  const Input known = input ? input->value() : Input();
+  SensorDerivatives d;
+  {
+    const py::gil_scoped_release release;
+    Workspace workspace(t->model->model);
+    sensor_derivatives(t->model->model, t->options, before, known, workspace, t->table, d);
+  }
+  return py::make_tuple(copy_matrix(d.dq), copy_matrix(d.dv), copy_matrix(d.du));
 }
 
 /// Values of all columns (rows of the result) in all steps of a trajectory.
@@ -118,6 +134,21 @@ numpy.ndarray, shape (len(columns),)
     In the units of the columns. NaN where there is no value: a ray that meets nothing.
 )";
 
+constexpr const char* kDerivativesDoc = R"(
+Differentiates the values in the forward step from `state`, by extrapolated differences of steps.
+
+Parameters
+----------
+state : State
+input : Input, optional
+    Of the step: applied force, wrenches, targets. Default: none, and the targets of the model.
+
+Returns
+-------
+tuple of three numpy.ndarray, each of shape (len(columns), nv)
+    By displacements of the configuration, by the velocity, and by the applied force.
+)";
+
 constexpr const char* kReadingsDoc = R"(
 Computes the readings of all sensors along a trajectory, one row for each of its steps.
 
@@ -156,6 +187,8 @@ void bind_sensors(py::module_& m) {
       .def("evaluate", &evaluate, py::arg("state"), py::arg("next"),
            py::arg("input").none(true) = py::none(), py::arg("time_step") = py::none(),
            kEvaluateDoc)
+      .def("derivatives", &derivatives, py::arg("state"), py::arg("input").none(true) = py::none(),
+           kDerivativesDoc)
       .def("__repr__", [](const SensorTableHandle& t) {
         return "<SensorTable: " + std::to_string(t.table.size()) + " columns>";
       });

@@ -47,7 +47,7 @@ std::vector<PredictionPtr> predict(const SceneHandle& handle, const ColumnMap& m
                                    const std::vector<RecordingPtr>& recordings,
                                    std::optional<int> substeps, int horizon) {
   if (substeps && *substeps < 1) throw py::value_error("substeps: expected 1 or more");
-  apps::refuse_sensors(map, "predict");
+  apps::refuse_sensors(map, "predict", true);
   const apps::PredictionOptions options{substeps ? substeps : map.substeps,
                                         handle.options.time_step, horizon};
   const Scene scene = handle.scene();
@@ -136,6 +136,9 @@ void bind_prediction(py::module_& r) {
       .def_property_readonly(
           "q", [](const PredictionPtr& p) { return view_columns(p->q, py::cast(p)); },
           "Shape (rows, nq); as recorded where a piece starts.")
+      .def_property_readonly(
+          "sensors", [](const PredictionPtr& p) { return view_columns(p->sensors, py::cast(p)); },
+          "Shape (rows, columns of the map's sensors), in their units; NaN in the last row.")
       .def_property_readonly(
           "time", [](const PredictionPtr& p) { return view(p->time, py::cast(p)); },
           "Of the rows predicted [s].")

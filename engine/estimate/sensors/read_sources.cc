@@ -48,7 +48,8 @@ void read_readings(const Table& table, const ColumnMap& map, const std::string& 
     const Sensor& sensor = map.sensors[i];
     if (sensor.source != source) continue;
     out[i].time = time;
-    out[i].values.setConstant(reading_size(sensor.kind), table.num_rows(), kMissing);
+    out[i].values.setConstant(static_cast<Eigen::Index>(sensor.columns.size()), table.num_rows(),
+                              kMissing);
     for (int row = 0; row < table.num_rows(); ++row) {
       for (std::size_t k = 0; k < sensor.columns.size(); ++k)
         if (!is_missing(sensor.columns[k], table, row))
@@ -94,11 +95,15 @@ void read_sources(const std::map<std::string, std::string>& files, const ColumnM
                       name, file, name));
 }
 
-void refuse_sensors(const ColumnMap& map, const std::string& command) {
-  if (map.sensors.empty() && map.sources.empty() && map.treadmill.isZero(0.0)) return;
-  throw InputError(command +
-                   ": the column map has 'sensors', 'markers', 'sources' or 'treadmill', "
-                   "which only `explain` of whole recordings reads");
+void refuse_sensors(const ColumnMap& map, const std::string& command, bool takes_scene_sensors) {
+  const auto taken = [&](const Sensor& s) { return takes_scene_sensors && s.scene_sensor >= 0; };
+  if (std::all_of(map.sensors.begin(), map.sensors.end(), taken) && map.sources.empty() &&
+      map.treadmill.isZero(0.0))
+    return;
+  throw InputError(fmt::format(
+      "{}: the column map has 'sensors', 'markers', 'sources' or 'treadmill', which only `explain` "
+      "of whole recordings reads{}",
+      command, takes_scene_sensors ? "; sensors of the scene may be given, without a kind" : ""));
 }
 
 }  // namespace counterpoint::estimation

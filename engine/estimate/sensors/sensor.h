@@ -26,6 +26,7 @@ enum class SensorKind {
   kJointForce,       ///< applied force of a one-coordinate joint [N, N m]
   kLinkForce,        ///< force on a link from its parent through the joint, in sensor axes [N]
   kLinkTorque,       ///< moment of the same about the sensor's point, in sensor axes [N m]
+  kOther,            ///< another quantity of a sensor of the scene; not for estimates
 };
 /// Number of values of a reading, and number of components of its error.
 int reading_size(SensorKind kind);
@@ -42,10 +43,13 @@ struct Sensor {
   Matrix3 axes = Matrix3::Identity();  ///< R_BS: rotation from sensor axes to body axes
   int coordinate = -1, position = -1;  ///< indices into v and q of a joint
   std::vector<int> bodies;             ///< kContactForce only
-  std::vector<ColumnSource> columns;   ///< reading_size(kind) columns
+  std::vector<ColumnSource> columns;   ///< reading_size(kind) columns; kOther: any number
   std::string source;                  ///< name in ColumnMap::sources; empty: the recording itself
   /// Standard deviation of a component of a reading; NaN: estimated from the readings.
   double deviation = std::numeric_limits<double>::quiet_NaN();
+  /// Index into Model::sensors, and into the rows of that sensor, of the first column; -1: the
+  /// column map describes the sensor.
+  int scene_sensor = -1, scene_row = 0;
   /// An unknown constant is added to the readings.
   bool has_offset = false;
 };
@@ -73,5 +77,11 @@ struct SensorConstant {
   std::string unit;
   double deviation = 0.0;  ///< standard deviation of its prior, which has mean 0
 };
+
+// ---- Sensors of the scene as measurements: an entry of `sensors` in a column map without a kind.
+
+/// Returns one measurement for each kind of a sensor of the model (Model::sensors), with the names
+/// of its columns and the deviation of its noise; kOther where a quantity has no counterpart.
+std::vector<Sensor> scene_measurements(const Model& model, int index);
 
 }  // namespace counterpoint::estimation

@@ -20,9 +20,10 @@ struct NamedKind {
   std::vector<SensorKind> parts;
 };
 
-const std::array<NamedKind, 10>& named_kinds() {
+/// Kinds by the names of column maps, and by those that sensors of scenes have.
+const std::array<NamedKind, 16>& named_kinds() {
   using Kind = SensorKind;
-  static const std::array<NamedKind, 10> kinds = {{
+  static const std::array<NamedKind, 16> kinds = {{
       {"point", {Kind::kPoint}},
       {"orientation", {Kind::kOrientation}},
       {"pose", {Kind::kPoint, Kind::kOrientation}},
@@ -33,6 +34,12 @@ const std::array<NamedKind, 10>& named_kinds() {
       {"contact_force", {Kind::kContactForce}},
       {"joint_force", {Kind::kJointForce}},
       {"wrench", {Kind::kLinkForce, Kind::kLinkTorque}},
+      {"position", {Kind::kPoint}},
+      {"link_pose", {Kind::kPoint, Kind::kOrientation}},
+      {"gyro", {Kind::kAngularVelocity}},
+      {"accelerometer", {Kind::kSpecificForce}},
+      {"joint_position", {Kind::kCoordinate}},
+      {"joint_effort", {Kind::kJointForce}},
   }};
   return kinds;
 }
@@ -132,17 +139,19 @@ class SensorReader {
 
   void read_sensor(const std::string& name, const YAML::Node& node) {
     if (!node.IsMap()) nodes_.fail(node, name + ": expected {kind: ..., link: ..., columns: ...}");
+    if (!node["kind"]) return read_scene_sensor(name, node);
     nodes_.check_keys(node, {"kind", "link", "links", "coordinate", "position", "rotation",
                              "columns", "source", "deviation", "offset"});
     const NamedKind& kind = kind_of(name, node);
     Sensor shared;
     shared.name = name;
     shared.source = source_name(nodes_, node["source"], map_);
-    read_offset(node["offset"], kind, shared);
+    read_offset(node["offset"], kind.parts.back(), shared);
     read_place(node, kind, shared);
-    std::size_t next = 0;
-    const std::vector<double> deviations = read_deviations(node["deviation"], kind);
-    const std::vector<ColumnSource> columns = read_columns(node, name, kind);
+    std::size_t next = 0, size = 0;
+    for (const SensorKind part : kind.parts) size += static_cast<std::size_t>(reading_size(part));
+    const std::vector<double> deviations = read_deviations(node["deviation"], kind.parts.size());
+    const std::vector<ColumnSource> columns = read_columns(node, name, size);
     for (std::size_t i = 0; i < kind.parts.size(); ++i) {
       Sensor& sensor = map_.sensors.emplace_back(shared);
       sensor.kind = kind.parts[i];
@@ -151,13 +160,41 @@ class SensorReader {
     }
   }
 
-  void read_offset(const YAML::Node& node, const NamedKind& kind, Sensor& sensor) const {
+  /// Reads a sensor of the scene of this name, whose columns have its names unless they are given.
+  void read_scene_sensor(const std::string& name, const YAML::Node& node) {
+    nodes_.check_keys(node, {"columns", "source", "deviation", "offset"});
+    const auto& all = nodes_.model().sensors();
+    const auto found =
+        std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.name == name; });
+    if (found == all.end())
+      nodes_.fail(node, fmt::format("{}: expected 'kind', or the name of a sensor of the scene; "
+                                    "`inspect` lists them",
+                                    name));
+    std::vector<Sensor> parts =
+        scene_measurements(nodes_.model(), static_cast<int>(found - all.begin()));
+    std::vector<ColumnSource> columns;
+    for (const Sensor& part : parts)
+      columns.insert(columns.end(), part.columns.begin(), part.columns.end());
+    if (node["columns"]) columns = read_columns(node, name, columns.size());
+    const std::vector<double> deviations = read_deviations(node["deviation"], parts.size());
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      Sensor& part = parts[i];
+      for (ColumnSource& column : part.columns) column = columns[next++];
+      part.source = source_name(nodes_, node["source"], map_);
+      read_offset(node["offset"], part.kind, part);
+      if (!deviations.empty()) part.deviation = deviations[i];
+      map_.sensors.push_back(part);
+    }
+  }
+
+  void read_offset(const YAML::Node& node, SensorKind kind, Sensor& sensor) const {
     if (!node) return;
     const std::string text = nodes_.scalar(node, "offset");
     sensor.has_offset = text == "unknown";
     if (!sensor.has_offset && text != "none")
       nodes_.fail(node, fmt::format("offset: '{}'; expected unknown or none", text));
-    if (sensor.has_offset && kind.parts.back() == SensorKind::kOrientation)
+    if (sensor.has_offset && kind == SensorKind::kOrientation)
       nodes_.fail(node, "offset: an orientation has none; give the 'rotation' of its axes");
   }
 
@@ -206,25 +243,22 @@ class SensorReader {
                           force ? "u" : "q"));
   }
 
-  /// Reads one value for the kind, or one for each of its parts.
-  std::vector<double> read_deviations(const YAML::Node& node, const NamedKind& kind) const {
+  /// Reads one value for each part of a sensor.
+  std::vector<double> read_deviations(const YAML::Node& node, std::size_t parts) const {
     std::vector<double> out;
     if (!node) return out;
     if (node.IsSequence())
       for (const auto& one : node) out.push_back(nodes_.positive(one, "deviation"));
     else
       out.push_back(nodes_.positive(node, "deviation"));
-    if (out.size() != kind.parts.size())
-      nodes_.fail(node,
-                  fmt::format("deviation: expected {}",
-                              kind.parts.size() == 1 ? "one number" : "a list of two numbers"));
+    if (out.size() != parts)
+      nodes_.fail(node, fmt::format("deviation: expected {}",
+                                    parts == 1 ? "one number" : "a list of two numbers"));
     return out;
   }
 
   std::vector<ColumnSource> read_columns(const YAML::Node& node, const std::string& name,
-                                         const NamedKind& kind) const {
-    std::size_t size = 0;
-    for (const SensorKind part : kind.parts) size += static_cast<std::size_t>(reading_size(part));
+                                         std::size_t size) const {
     const YAML::Node columns = node["columns"];
     if (!columns || !columns.IsSequence() || columns.size() != size)
       nodes_.fail(node, fmt::format("{}: expected 'columns', a list of {}", name, size));

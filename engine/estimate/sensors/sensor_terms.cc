@@ -42,6 +42,11 @@ SensorTerms sensor_terms(const Model& model, const ColumnMap& map, const Recordi
   std::vector<int> delays(map.sources.size(), -1);
   for (std::size_t i = 0; i < map.sensors.size(); ++i) {
     const Sensor& sensor = map.sensors[i];
+    if (sensor.kind == SensorKind::kOther)
+      throw InputError(fmt::format(
+          "sensor '{}': estimates of motions take no such quantity (docs/reference/sensor-map.md "
+          "lists those that they take); `compare` does",
+          sensor.name));
     static const SensorReadings kNone;
     const SensorReadings& readings = i < recording.sensors.size() ? recording.sensors[i] : kNone;
     SensorTerm& term = out.terms.emplace_back(

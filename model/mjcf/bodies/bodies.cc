@@ -89,8 +89,6 @@ class TreeReader {
     node.X_WB = out_.bodies[parent].X_WB * X_PB;
     node.link =
         free_name(name_of(element).empty() ? fmt::format("body{}", index) : name_of(element));
-    if (v.boolean("mocap", false))
-      document_.note(element, "mocap: moved by programs; it stays where it is");
     const std::string name = name_of(element);
     if (!name.empty() && !out_.body_names.emplace(name, index).second)
       document_.fail(element, "there is already a body of this name");
@@ -103,7 +101,11 @@ class TreeReader {
       if (node.inertial) document_.fail(*e, "a body has one <inertial>");
       node.inertial = e;
     }
-    node.weld = joints.empty() ? out_.bodies[parent].weld : index;
+    const bool mocap = v.boolean("mocap", false) && !leaves_out_mocap(element);
+    if (mocap && (parent != 0 || !joints.empty()))
+      document_.fail(element, "a mocap body hangs on the world and has no joint");
+    node.weld = joints.empty() && !mocap ? out_.bodies[parent].weld : index;
+    node.mocap = mocap;
     out_.bodies.push_back(node);
     std::string hangs_on = out_.bodies[parent].link;
     Pose at = X_PB;
@@ -111,7 +113,9 @@ class TreeReader {
       document_.faults.collect([&] {
         add_joint(*joints[i], index, i, i + 1 == joints.size(), childclass, hangs_on, at);
       });
-    if (hangs_on != node.link) {
+    if (mocap) {
+      add_mocap(element, node);
+    } else if (hangs_on != node.link) {
       JointSpec fixed;
       fixed.name = node.link + ".fixed";
       fixed.fixed = true;
@@ -125,6 +129,31 @@ class TreeReader {
     add_link(node.link, document_.where(element));
     model_.robot.links.back().gravity_compensation = v.number("gravcomp", 0.0);
     read_contents(element, index, Pose(), childclass);
+  }
+
+  bool leaves_out_mocap(const Element& element) {
+    const bool out = document_.options().leave_out.count(LeaveOut::kMocap) > 0;
+    if (out) document_.note(element, "mocap is left out: the body stays where it is");
+    return out;
+  }
+
+  /// Adds the joint of a mocap body, whose motion is prescribed.
+  void add_mocap(const Element& element, const BodyNode& node) {
+    JointSpec joint;
+    joint.name = node.link;
+    joint.type = JointType::kFloating;
+    joint.parent = out_.bodies[0].link;
+    joint.child = node.link;
+    joint.prescribed = true;
+    joint.where = document_.where(element);
+    if (!joint_names_.insert(joint.name).second)
+      document_.fail(element, fmt::format("there is already a joint '{}'", joint.name));
+    model_.robot.joints.push_back(joint);
+    const Quaternion q(node.X_WB.rotation);
+    const Vector3& p = node.X_WB.translation;
+    model_.mocaps.push_back(
+        {joint.name, joint.type, {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}});
+    document_.note(element, "mocap: moves as its input says (prescribed), and else stays");
   }
 
   /// Returns the elements of a body, including those in its <frame> elements.

@@ -24,8 +24,9 @@ struct BodyNode {
   std::string link;    ///< name of its link
   int link_index = 0;  ///< index into RobotSpec::links
   int parent = -1;
-  int weld = 0;  ///< nearest body with joints, itself or above; 0: fixed to the world
-  Pose X_WB;     ///< world pose in the reference configuration
+  int weld = 0;        ///< nearest body with joints, itself or above; 0: fixed to the world
+  bool mocap = false;  ///< its motion is prescribed; that of a mocap body
+  Pose X_WB;           ///< world pose in the reference configuration
   const Element* inertial = nullptr;
 };
 

@@ -71,6 +71,8 @@ SpatialInertia inertia_of_body(Document& document, Assets& assets, const Bodies&
   else if (by_geoms && counts)
     inertia = from_geoms(document, assets, bodies, body);
   if (counts) adjust(document, *node.element, inertia);
+  // No result depends on this inertia, but every joint needs one.
+  if (node.mocap && !(inertia.mass > 0.0)) inertia = {1.0, Vector3::Zero(), Matrix3::Identity()};
   if (!document.options().repair_inertias) return inertia;
   const std::string defect = inertia_defect(inertia);
   if (defect.empty()) return inertia;

@@ -19,10 +19,11 @@ Model reference_model(const MjcfModel& model) {
   for (LinkSpec& link : bare.links) link.collisions.clear();
   for (JointSpec& joint : bare.joints) joint.mimic_master.clear();
   builder.add_robot(bare, Base::kFixed, Pose());
-  for (const MjcfModel::Coordinate& c : model.coordinates)
-    builder.set_default_position(
-        c.joint, Eigen::Map<const VectorX>(c.reference.data(),
-                                           static_cast<Eigen::Index>(c.reference.size())));
+  for (const auto* list : {&model.coordinates, &model.mocaps})
+    for (const MjcfModel::Coordinate& c : *list)
+      builder.set_default_position(
+          c.joint, Eigen::Map<const VectorX>(c.reference.data(),
+                                             static_cast<Eigen::Index>(c.reference.size())));
   return builder.build();
 }
 

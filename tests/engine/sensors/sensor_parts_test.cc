@@ -77,10 +77,12 @@ TEST(SensorParts, TouchAndPressureShareTheWeightOfABoxAtRest) {
 Scene tied_arm(const std::vector<SensorSpec>& sensors, double spin = 0.0, bool wrapped = false) {
   RobotSpec robot;
   robot.name = "arm";
-  robot.links = {make_link("base", 1.0), make_link("turret", 3.0),
-                 make_link("upper", 1.0, 0.02)};
+  robot.links = {make_link("base", 1.0), make_link("turret", 3.0), make_link("upper", 1.0, 0.02),
+                 make_link("tip", 0.0, 0.0)};
   robot.links[2].inertia.center = {0, 0, -0.25};
-  robot.joints = {make_joint("pan", "base", "turret"), make_joint("shoulder", "turret", "upper")};
+  robot.joints = {make_joint("pan", "base", "turret"), make_joint("shoulder", "turret", "upper"),
+                  make_joint("glue", "upper", "tip")};
+  robot.joints[2].fixed = true;
   robot.joints[0].axis = Vector3::UnitZ();
   robot.joints[1].axis = Vector3::UnitY();
   ModelBuilder builder(Vector3(0, 0, -kGravity));
@@ -117,11 +119,10 @@ Scene tied_arm(const std::vector<SensorSpec>& sensors, double spin = 0.0, bool w
 
 TEST(SensorParts, ATendonReadsTheLawOfItsLength) {
   using enum SensorKind;
-  Sensed run(tied_arm({of_tendon("l", kTendonLength, "cord"), of_tendon("s", kTendonVelocity, "cord"),
-                       of_tendon("f", kTendonForce, "cord"),
-                       of_actuator("x", kActuatorPosition, "pull"),
-                       of_actuator("y", kActuatorVelocity, "pull"),
-                       of_actuator("p", kActuatorForce, "pull")}));
+  Sensed run(tied_arm(
+      {of_tendon("l", kTendonLength, "cord"), of_tendon("s", kTendonVelocity, "cord"),
+       of_tendon("f", kTendonForce, "cord"), of_actuator("x", kActuatorPosition, "pull"),
+       of_actuator("y", kActuatorVelocity, "pull"), of_actuator("p", kActuatorForce, "pull")}));
   for (int i = 0; i < 50; ++i) {
     run.step();
     const double angle = run.before.q[1], h = run.simulator.options().time_step;
@@ -175,7 +176,7 @@ TEST(SensorParts, PartsThatHaveNoSuchValueAreNamed) {
   SensorSpec mixed = of_tendon("a", SensorKind::kTendonForce, "cord");
   mixed.sensor.kinds.push_back(SensorKind::kActuatorForce);
   expect_error(mixed, "do not mix");
-  expect_error(wrench("a", "base"), "a tendon acts on them");
+  expect_error(wrench("a", "tip"), "a tendon acts on them");
 }
 
 }  // namespace

@@ -333,5 +333,42 @@ TEST_F(PrescribedScene, RefusesWhatItCannotFollow) {
                InputError);
 }
 
+/// A mocap body of an MJCF file is a free body that follows its input, from the pose of a keyframe
+/// on; a weld makes another body follow it.
+TEST_F(PrescribedScene, MocapBodiesOfMjcfFollowTheirInput) {
+  const std::string xml = R"(<mujoco><option gravity="0 0 0"/><worldbody>
+<body name="target" mocap="true" pos="1 2 3" euler="0 0 90"/>
+<body name="hand" pos="0 0 1"><freejoint/><geom size="0.1"/></body></worldbody>
+<equality><weld body1="target" body2="hand" relpose="0 0 0 1 0 0 0"/></equality>
+<keyframe><key name="home" mpos="0 0 1" mquat="1 0 0 0" qpos="0 0 1 1 0 0 0"/></keyframe></mujoco>)";
+  const auto file = folder_.write("mocap.xml", xml);
+  Simulator sim(load_scene(file));
+  const Model& model = sim.model();
+  const int target = model.find_joint("target");
+  ASSERT_GE(target, 0);
+  ASSERT_TRUE(model.joint(target).prescribed);
+  const int first = model.body(target + 1).q_index;
+  EXPECT_LE(
+      (sim.state().q.segment<7>(first) - (VectorX(7) << 0, 0, 1, 1, 0, 0, 0).finished()).norm(),
+      1e-15);
+  const int hand = model.body(model.find_joint("hand") + 1).q_index;
+  sim.input().prescribed = VectorX::Constant(model.nq(), std::numeric_limits<double>::quiet_NaN());
+  constexpr double kSpeed = 0.1;  // [m/s]
+  for (int i = 1; i <= 500; ++i) {
+    sim.input().prescribed.segment<7>(first) << kSpeed * i * kStep, 0, 1, 1, 0, 0, 0;
+    ASSERT_TRUE(sim.step().succeeded());
+  }
+  EXPECT_EQ(sim.state().q[first], kSpeed * 500 * kStep);
+  // At constant speed the weld carries nothing, so its compliance has no part.
+  EXPECT_NEAR(sim.state().q[hand], kSpeed * 500 * kStep, 1e-6);
+  const std::string still = "models:\n  - {mjcf: mocap.xml, leave_out: [mocap], keyframe: none}\n";
+  EXPECT_EQ(load_scene(folder_.write("still.yaml", still)).model.find_joint("target"), -1);
+  folder_.write("jointed.xml",
+                "<mujoco><worldbody><body mocap='true'><joint/><geom size='1'/>"
+                "</body></worldbody></mujoco>");
+  EXPECT_THROW(load_scene(folder_.write("jointed.yaml", "models: [{mjcf: jointed.xml}]")),
+               InputError);
+}
+
 }  // namespace
 }  // namespace counterpoint::prescribed_test
