@@ -233,17 +233,17 @@ void read_keyframes(Document& document, const Bodies& bodies, MjcfModel& model) 
       mocap_rotations.insert(mocap_rotations.end(), pose.begin() + 3, pose.end());
     }
     for (const Element* actuator : actuators) u.emplace_back(1, reader.owns(*actuator));
-    if (!reader.fits("qpos", q) || !reader.fits("qvel", v) || !reader.fits("ctrl", u) ||
-        !reader.fits("mpos", positions) || !reader.fits("mquat", rotations))
-      return;
+    if (!reader.fits("qpos", q) || !reader.fits("qvel", v) || !reader.fits("ctrl", u)) return;
+    const bool held = document.options().leave_out.count(LeaveOut::kMocap) > 0;
+    if (!held && (!reader.fits("mpos", positions) || !reader.fits("mquat", rotations))) return;
     MjcfModel::Keyframe key;
     key.name = Values(document, e).text("name", fmt::format("key{}", model.keyframes.size()));
     key.where = document.where(e);
     key.q = reader.read("qpos", q, reference);
     key.v = reader.read("qvel", v, std::vector<double>(nv));
     key.control = reader.read("ctrl", u, std::vector<double>(u.size()));
-    key.mocap_position = reader.read("mpos", positions, mocap_positions);
-    key.mocap_rotation = reader.read("mquat", rotations, mocap_rotations);
+    if (!held) key.mocap_position = reader.read("mpos", positions, mocap_positions);
+    if (!held) key.mocap_rotation = reader.read("mquat", rotations, mocap_rotations);
     model.keyframes.push_back(key);
   });
 }

@@ -111,7 +111,7 @@ TEST(SensorDerivatives, ABoxAtRestPassesOnWhatPushesIt) {
   Sensed run(scene_of(builder.build()));
   for (int i = 0; i < 500; ++i) run.step();
   const SensorDerivatives d = derivatives_of(run);
-  constexpr double kAtContacts = 1e-5;  // as the header states
+  constexpr double kAtContacts = 1e-5;  // stated by the header
   const double per_speed = 2.0 / run.simulator.options().time_step;
   for (int k = 0; k < 3; ++k) {
     Vector3 unit = Vector3::Unit(k);
