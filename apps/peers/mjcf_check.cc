@@ -41,7 +41,7 @@ Folder files_of(const fs::path& folder) {
     return (a.filename() == "scene.xml") > (b.filename() == "scene.xml");
   });
   Folder out;
-  static const std::regex include("<include file=\"([^\"]+)\"");
+  static const std::regex include("<(?:include|model)[^>]* file=\"([^\"]+)\"");
   for (const fs::path& file : files) {
     if (!is_scene(file)) {
       if (out.robot.empty()) out.robot = file;
@@ -115,17 +115,37 @@ struct Settings {
 
 /// Counts of robots and of scenes.
 struct Counts {
-  int robots = 0, loaded = 0, ran = 0, reduced = 0, scenes_ran = 0, same = 0, near = 0;
+  int robots = 0, loaded = 0, ran = 0, reduced = 0, scenes = 0, scenes_ran = 0, same = 0, near = 0;
+  int same_forces = 0, commanded = 0, servos = 0, without_counterpart = 0, tendons = 0;
 };
 
-/// Differences from MuJoCo, as nine cells of a table.
+/// Bounds of the differences.
+constexpr double kPoseBound = 1e-12, kBound = 1e-9;
+
+/// Counts a robot that both engines read.
+void count_agreement(const MjcfComparison& c, Counts& counts) {
+  counts.commanded += c.commanded;
+  counts.servos += c.servos;
+  counts.without_counterpart += c.without_counterpart;
+  counts.tendons += c.tendons;
+  if (c.pose > kPoseBound) return;
+  counts.near += c.mass_with_theirs <= kBound && c.bias_with_theirs <= kBound;
+  counts.same += c.mass <= kBound && c.bias <= kBound;
+  counts.same_forces +=
+      std::max({c.joint_force, c.actuator_force, c.tendon_length, c.tendon_arms}) <= kBound;
+}
+
+/// Differences from MuJoCo, as eleven cells of a table.
 std::string metrics_of(const MjcfComparison& c, const fs::path& folder) {
-  if (!c.refused.empty()) return " | | | | | | | | ";
-  if (!c.unreadable.empty()) return cell(c.unreadable, folder) + " | | | | | | | | ";
-  return fmt::format("{} | {} | {} | {} | {} | {} | {} | {} | {}", metric(c.pose), metric(c.mass),
-                     metric(c.bias), metric(c.joint_force), c.tendons == 0 ? "-" : metric(c.tendon),
-                     metric(c.inertia), metric(c.mass_with_theirs), metric(c.bias_with_theirs),
-                     c.notes);
+  const std::string blank = " | | | | | | | | | | ";
+  if (!c.refused.empty()) return blank;
+  if (!c.unreadable.empty()) return cell(c.unreadable, folder) + blank;
+  const auto of = [](int count, double x) { return count == 0 ? "-" : metric(x); };
+  return fmt::format("{} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {}", metric(c.pose),
+                     metric(c.mass), metric(c.bias), metric(c.joint_force),
+                     of(c.commanded, c.actuator_force), of(c.tendons, c.tendon_length),
+                     of(c.tendons, c.tendon_arms), metric(c.inertia), metric(c.mass_with_theirs),
+                     metric(c.bias_with_theirs), c.notes);
 }
 
 /// Loads, compares and simulates one robot; returns its row.
@@ -151,12 +171,11 @@ std::string check_robot(const Settings& settings, const fs::path& one, bool stan
     fate += failure.empty() ? "; simulates with that left out" : "; and " + failure;
   }
   if (!files.scene.empty()) {
+    ++counts.scenes;
     scene_fate = simulate(settings.command, files.scene, settings.duration);
     counts.scenes_ran += scene_fate.empty();
   }
-  const bool readable = refused.empty() && c.unreadable.empty() && c.pose <= 1e-12;
-  counts.near += readable && c.mass_with_theirs <= 1e-9 && c.bias_with_theirs <= 1e-9;
-  counts.same += readable && c.mass <= 1e-9 && c.bias <= 1e-9;
+  if (refused.empty() && c.unreadable.empty()) count_agreement(c, counts);
   const std::string metrics = metrics_of(c, settings.folder);
   fmt::print("{} {} {} | scene: {}\n", name, fate.empty() ? "ran" : fate, metrics,
              scene_fate.empty() ? "ran" : scene_fate);
@@ -165,6 +184,21 @@ std::string check_robot(const Settings& settings, const fs::path& one, bool stan
                      files.robot.filename().string(), c.refused.empty() ? std::to_string(c.nv) : "",
                      metrics, fate.empty() ? "yes" : cell(fate, settings.folder),
                      scene_fate.empty() ? "yes" : cell(scene_fate, settings.folder));
+}
+
+std::string summary_of(const Counts& n, double duration) {
+  std::string out = fmt::format(
+      "{} robots: {} load, {} of them simulate {} s without a failed step; so do {} of {} scenes.\n"
+      "Mass matrix and bias forces of {} are as MuJoCo {} has them within the bounds, of {} if "
+      "the\n"
+      "principal axes are MuJoCo's; tendons, actuators and joint forces of {}. Compared are {}\n"
+      "tendons, {} actuators with a command of their own, and {} servos and motors of joints and\n"
+      "tendons; {} actuators have no counterpart.\n",
+      n.robots, n.loaded, n.ran, duration, n.scenes_ran, n.scenes, n.same, mujoco_used(), n.near,
+      n.same_forces, n.tendons, n.commanded, n.servos, n.without_counterpart);
+  if (n.loaded < n.robots)
+    out += fmt::format("{} of those refused simulate with what is lacking left out.\n", n.reduced);
+  return out;
 }
 
 /// Writes the page; false if it could not be written.
@@ -176,20 +210,29 @@ bool write_page(const fs::path& out, const std::string& summary, int states,
          "how to run it and what it finds is told in [MJCF](../reference/mjcf.md).\n\n"
       << summary
       << fmt::format(
-             "\nFigures: the largest differences at {} random states. Poses of all named bodies\n"
-             "[m, or of the rotation matrix]; mass matrix, M_ij over sqrt(M_ii M_jj); bias forces\n"
-             "over the largest; joint forces: servos, springs and dampers, of joints and tendons.\n"
-             "Tendons: their lengths and moment arms [m, m/rad]. Bounds\n"
-             "of the first three: 1e-12, 1e-9, 1e-9. Rotational inertia of a body, over its norm:\n"
-             "MuJoCo's search for principal axes ends with up to 1e-12 off the diagonal; and the\n"
-             "mass matrix and bias forces again with its inertias in place of those in the file. "
-             "\\*:\n"
-             "meshes that the stored snapshot lacks are stood in for by boxes.\n\n",
+             "\nFigures: the largest differences at {} random states with random controls and\n"
+             "activations; joints that follow others do so. Poses of all named bodies [m, or of "
+             "the\n"
+             "rotation matrix]; mass matrix, M_ij over sqrt(M_ii M_jj); bias forces over the "
+             "largest.\n"
+             "The next four are over the largest of the same coordinate, actuator or tendon at "
+             "any\n"
+             "state. Joint forces: springs, dampers, servos, motors and actuators of joints, "
+             "tendons and\n"
+             "links. Actuators: forces of those with a command of their own (\"-\": none). "
+             "Tendons:\n"
+             "lengths and moment arms. Bounds: poses 1e-12, all others 1e-9. Rotational inertia of "
+             "a\n"
+             "body, over its norm: MuJoCo's search for principal axes ends with up to 1e-12 off "
+             "the\n"
+             "diagonal; and the mass matrix and bias forces again with its inertias in place of "
+             "those in\n"
+             "the file. \\*: meshes that the stored snapshot lacks are stood in for by boxes.\n\n",
              states)
-      << "| robot | file | nv | poses | mass matrix | bias forces | joint forces | tendons | "
-         "inertia | mass "
-         "matrix, its axes | bias forces, its axes | notes | simulates | its scene |\n"
-         "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n"
+      << "| robot | file | nv | poses | mass matrix | bias forces | joint forces | actuators | "
+         "tendon lengths | moment arms | inertia | mass matrix, its axes | bias forces, its axes | "
+         "notes | simulates | its scene |\n"
+         "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n"
       << rows;
   return static_cast<bool>(stream);
 }
@@ -217,14 +260,7 @@ int run(const Settings& settings, const std::string& only, const fs::path& out) 
     if (!only.empty() && name.find(only) == std::string::npos) continue;
     rows += check_robot(settings, one, stand_ins.count(name) > 0, counts);
   }
-  const std::string summary = fmt::format(
-      "{} robots: {} load, {} of them simulate {} s without a failed step. {} are as MuJoCo {} "
-      "has\n"
-      "them within the bounds, {} if the principal axes are MuJoCo's. {} of those refused "
-      "simulate\n"
-      "with what is lacking left out (leave_out). {} scenes simulate.\n",
-      counts.robots, counts.loaded, counts.ran, settings.duration, counts.same, mujoco_used(),
-      counts.near, counts.reduced, counts.scenes_ran);
+  const std::string summary = summary_of(counts, settings.duration);
   fmt::print("{}", summary);
   return out.empty() || write_page(out, summary, settings.states, rows) ? 0 : 1;
 }
@@ -235,7 +271,7 @@ int run(const Settings& settings, const std::string& only, const fs::path& out) 
 int main(int argc, char** argv) {
   CLI::App app(
       "Reads a collection of MJCF files, simulates them, and compares their models with MuJoCo's.");
-  std::string folder, command, only, out;
+  std::string folder, command, only, out, plugins;
   int states = 50;
   double duration = 2.0;
   app.add_option("FOLDER", folder, "Of mujoco_menagerie: a folder a robot")->required();
@@ -243,7 +279,9 @@ int main(int argc, char** argv) {
   app.add_option("--states", states, "Random states of each robot");
   app.add_option("--duration", duration, "Simulated time [s]");
   app.add_option("--only", only, "Robots whose names hold this");
+  app.add_option("--plugins", plugins, "MuJoCo's library of its plugin mujoco.pid");
   app.add_option("--out", out, "Markdown file for the table");
   CLI11_PARSE(app, argc, argv);
+  if (!plugins.empty()) counterpoint::apps::load_plugins(plugins);
   return counterpoint::apps::run({folder, states, duration, command}, only, out);
 }

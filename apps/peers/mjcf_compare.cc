@@ -3,12 +3,12 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
 #include <random>
 
 #include "counterpoint/engine/dynamics.h"
+#include "mjcf_forces.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -24,7 +24,13 @@ using PeerData = std::unique_ptr<mjData, Free>;
 class Pair {
  public:
   Pair(const MjcfModel& read, const Model& model, const mjModel& m)
-      : read_(read), model_(model), m_(m), d_(mj_makeData(&m)), dynamics_(model) {
+      : forces(read, model, m, v_),
+        read_(read),
+        model_(model),
+        m_(m),
+        d_(mj_makeData(&m)),
+        dynamics_(model),
+        followers_(model) {
     int q = 0, v = 0;
     for (const MjcfModel::Coordinate& c : read.coordinates) {
       const Body& body = model.body(model.find_joint(c.joint) + 1);
@@ -57,10 +63,10 @@ class Pair {
       quaternion.normalize();
     }
     for (double& x : v) x = normal(random);
+    followers_.place(q, v);
     for (const auto& [ours, theirs] : q_) d_->qpos[theirs] = q[ours];
     for (const auto& [ours, theirs] : v_) d_->qvel[theirs] = v[ours];
-    q_now_ = q;
-    v_now_ = v;
+    forces.draw(q, v, random, *d_);
     dynamics_.set_state(q, v);
     mj_forward(&m_, d_.get());
   }
@@ -112,86 +118,31 @@ class Pair {
     return scale > 0.0 ? worst / scale : 0.0;
   }
 
-  /// MuJoCo's Jacobian of a tendon, by its coordinate; dense or sparse as the model has it.
+  /// MuJoCo's Jacobian of a tendon, by its coordinate.
   VectorX peer_arms(int id) const {
-    VectorX arms = VectorX::Zero(m_.nv);
-    if (!mj_isSparse(&m_)) {
-      for (int k = 0; k < m_.nv; ++k) arms[k] = d_->ten_J[id * m_.nv + k];
-      return arms;
+    VectorX out = VectorX::Zero(m_.nv);
+    for (int n = 0; n < m_.ten_J_rownnz[id]; ++n) {
+      const int at = m_.ten_J_rowadr[id] + n;
+      out[m_.ten_J_colind[at]] = d_->ten_J[at];
     }
-    for (int n = 0; n < d_->ten_J_rownnz[id]; ++n) {
-      const int at = d_->ten_J_rowadr[id] + n;
-      arms[d_->ten_J_colind[at]] = d_->ten_J[at];
-    }
-    return arms;
+    return out;
   }
 
-  double tendon_error() const {
-    double worst = 0.0;
-    VectorX arms(model_.nv());
-    const auto compare = [&](double a, double b) {
-      worst = std::max(worst, std::abs(a - b) / std::max(1.0, std::abs(b)));
-    };
+  void compare_tendons() {
+    VectorX ours(model_.nv());
     for (std::size_t i = 0; i < model_.tendons().size(); ++i) {
       const int id = mj_name2id(&m_, mjOBJ_TENDON, model_.tendons()[i].name.c_str());
       if (id < 0) continue;
-      compare(dynamics_.tendon_length(static_cast<int>(i)), d_->ten_length[id]);
-      dynamics_.tendon_arms(static_cast<int>(i), arms);
+      lengths.add(i, dynamics_.tendon_length(static_cast<int>(i)), d_->ten_length[id]);
+      dynamics_.tendon_arms(static_cast<int>(i), ours);
       const VectorX theirs = peer_arms(id);
-      for (const auto& [ours, peer] : v_) compare(arms[ours], theirs[peer]);
+      for (const auto& [at, peer] : v_) arms.add(i, ours[at], theirs[peer]);
     }
-    return worst;
   }
+  void compare_forces() { forces.compare(dynamics_, *d_); }
 
-  /// Forces of tendons on the coordinates, without friction and limits.
-  VectorX tendon_forces() const {
-    VectorX sum = VectorX::Zero(model_.nv()), arms(model_.nv());
-    for (std::size_t i = 0; i < model_.tendons().size(); ++i) {
-      const Tendon& tendon = model_.tendons()[i];
-      const TendonServo& servo = tendon.servo;
-      const double length = dynamics_.tendon_length(static_cast<int>(i));
-      dynamics_.tendon_arms(static_cast<int>(i), arms);
-      const double speed = arms.dot(v_now_);
-      const double rest = std::clamp(length, tendon.rest_shortest, tendon.rest_longest);
-      const double pull =
-          servo.stiffness * (servo.target - length) + servo.damping * (servo.speed - speed);
-      sum += arms * (std::clamp(pull, servo.least, servo.most) -
-                     tendon.stiffness * (length - rest) - tendon.damping * speed);
-    }
-    return sum;
-  }
-
-  double joint_force_error() const {
-    constexpr double kSmall = 1e-6;  // lower bound of the scale [N, N m]
-    double worst = 0.0;
-    int v = 0;
-    const VectorX of_tendons = tendon_forces();
-    for (const MjcfModel::Coordinate& c : read_.coordinates) {
-      const int at = v, joint = model_.find_joint(c.joint);
-      v += joint_nv(c.type);
-      const auto tied = [&](const Mimic& mimic) {
-        return mimic.joint == joint || mimic.master == joint;
-      };
-      if (joint_nv(c.type) != 1 ||
-          std::any_of(model_.mimics().begin(), model_.mimics().end(), tied))
-        continue;
-      const Body& body = model_.body(joint + 1);
-      const double q = q_now_[body.q_index], w = v_now_[body.v_index];
-      double force = of_tendons[body.v_index] - model_.damping()[body.v_index] * w;
-      for (const JointSpring& spring : model_.springs())
-        if (spring.joint == joint) force -= spring.stiffness * (q - spring.reference);
-      if (const int i = model_.find_servo(joint); i >= 0) {
-        const JointServo& servo = model_.servos()[i];
-        const double limit = model_.joint(joint).effort_limit;
-        force += std::clamp(
-            servo.stiffness * (servo.position - q) + servo.damping * (servo.velocity - w), -limit,
-            limit);
-      }
-      const double peer = d_->qfrc_actuator[at] + d_->qfrc_passive[at] - d_->qfrc_gravcomp[at];
-      worst = std::max(worst, std::abs(force - peer) / std::max(kSmall, std::abs(peer)));
-    }
-    return worst;
-  }
+  ForceComparison forces;
+  Differences lengths, arms;  ///< lengths and moment arms of tendons
 
  private:
   const MjcfModel& read_;
@@ -199,8 +150,8 @@ class Pair {
   const mjModel& m_;
   PeerData d_;
   Dynamics dynamics_;
-  VectorX q_now_, v_now_;
-  std::vector<std::array<int, 2>> q_, v_;  // index pairs: ours, MuJoCo's
+  Followers followers_;
+  std::vector<Place> q_, v_;
 };
 
 /// MuJoCo's inertia of a body, in the body-fixed frame.
@@ -226,12 +177,21 @@ double take_inertias(const mjModel& m, RobotSpec& robot) {
   return worst;
 }
 
+void count_actuators(const MjcfModel& read, MjcfComparison& out) {
+  for (const MjcfModel::Actuator& a : read.actuators) {
+    const bool drives = !a.joint.empty() || !a.tendon.empty();
+    ++(a.commanded >= 0 ? out.commanded : drives ? out.servos : out.without_counterpart);
+  }
+}
+
 /// Suppresses MuJoCo's printed warnings, which are irrelevant here.
 void stay_quiet() {
   mju_user_warning = [](const char*) {};
 }
 
 }  // namespace
+
+void load_plugins(const std::filesystem::path& file) { mj_loadPluginLibrary(file.c_str()); }
 
 std::string mujoco_used() { return mj_versionString(); }
 
@@ -241,7 +201,12 @@ MjcfComparison compare_with_mujoco(const std::filesystem::path& file, int states
   stay_quiet();
   char error[1000] = "";
   const PeerModel m(mj_loadXML(file.c_str(), nullptr, error, sizeof error));
-  if (!m) out.unreadable = error;
+  if (!m) {
+    out.unreadable = error;
+  } else {
+    m->opt.timestep = kInstant;
+    m->opt.disableflags |= mjDSBL_CONTACT;  // adhesion has no contacts to pull at
+  }
   try {
     const MjcfModel read = load_mjcf(file, options);
     ModelBuilder builder(read.gravity);
@@ -251,10 +216,11 @@ MjcfComparison compare_with_mujoco(const std::filesystem::path& file, int states
     out.nv = model.nv();
     out.notes = static_cast<int>(model.notes().size());
     out.tendons = static_cast<int>(model.tendons().size());
+    count_actuators(read, out);
     if (!m) return out;
     Pair pair(read, model, *m);
-    if (!pair.same_coordinates()) {
-      out.unreadable = "MuJoCo has other coordinates";
+    if (!pair.same_coordinates() || !pair.forces.same_actuators()) {
+      out.unreadable = "MuJoCo has other coordinates or actuators";
       return out;
     }
     std::mt19937_64 random(1);
@@ -263,10 +229,14 @@ MjcfComparison compare_with_mujoco(const std::filesystem::path& file, int states
       out.pose = std::max(out.pose, pair.pose_error());
       if (model.nv() == 0) continue;
       out.mass = std::max(out.mass, pair.mass_error());
-      out.joint_force = std::max(out.joint_force, pair.joint_force_error());
-      out.tendon = std::max(out.tendon, pair.tendon_error());
       out.bias = std::max(out.bias, pair.bias_error());
+      pair.compare_tendons();
+      pair.compare_forces();
     }
+    out.tendon_length = pair.lengths.worst();
+    out.tendon_arms = pair.arms.worst();
+    out.joint_force = pair.forces.joints.worst();
+    out.actuator_force = pair.forces.actuators.worst();
     MjcfModel theirs = read;
     out.inertia = take_inertias(*m, theirs.robot);
     ModelBuilder second(model.gravity());

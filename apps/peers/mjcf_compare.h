@@ -14,13 +14,16 @@ struct MjcfComparison {
   int bodies = 0, nv = 0;
   double pose = 0.0;  ///< largest difference of a body's position or rotation matrix [m, -]
   double mass = 0.0;  ///< largest difference of M_ij over sqrt(M_ii M_jj)
-  /// Largest difference of joint forces (servos without control, springs, dampers), relative to the
-  /// force; for hinges and slides without mimic joints.
+  // Largest differences of quantities at any state, each over its largest size:
+  /// Joint forces: springs, dampers, servos and motors of joints and tendons, and actuators.
   double joint_force = 0.0;
-  /// Largest differences of a tendon's length and moment arms, relative to 1 m and 1 m/rad or to
-  /// the value if it is larger. `joint_force` includes the forces of tendons.
-  double tendon = 0.0;
-  int tendons = 0;       ///< number of tendons compared
+  double actuator_force = 0.0;  ///< forces of actuators with a command of their own
+  double tendon_length = 0.0;
+  double tendon_arms = 0.0;  ///< moment arms of a tendon, over its longest
+  int tendons = 0;           ///< number of tendons compared
+  /// Numbers of actuators with a command of their own, of servos and motors, and of those that have
+  /// no counterpart and get no control in the comparison.
+  int commanded = 0, servos = 0, without_counterpart = 0;
   double inertia = 0.0;  ///< largest difference of a body's rotational inertia, over its norm
   double bias = 0.0;     ///< largest difference of bias forces, over the largest bias force of the
                          ///< state
@@ -33,6 +36,9 @@ struct MjcfComparison {
 /// Compares at `states` random states.
 MjcfComparison compare_with_mujoco(const std::filesystem::path& file, int states,
                                    const MjcfOptions& options = {});
+
+/// Registers the plugins of a library of MuJoCo, such as libactuator.so.
+void load_plugins(const std::filesystem::path& file);
 
 /// Version of MuJoCo, such as "3.12.1".
 std::string mujoco_used();

@@ -104,7 +104,8 @@ void Actuators::find_law(const Actuator& a, const StepContext& at, Drive& drive)
       drive.gain = a.damping + a.command_damping * u + h * a.stiffness;
       break;
     case ActuatorLaw::kPid: {
-      const double rate = a.kd > 0.0 ? (u - at.z[place.setpoint]) / h : 0.0;
+      double rate = 0.0;  // rate of the command; a lag gives that of the step that begins
+      if (a.kd > 0.0) rate = (a.lag > 0.0 ? z_next_[place.lag] - u : u - at.z[place.setpoint]) / h;
       const double integral = a.ki > 0.0 ? a.ki * at.z[place.law] : 0.0;
       drive.force = a.kp * (u - x) + a.kd * rate + integral;
       drive.stiffness = a.kp;

@@ -9,6 +9,10 @@ namespace {
 /// Sine of the angle between the ends below which the plane of a path is undetermined.
 constexpr double kOneLine = 1e-12;
 
+/// Rounding of the arc of a path [rad]: a straight line that touches has the arc 0, plus or minus
+/// the rounding of poses over the radius.
+constexpr double kNoArc = 1e-9;
+
 /// A path around a circle in the plane of a and b: unit vectors along a and b, and across them
 /// towards each other.
 struct Circle {
@@ -31,7 +35,7 @@ void choose_side(const Vector3& a, const Vector3& b, const Vector3* side, Circle
   const Vector3 nearest = a + part * way;
   if (nearest.norm() > c.r && (!side || side->dot(nearest) >= 0.0)) return;
   const double alpha = tangent_angle(c.r, c.size_a), beta = tangent_angle(c.r, c.size_b);
-  const bool near_possible = c.angle - alpha - beta >= 0.0;
+  const bool near_possible = c.angle - alpha - beta >= -kNoArc;
   const auto touching = [&](double sign) {
     const Vector3 at_a = std::cos(alpha) * c.e_a + sign * std::sin(alpha) * c.t_a;
     const Vector3 at_b = std::cos(beta) * c.e_b + sign * std::sin(beta) * c.t_b;

@@ -118,7 +118,10 @@ void apply(const Document& document, const Element& element, Law& law) {
     law.bias_type = law.dynamics = "none";
   } else if (tag == "cylinder") {
     apply_cylinder(v, law);
-  } else if (tag != "plugin") {
+  } else if (tag == "plugin") {
+    law.dynamics = v.text("dyntype", law.dynamics);
+    set_first(v.numbers("dynprm", 1, 10), law.dynamics_numbers);
+  } else {
     law.unsupported = "<" + tag + ">";
     law.by_itself = true;
   }

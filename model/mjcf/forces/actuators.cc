@@ -39,7 +39,8 @@ class ActuatorReader {
                          "kv",         "dampratio",   "timeconst", "inheritrange",  "gain",
                          "plugin",     "instance",    "nsample",   "interp",        "delay",
                          "tausmooth",  "range",       "force",     "scale",         "lmin",
-                         "lmax",       "vmax",        "fpmax",     "fvmax"});
+                         "lmax",       "vmax",        "fpmax",     "fvmax",         "area",
+                         "diameter",   "bias"});
     const std::vector<const Element*> levels = law_levels(defaults_, e);
     const Law law = read_law(document_, levels);
     MjcfModel::Actuator actuator;
@@ -221,8 +222,13 @@ class ActuatorReader {
                                 "is positive), which is not supported");
       ratio = law.bias[2];
     }
-    if (ratio > 0.0)
-      ratios_.push_back({static_cast<int>(model_.actuators.size()), joint, ratio, -law.bias[1], c});
+    if (ratio > 0.0) {
+      const char* name = e.Attribute("joint");
+      if (!name) name = e.Attribute("jointinparent");
+      const int driven = name ? bodies_.joints[bodies_.joint_names.at(name)].spec : joint;
+      ratios_.push_back({static_cast<int>(model_.actuators.size()), joint, driven, ratio,
+                         -law.bias[1], c, name ? law.gear[0] : c});
+    }
     bound_effort(e, law, c, joint, actuator, stiffness > 0.0 || damping > 0.0 || ratio > 0.0);
   }
 

@@ -16,6 +16,9 @@ namespace {
 
 constexpr const char* kPid = "mujoco.pid";
 
+/// Offsets [m, rad] of a coupling up to this are rounding.
+constexpr double kNoOffset = 1e-12;
+
 bool is_plugin(const Element& e) { return e.Attribute("plugin") || e.Attribute("instance"); }
 
 /// Returns the element with the <config>s of a plugin: its instance, or the actuator itself.
@@ -33,23 +36,44 @@ const Element* config_of(const Document& document, const Element& e, std::string
   document.fail(e, fmt::format("there is no instance '{}' of a plugin in <extension>", wanted));
 }
 
-void read_pid(const CommandedElement& from, Actuator& a) {
+/// Reads a PID law; `constant`: part of its length that does not change. Returns false after a
+/// refusal.
+bool read_pid(const CommandedElement& from, double constant, Actuator& a) {
+  Document& document = from.document;
   std::string plugin;
-  const Element* config = config_of(from.document, from.element, plugin);
+  const Element* config = config_of(document, from.element, plugin);
   std::map<std::string, double*> keys = {{"kp", &a.kp},
                                          {"ki", &a.ki},
                                          {"kd", &a.kd},
                                          {"imax", &a.integral_limit},
                                          {"slewmax", &a.slew}};
   a.law = ActuatorLaw::kPid;
-  for (const Element* e : from.document.children(*config)) {
-    const Values v(from.document, *e);
+  for (const Element* e : document.children(*config)) {
+    const Values v(document, *e);
     const std::string key = v.text("key");
     const auto found = keys.find(key);
     if (found == keys.end())
-      from.document.fail(*e, "kp, ki, kd, imax or slewmax is expected as key, not " + key);
+      document.fail(*e, "kp, ki, kd, imax or slewmax is expected as key, not " + key);
     *found->second = v.number("value", 0.0);
   }
+  const auto refuse = [&](const std::string& what) {
+    document.refuse(from.element, LeaveOut::kActuators, what);
+    return false;
+  };
+  if (std::abs(constant) > kNoOffset)
+    return refuse(
+        fmt::format("its joint follows another one with an offset, which adds {:.6g} to the length "
+                    "that the plugin controls; this is not supported: let it drive the joint that "
+                    "is followed, or couple the joints without an offset",
+                    constant));
+  if (from.law.integrates())
+    return refuse("a PID plugin with dyntype=\"integrator\" is not supported: give it the angle");
+  if (from.law.is_filtered() && a.has_slew())
+    return refuse("slewmax behind a filter is not supported: leave out slewmax or dyntype");
+  if (a.kd > 0.0 && !from.law.is_filtered())
+    document.note(from.element,
+                  "kd also acts on the rate of the command; in MuJoCo only behind a filter");
+  return true;
 }
 
 /// Sets what the actuator acts on; returns the part of its length that does not change.
@@ -89,7 +113,6 @@ double set_transmission(const CommandedElement& from, ActuatorSpec& spec, const 
   return from.law.gear[0] * from.length.constant;
 }
 
-/// Sets an affine law, with a lag where it has a filter.
 void set_affine(const CommandedElement& from, double constant, Actuator& a) {
   const Law& law = from.law;
   const bool pushes = law.bias_number(1) > 0.0 || law.bias_number(2) > 0.0;
@@ -99,11 +122,9 @@ void set_affine(const CommandedElement& from, double constant, Actuator& a) {
                          "kv");
   a.gain = law.gain[0];
   a.command_damping = law.command_damping();
-  a.integrates = law.integrates();
   a.bias = law.bias_number(0) + law.bias_number(1) * constant;
   a.stiffness = std::max(-law.bias_number(1), 0.0);
   a.damping = std::max(-law.bias_number(2), 0.0);
-  if (law.is_filtered()) a.lag = law.dynamics_numbers[0];
 }
 
 /// Bounds the command by ctrlrange, and by actrange: a lag keeps within the range of its input.
@@ -150,7 +171,7 @@ void read_commanded(const CommandedElement& from, MjcfModel::Actuator& actuator,
       actuator.name.empty() ? fmt::format("actuator{}", model.actuators.size()) : actuator.name;
   const double constant = set_transmission(from, spec, model);
   if (is_plugin(from.element)) {
-    read_pid(from, a);
+    if (!read_pid(from, constant, a)) return;
   } else if (from.law.is_muscle()) {
     const JointSpec* joint =
         spec.joint.empty()
@@ -164,6 +185,8 @@ void read_commanded(const CommandedElement& from, MjcfModel::Actuator& actuator,
   } else {
     set_affine(from, constant, a);
   }
+  if (from.law.is_filtered()) a.lag = from.law.dynamics_numbers[0];
+  a.integrates = from.law.integrates();
   bound(from, actuator, a);
   actuator.commanded = static_cast<int>(model.commanded.size());
   model.commanded.push_back(std::move(spec));

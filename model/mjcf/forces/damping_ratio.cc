@@ -19,10 +19,10 @@ void apply_damping_ratios(const std::vector<DampingRatio>& ratios, MjcfModel& mo
   }
   for (const DampingRatio& r : ratios) {
     JointSpec& joint = model.robot.joints[r.joint];
-    const double inertia = diagonal[built.body(built.find_joint(joint.name) + 1).v_index];
-    const double lever2 = r.lever * r.lever;
-    const double damping =
-        2.0 * r.ratio * std::sqrt(std::max(r.stiffness, 0.0) * inertia / lever2) * lever2;
+    const std::string& driven = model.robot.joints[r.driven].name;
+    const double inertia = diagonal[built.body(built.find_joint(driven) + 1).v_index];
+    const double damping = 2.0 * r.ratio * std::sqrt(std::max(r.stiffness, 0.0) * inertia) /
+                           std::abs(r.gear) * r.lever * r.lever;
     joint.servo.damping += damping;
     model.actuators[r.actuator].damping += damping;
   }

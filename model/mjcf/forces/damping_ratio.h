@@ -9,14 +9,17 @@ namespace counterpoint::mjcf {
 
 struct DampingRatio {
   int actuator = 0;  ///< index into MjcfModel::actuators
-  int joint = 0;     ///< index into RobotSpec::joints
+  int joint = 0;     ///< index into RobotSpec::joints; the joint whose servo it is
+  int driven = 0;    ///< the joint that it drives, which may follow `joint`
   double ratio = 0.0;
   double stiffness = 0.0;  ///< actuator force per transmission length
-  double lever = 1.0;      ///< transmission length per joint coordinate
+  double lever = 1.0;      ///< transmission length per coordinate of `joint`
+  double gear = 1.0;       ///< the same of `driven`
 };
 
 /// Adds the damping 2 ratio sqrt(stiffness m) per transmission length, with the inertia m that the
-/// actuator feels in the reference pose: the diagonal entry of the mass matrix over lever^2.
+/// actuator feels in the reference pose: the diagonal entry of the mass matrix of the joint that it
+/// drives, over gear^2.
 void apply_damping_ratios(const std::vector<DampingRatio>& ratios, MjcfModel& model);
 
 /// Sets the springs and dampers of joints with a springdamper of time constant T and ratio z:

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
@@ -91,6 +92,25 @@ TEST(TendonLengths, AWrapBeginsWithTheStraightLine) {
   const SegmentLength straight = straight_length(a, b, false);
   EXPECT_NEAR(bent.length, straight.length, 10.0 * depth);
   EXPECT_LT((bent.by_a - straight.by_a).norm(), 10.0 * depth / 0.3);
+}
+
+/// A path along a straight line that touches a cylinder is as long as the line, however rounding
+/// places the ends: neither around the far side nor with a full turn.
+TEST(TendonLengths, ALineThatTouchesStaysStraight) {
+  TendonWrap cylinder;
+  cylinder.cylinder = true;
+  cylinder.radius = 0.0025;
+  cylinder.side = Vector3(-0.002, 0.0025, 0.0);
+  const Vector3 a(0.015, 0.0025, 0.0), b(-0.002, 0.0025, 0.0);
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 1000; ++i) {
+    const Quaternion turn(normal(random), normal(random), normal(random), normal(random));
+    const Matrix3 R = turn.normalized().toRotationMatrix();
+    const double length = wrapped_length(cylinder, R, R * a, R * b, false).length;
+    // Ends off the line by rounding make an arc of that size, up to 1e-9 rad here.
+    ASSERT_NEAR(length, 0.017, 1e-9 * cylinder.radius) << i;
+  }
 }
 
 /// Paths over every kind of joint, around spheres and cylinders, over pulleys. Where a path begins

@@ -48,6 +48,19 @@ TEST_F(MjcfActuators, APositionServoWithATimeConstantLags) {
   EXPECT_TRUE(m.servos().empty());
 }
 
+TEST_F(MjcfActuators, ACylinderPressesOnItsArea) {
+  const Model m = read(
+      "<actuator><cylinder name='a' joint='j' diameter='0.2' bias='1 -2 -3' timeconst='0.3'/>"
+      "<cylinder name='b' joint='j' area='0.5'/></actuator>");
+  const Actuator& a = m.actuators().at(0);
+  EXPECT_NEAR(a.gain, 0.25 * 3.14159265358979323846 * 0.04, 1e-15);
+  EXPECT_EQ(a.bias, 1.0);
+  EXPECT_EQ(a.stiffness, 2.0);
+  EXPECT_EQ(a.damping, 3.0);
+  EXPECT_EQ(a.lag, 0.3);
+  EXPECT_EQ(m.actuators().at(1).gain, 0.5);
+}
+
 TEST_F(MjcfActuators, AForceAtASiteIsAlongItsAxes) {
   const Model m =
       read("<actuator><motor name='a' site='s' gear='0 0 2 0 0 0.5' ctrlrange='0 7'/></actuator>");
@@ -81,6 +94,41 @@ TEST_F(MjcfActuators, ThePidPluginIsReadFromItsInstance) {
       "<actuator><plugin name='a' plugin='mujoco.pid' instance='k' joint='j'/>"
       "</actuator>",
       "no instance 'k'");
+}
+
+TEST_F(MjcfActuators, APidPluginKeepsItsFilter) {
+  const auto sections = [](const std::string& dynamics, const std::string& more) {
+    return "<extension><plugin plugin='mujoco.pid'/></extension><actuator>"
+           "<plugin plugin='mujoco.pid' joint='j' dyntype='" +
+           dynamics + "' dynprm='0.03' actdim='1'><config key='kp' value='2'/>" + more +
+           "</plugin></actuator>";
+  };
+  EXPECT_EQ(read(sections("filterexact", "")).actuators().at(0).lag, 0.03);
+  expect_refused(sections("integrator", ""), "integrator");
+  expect_refused(sections("filterexact", "<config key='slewmax' value='1'/>"), "slewmax");
+}
+
+TEST_F(MjcfActuators, APidPluginOnAJointThatFollowsWithAnOffsetIsRefused) {
+  const auto sections = [](const char* coefficients) {
+    return std::string(
+               "<extension><plugin plugin='mujoco.pid'/></extension><equality>"
+               "<joint joint1='k' joint2='j' polycoef='") +
+           coefficients +
+           "'/></equality><actuator><plugin name='a' plugin='mujoco.pid' joint='k' gear='3'>"
+           "<config key='kp' value='2'/></plugin></actuator>";
+  };
+  const std::string joints = "<joint name='j'/><joint name='k' axis='1 0 0'/>";
+  const Model m = read(sections("0 2 0 0 0"), joints);
+  EXPECT_EQ(m.actuators().at(0).joint, m.find_joint("j"));
+  EXPECT_EQ(m.actuators().at(0).gear, 6.0);
+  try {
+    read(sections("0.5 2 0 0 0"), joints);
+    ADD_FAILURE() << "accepted";
+  } catch (const InputError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("'a'"), std::string::npos) << text;
+    EXPECT_NE(text.find("adds 1.5 to the length"), std::string::npos) << text;
+  }
 }
 
 TEST_F(MjcfActuators, AnIntegratedVelocityIsAServoOfTheIntegral) {

@@ -68,6 +68,17 @@ TEST_F(MjcfForcesTest, DampingRatioOneIsCritical) {
   EXPECT_NEAR(servo(s, "j1").damping, 2 * std::sqrt(25 * inertia), 1e-13);
 }
 
+TEST_F(MjcfForcesTest, DampingRatiosTakeTheInertiaOfTheDrivenJoint) {
+  // j2 is driven and follows j1, whose servo it becomes: 3 q2 = -6 q1.
+  std::string bodies = two_;
+  bodies.replace(bodies.rfind("mass='1'"), 8, "mass='3'");
+  const Scene s = scene(bodies + R"(<equality>
+    <joint joint1='j2' joint2='j1' polycoef='0 -2 0 0 0'/></equality>
+    <actuator><position joint='j2' kp='25' dampratio='1' gear='3'/></actuator>)");
+  const double inertia = 3.0 * (1.0 + 0.4 * 0.01);
+  EXPECT_NEAR(servo(s, "j1").damping, 2 * std::sqrt(25 * inertia / 9) * 36, 1e-12);
+}
+
 TEST_F(MjcfForcesTest, EqualityOfJointsIsAMimic) {
   const Scene s = scene(
       two_ + R"(<equality><joint joint1='j2' joint2='j1' polycoef='0.1 -2 0 0 0'/></equality>)");

@@ -142,6 +142,26 @@ TEST(Actuators, LagIsExact) {
   });
 }
 
+/// Behind a lag the command of a PID law has the rate (a(t + h) - a(t)) / h of the lag's output a,
+/// in which backward Euler takes I dw/dt = kd (da/dt - w).
+TEST(Actuators, PidBehindALagTakesTheRateOfTheLag) {
+  Actuator a = named("motor");
+  a.law = ActuatorLaw::kPid;
+  a.kd = 2.0;
+  a.lag = 0.05;
+  Simulator sim(wheel(a));
+  const double h = 0.002, c = h * a.kd / kWheelInertia;
+  double w = 0.0;
+  int i = 0;
+  run(sim, 200, 1.0, [&](const Inverse& inverse, double v) {
+    const double rate = (std::exp(-h * i / a.lag) - std::exp(-h * (i + 1) / a.lag)) / h;
+    ++i;
+    w = (w + c * rate) / (1.0 + c);
+    EXPECT_NEAR(v, w, 1e-11 * (1.0 + std::abs(w)));
+    EXPECT_NEAR(inverse.actuator_force[0], a.kd * (rate - w), 1e-9 * a.kd * (1.0 + rate));
+  });
+}
+
 /// The command passes a slew limit as a ramp.
 TEST(Actuators, SlewLimitsTheRate) {
   Actuator a = named("motor");
