@@ -60,10 +60,10 @@ TEST_F(FaultsTest, OfAnMjcfFile) {
 <worldbody><body name='a'><joint name='j' type='ball' stiffness='2'/><geom size='0.1'/>
 <body name='b'><joint name='k'/><geom size='0.1'/></body></body></worldbody>
 <tendon><spatial name='t' stiffness='3'/></tendon>
-<actuator><intvelocity joint='k' kp='1'/>
+<actuator><general joint='k' dyntype='user' biastype='affine'/>
 <position joint='none'/></actuator>
 <contact><exclude body1='a' body2='z'/></contact></mujoco>)",
-         {"m.xml:2: <joint> 'j': stiffness", "m.xml:4: <spatial> 't'", "m.xml:5: <intvelocity>",
+         {"m.xml:2: <joint> 'j': stiffness", "m.xml:4: <spatial> 't'", "m.xml:5: <general>",
           "m.xml:6: <position>: there is no joint 'none'",
           "m.xml:7: <exclude>: there is no body 'z'"});
 }

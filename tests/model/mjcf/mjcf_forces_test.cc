@@ -208,8 +208,9 @@ TEST_F(MjcfForcesTest, WhatIsMissingIsRefusedByElementAndLine) {
                  {"m.xml:3: <option>", "wind", "leave_out: [fluid]"});
   expect_refused(with("", "fluidshape='ellipsoid'") + "\n<option density='1.2'/>",
                  {"m.xml:2: <geom> 'g'", "fluidshape", "leave_out: [fluid]"});
-  expect_refused(with("") + "\n<actuator><muscle joint='k'/><intvelocity joint='j'/></actuator>",
-                 {"m.xml:3", "intvelocity"});
+  expect_refused(
+      with("") + "\n<actuator><general joint='j' dyntype='user' biastype='affine'/></actuator>",
+      {"m.xml:3", "dyntype"});
   expect_refused(with("") + "\n<actuator><motor joint='k'/></actuator>",
                  {"m.xml:3: <motor>", "no joint 'k'"});
   expect_refused(with("") + "\n<tendon><spatial name='t' stiffness='1'/></tendon>",
