@@ -1,5 +1,7 @@
 #include "mjcf_forces.h"
 
+#include <mujoco/mujoco.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>

@@ -2,14 +2,15 @@
 // one state under the same controls.
 #pragma once
 
-#include <mujoco/mujoco.h>
-
 #include <random>
 #include <vector>
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/scene.h"
+
+struct mjModel_;
+struct mjData_;
 
 namespace counterpoint::apps {
 
@@ -52,16 +53,16 @@ struct Place {
 /// time step kInstant.
 class ForceComparison {
  public:
-  ForceComparison(const MjcfModel& read, const Model& model, const mjModel& m,
+  ForceComparison(const MjcfModel& read, const Model& model, const mjModel_& m,
                   const std::vector<Place>& velocities);
 
   /// Whether both have the same actuators in the same order.
   bool same_actuators() const;
   /// Draws controls within their ranges, and activations. Every other time those of servos are such
   /// that their forces at q, v are within their limits.
-  void draw(const VectorX& q, const VectorX& v, std::mt19937_64& random, mjData& d);
+  void draw(const VectorX& q, const VectorX& v, std::mt19937_64& random, mjData_& d);
   /// Compares at the state of the last draw, after mj_forward.
-  void compare(const Dynamics& dynamics, const mjData& d);
+  void compare(const Dynamics& dynamics, const mjData_& d);
 
   /// Generalized forces of springs, dampers, servos and actuators; those on followers act on the
   /// coordinates that they follow.
@@ -70,15 +71,15 @@ class ForceComparison {
 
  private:
   void hold_within_limits(std::size_t i, const VectorX& q, const VectorX& v,
-                          std::mt19937_64& random, mjData& d) const;
-  void activate(std::size_t i, std::mt19937_64& random, mjData& d);
+                          std::mt19937_64& random, mjData_& d) const;
+  void activate(std::size_t i, std::mt19937_64& random, mjData_& d);
   VectorX forces_of_joints() const;
   VectorX forces_of_tendons(const Dynamics& dynamics) const;
-  VectorX forces_of_actuators(const Dynamics& dynamics, const mjData& d);
+  VectorX forces_of_actuators(const Dynamics& dynamics, const mjData_& d);
 
   const MjcfModel& read_;
   const Model& model_;
-  const mjModel& m_;
+  const mjModel_& m_;
   const std::vector<Place>& velocities_;
   Followers followers_;
   SimulationOptions options_;

@@ -9,8 +9,8 @@
 #include <sdf/ParserConfig.hh>
 #include <sstream>
 
+#include "counterpoint/model/files/captured_messages.h"
 #include "counterpoint/model/text_files.h"
-#include "counterpoint/model/urdf/captured_messages.h"
 
 namespace counterpoint::sdf_file {
 namespace {

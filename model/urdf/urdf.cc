@@ -7,11 +7,11 @@
 #include <mutex>
 #include <tuple>
 
+#include "counterpoint/model/files/captured_messages.h"
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/model.h"
 #include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/text_files.h"
-#include "counterpoint/model/urdf/captured_messages.h"
 #include "counterpoint/model/urdf/urdf_xml.h"
 
 namespace counterpoint {

@@ -7,6 +7,7 @@
 #include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/trajectory.h"
+#include "engine/forces/driven/wheel.h"
 #include "support/linkages.h"
 #include "support/random_model.h"
 #include "support/recover.h"
@@ -118,6 +119,43 @@ TEST(Actuators, DerivativesOnJointsAreClosedForms) {
     EXPECT_TRUE(test::expect_exact(scene, at, "seed " + std::to_string(seed)));
   }
   EXPECT_GT(compared, 5);
+}
+
+/// A command on a joint changes the step like an applied force of gear dF/du, as the page of
+/// actuators says.
+TEST(Actuators, CommandsActLikeAppliedForces) {
+  Actuator position = test::named("motor");
+  position.gain = position.stiffness = 30.0;
+  position.damping = 2.0;
+  Actuator coil = test::named("motor");
+  coil.law = ActuatorLaw::kDcMotor;
+  coil.torque_constant = 0.3;
+  coil.resistance = 1.5;
+  coil.inductance = 0.02;
+  const double h = 0.002;
+  for (auto [actuator, slope] :
+       {std::pair(position, 30.0), std::pair(coil, 0.3 / (1.5 + 0.02 / h))}) {
+    actuator.gear = -3.0;
+    Simulator sim(test::wheel(actuator));
+    const State start = sim.state();
+    const auto speed_at = [&](double command) {
+      sim.set_state(start);
+      sim.input().command = VectorX::Constant(1, command);
+      EXPECT_TRUE(sim.step().succeeded());
+      return sim.state().v[0];
+    };
+    const double by_command = 0.5 * (speed_at(1.0) - speed_at(-1.0));
+    speed_at(0.0);
+    Workspace workspace(sim.model());
+    Inverse inverse;
+    InverseDerivatives d_inverse;
+    ForwardDerivatives d;
+    ASSERT_TRUE(step_forward_derivatives(sim.model(), sim.options(), start.q, start.v,
+                                         sim.state().v, sim.input(), workspace, inverse, d_inverse,
+                                         d));
+    // Both are linear: rounding of a solution to 1e-12.
+    EXPECT_NEAR(by_command, -3.0 * slope * d.dv_du(0, 0), 1e-11);
+  }
 }
 
 /// Derivatives by actuators on links are differences of the whole step, and say so.
