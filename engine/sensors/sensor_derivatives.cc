@@ -34,10 +34,11 @@ class ChangedStep {
         step_forward(model_, options_, settings_, start, known, workspace_, next_);
     values.setConstant(table_.size(), kNaN);
     if (!report.succeeded()) return report;
-    known.z = start.z;
-    known.softening = report.softening;
-    find_taut_links(next_, known.taut_links);
-    table_.evaluate({start.q, start.v, next_.q, next_.v, known, options_.time_step}, values);
+    Input of_step = known;
+    of_step.z = start.z;
+    of_step.softening = report.softening;
+    find_taut_links(next_, of_step.taut_links);
+    table_.evaluate({start.q, start.v, next_.q, next_.v, of_step, options_.time_step}, values);
     return report;
   }
 

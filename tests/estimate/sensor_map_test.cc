@@ -184,6 +184,9 @@ TEST(SensorFiles, PredictionsAreComparedWithReadings) {
   }
   const std::vector<Recording> recordings = read_all({written("read.csv", rows)}, map, scene);
   refuse_sensors(map, "compare", true);
+  ColumnMap impacts = map;
+  impacts.after.push_back({});
+  EXPECT_THROW(refuse_sensors(impacts, "compare", true), InputError);
   PredictionOptions options;
   options.scene_step = scene.options.time_step;
   Predictor predictor(scene, map, options);

@@ -96,6 +96,8 @@ void read_sources(const std::map<std::string, std::string>& files, const ColumnM
 }
 
 void refuse_sensors(const ColumnMap& map, const std::string& command, bool takes_scene_sensors) {
+  // Impacts take no time: there is no step whose sensors could be read.
+  takes_scene_sensors = takes_scene_sensors && map.after.empty();
   const auto taken = [&](const Sensor& s) { return takes_scene_sensors && s.scene_sensor >= 0; };
   if (std::all_of(map.sensors.begin(), map.sensors.end(), taken) && map.sources.empty() &&
       map.treadmill.isZero(0.0))
