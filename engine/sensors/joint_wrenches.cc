@@ -17,6 +17,7 @@ template <class Push>
 void for_each_pull(const Model& model, const Kinematics& at, const Inverse& inverse, Push push) {
   for (std::size_t i = 0; i < model.tendons().size(); ++i) {
     const Tendon& tendon = model.tendons()[i];
+    if (!tendon.is_spatial()) continue;
     const double tension = tendon_tension(model, inverse, static_cast<int>(i));
     for (const TendonSegment& segment : tendon.path) {
       const auto [start, end, length] = place_segment(tendon, segment, at.X_WB, false);

@@ -91,28 +91,39 @@ bool listed_or_all(const std::vector<int>& list, int geometry) {
   return list.empty() || std::binary_search(list.begin(), list.end(), geometry);
 }
 
-/// Sums the contacts that a sensor counts: forces in W, or their normal components.
-void contact_value(const SensedMotion& motion, const Sensor& sensor, SensorKind kind, double* out) {
-  const Pose X_WS = sensor_pose(motion.model, sensor, motion.at);
-  const auto within = [&](const Vector3& point) {
-    const Vector3 place = X_WS.inverse() * point;
-    return (2.0 * place.array().abs() <= sensor.size.array()).all();
-  };
+/// Calls count(contact, sign) for each contact between a sensor's geometries and others; the force
+/// on the sensor's is sign times that of the contact.
+template <class Count>
+void for_each_contact(const SensedMotion& motion, const Sensor& sensor, const Count& count) {
   const auto has = [&](int geometry) {
     return std::binary_search(sensor.geometries.begin(), sensor.geometries.end(), geometry);
   };
-  Vector3 sum = Vector3::Zero();
-  double pressing = 0.0;
   for (const ContactForce& one : motion.inverse.contacts) {
     const int other = has(one.contact.geometry_b) ? one.contact.geometry_a : one.contact.geometry_b;
     const double sign = sign_on(one, has);
-    if (sign == 0.0 || !listed_or_all(sensor.others, other)) continue;
-    sum += sign * one.force;
-    if (within(one.contact.position)) pressing += one.force.dot(one.contact.normal);
+    if (sign != 0.0 && listed_or_all(sensor.others, other)) count(one, sign);
   }
-  if (kind == SensorKind::kContactForce)
-    return put(sensor.own_axes ? X_WS.rotation.transpose() * sum : sum, out);
-  *out = kind == SensorKind::kTouch ? pressing : pressing / (sensor.size.x() * sensor.size.y());
+}
+
+void contact_force_value(const SensedMotion& motion, const Sensor& sensor, double* out) {
+  Vector3 sum = Vector3::Zero();
+  for_each_contact(motion, sensor,
+                   [&](const ContactForce& one, double sign) { sum += sign * one.force; });
+  if (sensor.own_axes)
+    sum = sensor_pose(motion.model, sensor, motion.at).rotation.transpose() * sum;
+  return put(sum, out);
+}
+
+/// Sum of the normal forces of the contacts within the sensor's box.
+double touch_value(const SensedMotion& motion, const Sensor& sensor) {
+  const Pose X_SW = sensor_pose(motion.model, sensor, motion.at).inverse();
+  double sum = 0.0;
+  for_each_contact(motion, sensor, [&](const ContactForce& one, double) {
+    const Vector3 place = X_SW * one.contact.position;
+    if ((2.0 * place.array().abs() <= sensor.size.array()).all())
+      sum += one.force.dot(one.contact.normal);
+  });
+  return sum;
 }
 
 void joint_value(const SensedMotion& motion, const Sensor& sensor, SensorKind kind, double* out) {
@@ -206,7 +217,10 @@ void sensed_value(const SensedMotion& motion, const PlacedSensor& placed, Sensor
   const Sensor& sensor = *placed.sensor;
   if (senses_joint(kind)) return joint_value(motion, sensor, kind, out);
   if (senses_subtree(kind)) return subtree_value(motion, placed.part, kind, out);
-  if (senses_contacts(kind)) return contact_value(motion, sensor, kind, out);
+  if (kind == SensorKind::kContactForce) return contact_force_value(motion, sensor, out);
+  if (kind == SensorKind::kTouch) return void(*out = touch_value(motion, sensor));
+  if (kind == SensorKind::kPressure)
+    return void(*out = touch_value(motion, sensor) / (sensor.size.x() * sensor.size.y()));
   if (senses_tendon(kind)) return void(*out = tendon_value(motion, sensor.tendon, kind));
   if (senses_actuator(kind)) return void(*out = actuator_value(motion, sensor.actuator, kind));
   if (takes_reference(kind)) return relative_value(motion, sensor, kind, out);
