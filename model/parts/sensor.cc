@@ -34,12 +34,12 @@ const KindWords& words(SensorKind kind) {
       {"angular_momentum", "kg m^2/s", {"lx", "ly", "lz"}},
       {"touch", "N", {"touch"}},
       {"pressure", "Pa", {"pressure"}},
-      {"tendon_length", "", {"length"}},
-      {"tendon_velocity", "", {"speed"}},
-      {"tendon_force", "", {"force"}},
-      {"actuator_position", "", {"position"}},
-      {"actuator_velocity", "", {"speed"}},
-      {"actuator_force", "", {"force"}}};
+      {"tendon_length", "m|rad", {"length"}},
+      {"tendon_velocity", "m/s|rad/s", {"speed"}},
+      {"tendon_force", "N|N m", {"force"}},
+      {"actuator_position", "m|rad", {"position"}},
+      {"actuator_velocity", "m/s|rad/s", {"speed"}},
+      {"actuator_force", "N|N m", {"force"}}};
   return kWords[static_cast<int>(kind)];
 }
 

@@ -123,6 +123,7 @@ TEST(SensorParts, ATendonReadsTheLawOfItsLength) {
       {of_tendon("l", kTendonLength, "cord"), of_tendon("s", kTendonVelocity, "cord"),
        of_tendon("f", kTendonForce, "cord"), of_actuator("x", kActuatorPosition, "pull"),
        of_actuator("y", kActuatorVelocity, "pull"), of_actuator("p", kActuatorForce, "pull")}));
+  for (const SensorColumn& column : run.table.columns()) EXPECT_NE(column.unit, "") << column.name;
   for (int i = 0; i < 50; ++i) {
     run.step();
     const double angle = run.before.q[1], h = run.simulator.options().time_step;
