@@ -107,7 +107,8 @@ void apply(const Document& document, const Element& element, Law& law) {
   } else if (tag == "intvelocity") {
     apply_intvelocity(v, law);
   } else if (tag == "damper") {
-    law.gain = {0.0, 0.0, -v.number("kv", 1.0)};
+    const double above = law.gain_type == "affine" ? -law.gain[2] : 1.0;  // a default class
+    law.gain = {0.0, 0.0, -v.number("kv", above)};
     law.gain_type = "affine";
     law.bias_type = law.dynamics = "none";
   } else if (tag == "muscle") {

@@ -151,6 +151,10 @@ TEST_F(MjcfActuators, ADamperIsScaledByItsCommand) {
   EXPECT_EQ(a.gain, 0.0);
   EXPECT_EQ(a.damping, 0.0);
   EXPECT_EQ(a.most_command, 2.0);
+  const Model classed = read(
+      "<default><default class='c'><damper kv='5' ctrlrange='0 1'/></default></default>"
+      "<actuator><damper name='a' joint='j' class='c'/></actuator>");
+  EXPECT_EQ(classed.actuators().at(0).command_damping, 5.0);
   expect_refused("<actuator><damper name='a' joint='j' kv='3' ctrlrange='-1 2'/></actuator>",
                  "from 0 on");
 }
