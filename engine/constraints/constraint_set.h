@@ -132,6 +132,12 @@ struct FarPair {
   double turn = 0.0, turn_slope = 0.0;
 };
 
+/// A contact without rows in the present solve, since it is open (parked_contacts.h).
+struct InactiveContact {
+  collision::Candidate candidate;
+  PairConstraint pair;
+};
+
 /// A closure that acts in a step.
 struct ActingClosure {
   int index = 0;  ///< into Model::closures
@@ -146,7 +152,8 @@ struct ConstraintSet {
   std::vector<JointConstraint> joints;
   std::vector<RowTerm> row_terms;     ///< the terms of all rows in `joints`, each at least one
   std::vector<ParkedContact> parked;  ///< sorted by pair of geometries
-  std::vector<FarPair> far;      ///< sorted; the contacts of these pairs have not been computed
+  std::vector<FarPair> far;  ///< sorted; the contacts of these pairs have not been computed
+  std::vector<InactiveContact> inactive;
   double max_penetration = 0.0;  ///< [m]
 
   /// Returns the terms of a row of this set.
@@ -174,6 +181,7 @@ struct ConstraintSet {
     row_terms.clear();
     parked.clear();
     far.clear();
+    inactive.clear();
     max_penetration = 0.0;
   }
 };

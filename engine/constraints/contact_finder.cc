@@ -5,6 +5,7 @@
 
 #include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/constraints/contact_law.h"
+#include "counterpoint/engine/constraints/contact_memory.h"
 #include "counterpoint/engine/constraints/contact_patch.h"
 #include "counterpoint/engine/constraints/parked_contacts.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
@@ -65,6 +66,18 @@ bool turn_to_friction_axis(const Model& model, const Material& pair,
   return true;
 }
 
+/// Adds a contact as a constraint, after the other contacts and before the closures.
+void insert_contact(const collision::Candidate& candidate, const PairConstraint& contact,
+                    ConstraintSet& out) {
+  out.pairs.insert(out.pairs.begin() + static_cast<std::ptrdiff_t>(out.contacts.size()), contact);
+  out.contacts.push_back(candidate);
+}
+
+/// Share of its design weight, g / alpha, from which on a contact had a force.
+constexpr double kNoForce = 1e-6;
+/// Share of the weight of the heavier tree that an inactive contact may carry.
+constexpr double kOpenWeight = 1e-10;
+
 }  // namespace
 
 ContactFinder::ContactFinder(const Model& model, std::vector<double> inverse_mass)
@@ -75,7 +88,14 @@ ContactFinder::ContactFinder(const Model& model, std::vector<double> inverse_mas
       friction_slip_(model),
       V_(model.num_bodies()),
       turn_(model.num_bodies()),
-      turn_known_(model.num_bodies(), 0) {}
+      turn_known_(model.num_bodies(), 0),
+      tree_mass_(model.num_bodies(), 0.0) {
+  for (const Tree& tree : model.trees()) {
+    double mass = 0.0;
+    for (int b = tree.body_begin; b < tree.body_end; ++b) mass += model.body(b).inertia.mass;
+    for (int b = tree.body_begin; b < tree.body_end; ++b) tree_mass_[b] = mass;
+  }
+}
 
 void ContactFinder::forget() {
   search_.forget();
@@ -84,7 +104,7 @@ void ContactFinder::forget() {
 
 bool ContactFinder::find_reached(const StepContext& at, const Reached& w, const Kinematics& data,
                                  ConstraintSet& out) {
-  if (out.parked.empty() && out.far.empty()) return false;
+  if (out.parked.empty() && out.far.empty() && out.inactive.empty()) return false;
   const ContactOptions& options = at.options.contact;
   const double h = at.h();
   if (w.of_bodies == nullptr) compute_body_velocities(at.model, w.velocity, data, V_);
@@ -94,14 +114,59 @@ bool ContactFinder::find_reached(const StepContext& at, const Reached& w, const 
     park_contacts_of(at, far, data, out);
     return true;
   });
-  return std::erase_if(out.parked, [&](const ParkedContact& parked) {
-           if (!is_reached(parked, options, h, V, data)) return false;
-           PairConstraint contact;
-           make_contact(at, data, parked, contact);
-           if (!is_reached(by_law(parked, contact, h), options, h, V, data)) return false;
-           give_rows(at, parked, contact, out);
-           return true;
-         }) > 0;
+  const auto reached = std::erase_if(out.parked, [&](const ParkedContact& parked) {
+    if (!is_reached(parked, options, h, V, data)) return false;
+    PairConstraint contact;
+    make_contact(at, data, parked, contact);
+    if (!is_reached(by_law(parked, contact, h), options, h, V, data)) return false;
+    give_rows(at, parked, contact, out);
+    return true;
+  });
+  const auto closed = std::erase_if(out.inactive, [&](const InactiveContact& open) {
+    if (stays_open(open.pair, h, V, data)) return false;
+    insert_contact(open.candidate, open.pair, out);
+    return true;
+  });
+  return reached + closed > 0;
+}
+
+/// Whether the law of a contact, not softened, gives an impulse of at most kOpenWeight at the body
+/// velocities V: at a speed y beyond its onset it gives k / y.
+bool ContactFinder::stays_open(const PairConstraint& contact, double h,
+                               const std::vector<Motion>& V, const Kinematics& data) const {
+  const double mass = std::max(tree_mass_[contact.body_a], tree_mass_[contact.body_b]);
+  const double negligible = kOpenWeight * mass * kStandardGravity * h;
+  return negligible * speed_beyond_onset(contact, V, data) > contact.law.smoothing;
+}
+
+void ContactFinder::set_inactive(const StepContext& at, const Kinematics& data,
+                                 const std::vector<RememberedForce>& memory,
+                                 ConstraintSet& out) const {
+  const size_t count = out.contacts.size();
+  if (count == 0) return;
+  out.inactive.reserve(count);
+  size_t kept = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const PairConstraint& pair = out.pairs[i];
+    const double alpha = search_.inverse_mass(pair.body_a) + search_.inverse_mass(pair.body_b);
+    if (stays_open(pair, at.h(), data.V, data) &&
+        !(alpha * recall_load(out, i, data, memory) > kNoForce * kStandardGravity)) {
+      out.inactive.push_back({out.contacts[i], pair});
+      continue;
+    }
+    out.contacts[kept] = out.contacts[i];
+    out.pairs[kept++] = pair;
+  }
+  out.contacts.resize(kept);
+  out.pairs.erase(out.pairs.begin() + static_cast<std::ptrdiff_t>(kept),
+                  out.pairs.begin() + static_cast<std::ptrdiff_t>(count));
+}
+
+bool ContactFinder::activate_all(ConstraintSet& out) {
+  for (const InactiveContact& open : out.inactive) insert_contact(open.candidate, open.pair, out);
+  const bool any = !out.inactive.empty();
+  out.inactive.clear();
+  return any;
 }
 
 void ContactFinder::unpark_all(const StepContext& at, const Kinematics& data, ConstraintSet& out) {
@@ -113,6 +178,7 @@ void ContactFinder::unpark_all(const StepContext& at, const Kinematics& data, Co
     give_rows(at, parked, contact, out);
   }
   out.parked.clear();
+  activate_all(out);
 }
 
 /// Inserts the contacts of a far pair into the parked ones, in the order they would have had from
@@ -130,12 +196,10 @@ void ContactFinder::park_contacts_of(const StepContext& at, const FarPair& far,
   }
 }
 
-/// Adds a parked contact as a constraint, after the other contacts and before the closures.
 void ContactFinder::give_rows(const StepContext& at, const ParkedContact& parked,
                               PairConstraint& contact, ConstraintSet& out) {
   friction_slip_.apply(at.options, speed_, contact);
-  out.pairs.insert(out.pairs.begin() + static_cast<std::ptrdiff_t>(out.contacts.size()), contact);
-  out.contacts.push_back(parked.candidate);
+  insert_contact(parked.candidate, contact, out);
 }
 
 /// Returns by how much farther along n [m] the point at `arm` from a body's origin moves within the

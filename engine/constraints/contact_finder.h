@@ -8,6 +8,7 @@
 #include "counterpoint/engine/constraints/bounce.h"
 #include "counterpoint/engine/constraints/contact_search.h"
 #include "counterpoint/engine/constraints/friction_slip.h"
+#include "counterpoint/engine/state.h"
 
 namespace counterpoint {
 
@@ -21,11 +22,19 @@ class ContactFinder {
   /// `counts`. Requires poses and velocities; depends on (q, v) alone.
   void find(const StepContext& at, const Kinematics& data, SleepMask idle, ConstraintSet& out,
             EffectCounts& counts);
-  /// Gives rows to the parked contacts that the end velocity w reaches. Returns false if none was
-  /// added. Requires the poses of find().
+  /// Makes those contacts in `out` inactive that stay open at the velocity at the start and had no
+  /// force in the last step, whose forces are `memory`. Same requirements as find(); where laws are
+  /// smooth or softened, none may be inactive.
+  void set_inactive(const StepContext& at, const Kinematics& data,
+                    const std::vector<RememberedForce>& memory, ConstraintSet& out) const;
+  /// Gives rows to all inactive contacts. Returns false if there were none.
+  static bool activate_all(ConstraintSet& out);
+  /// Gives rows to the parked and inactive contacts that the end velocity w reaches. Returns false
+  /// if none was added. Requires the poses of find().
   bool find_reached(const StepContext& at, const Reached& w, const Kinematics& data,
                     ConstraintSet& out);
-  /// Gives rows to all parked contacts, including those of far pairs. Same requirements as find().
+  /// Gives rows to all parked contacts, including those of far pairs, and to the inactive ones.
+  /// Same requirements as find().
   void unpark_all(const StepContext& at, const Kinematics& data, ConstraintSet& out);
   /// Forgets the last find(): there are no contacts.
   void forget();
@@ -53,6 +62,8 @@ class ContactFinder {
   const ContactSearch& search() const { return search_; }
 
  private:
+  bool stays_open(const PairConstraint& contact, double h, const std::vector<Motion>& V,
+                  const Kinematics& data) const;
   void find_crowds(const StepContext& at, const std::vector<collision::Candidate>& candidates);
   const Material& material_of(const Model& model, EffectSet effects,
                               const collision::Candidate& candidate);
@@ -83,6 +94,7 @@ class ContactFinder {
   /// Rotation of each body within the step at its present velocity, valid where turn_known_.
   std::vector<Quaternion> turn_;
   std::vector<char> turn_known_;
+  std::vector<double> tree_mass_;  ///< per body: mass of its tree [kg]
 };
 
 }  // namespace counterpoint

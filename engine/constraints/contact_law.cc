@@ -1,6 +1,7 @@
 #include "counterpoint/engine/constraints/contact_law.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace counterpoint {
@@ -14,29 +15,48 @@ bool rules(const Bounce& bounce, const LawOptions& options, double h, double gap
   return bounce.happens && (gap > 0.0 || -bounce.speed < law_bias(options, h, gap));
 }
 
-/// 1 - gap^2 / reach^2 for a positive gap, 0 beyond the reach.
+/// 1 - gap^2 / reach^2 for a positive gap, 0 beyond the reach, 1 for an overlap.
 double left_at(double gap, double reach) {
-  const double share = gap / reach;
+  const double share = std::max(gap, 0.0) / reach;
   return share < 1.0 ? 1.0 - share * share : 0.0;
+}
+
+/// A part of the smoothing length [m] that fades up to a gap [m].
+struct FadingPart {
+  double length, end;
+};
+
+/// The parts of a smoothing length: that of open contacts, the rest of kHardSmoothing, the rest.
+std::array<FadingPart, 3> parts_of(double smoothing, double reach) {
+  const double open = std::min(smoothing, kOpenSmoothing);
+  const double hard = std::min(smoothing, kHardSmoothing);
+  return {{{open, std::numeric_limits<double>::infinity()},
+           {hard - open, kOpenGap},
+           {smoothing - hard, reach}}};
 }
 
 }  // namespace
 
 double faded_smoothing(double smoothing, double gap, double reach) {
-  if (!(gap > 0.0)) return smoothing;
-  const double least = std::min(smoothing, kHardSmoothing), left = left_at(gap, reach);
-  return least + (smoothing - least) * left * left;
+  double sum = 0.0;
+  for (const auto& [length, end] : parts_of(smoothing, reach)) {
+    const double left = left_at(gap, end);
+    sum += length * left * left;
+  }
+  return sum;
 }
 
 double faded_smoothing_slope(double smoothing, double gap, double reach) {
-  if (!(gap > 0.0 && gap < reach)) return 0.0;
-  const double least = std::min(smoothing, kHardSmoothing);
-  return -4.0 * (smoothing - least) * left_at(gap, reach) * (gap / reach) / reach;
+  if (!(gap > 0.0)) return 0.0;
+  double sum = 0.0;
+  for (const auto& [length, end] : parts_of(smoothing, reach))
+    sum -= 4.0 * length * left_at(gap, end) * (gap / end) / end;
+  return sum;
 }
 
 double faded_smoothing_share(double smoothing, double gap, double reach) {
-  if (!(gap > 0.0) || smoothing <= kHardSmoothing) return 1.0;
-  const double left = left_at(gap, reach);
+  if (smoothing <= kOpenSmoothing) return 1.0;
+  const double left = left_at(gap, smoothing <= kHardSmoothing ? kOpenGap : reach);
   return left * left;
 }
 

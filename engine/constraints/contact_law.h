@@ -25,7 +25,8 @@ double resting_reach(const ContactOptions& options, double h);
 /// Returns the smoothing length of a constraint at a gap [m or rad]. The force at a distance due to
 /// smoothing fades with the gap as (1 - gap^2 / reach^2)^2 and equals that of kHardSmoothing beyond
 /// the reach, so that constraints appear and vanish there, and the friction law changes, without a
-/// jump.
+/// jump. The smoothing of kHardSmoothing fades likewise up to kOpenGap, to kOpenSmoothing: open
+/// contacts then need no rows (parked_contacts.h).
 double faded_smoothing(double smoothing, double gap, double reach);
 /// Derivative of faded_smoothing by the gap [-].
 double faded_smoothing_slope(double smoothing, double gap, double reach);
@@ -33,6 +34,8 @@ double faded_smoothing_slope(double smoothing, double gap, double reach);
 double faded_smoothing_share(double smoothing, double gap, double reach);
 /// Smoothing length [m] whose force is negligible at any distance.
 inline constexpr double kHardSmoothing = 1e-13;
+/// Smoothing length [m] of a constraint that is open by kOpenGap [m or rad] at least.
+inline constexpr double kOpenSmoothing = 1e-16, kOpenGap = 1e-6;
 /// Gap within which a joint limit has a row, at rest [rad or m]. It is wide, since a row is cheap
 /// and solving again is not.
 inline constexpr double kLimitReach = 0.1;

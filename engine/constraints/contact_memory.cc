@@ -14,19 +14,26 @@ using Key = std::tuple<int, int, int>;
 Key key_of(const RememberedForce& r) { return {static_cast<int>(r.kind), r.a, r.b}; }
 bool by_key(const RememberedForce& x, const RememberedForce& y) { return key_of(x) < key_of(y); }
 
+bool by_key_and_place(const RememberedForce& x, const RememberedForce& y) {
+  const auto rank = [](const RememberedForce& r) {
+    return std::tuple(key_of(r), r.at[0], r.at[1], r.at[2]);
+  };
+  return rank(x) < rank(y);
+}
+
 /// Contact point in the frame of the moving body; of body B if both can move.
 Vector3 seen_from_body(const PairConstraint& pair, const Kinematics& data) {
   const Pose& X_WB = data.X_WB[pair.body_b != 0 ? pair.body_b : pair.body_a];
   return X_WB.rotation.transpose() * (pair.position - X_WB.translation);
 }
 
-RememberedForce identify_contact(const ConstraintSet& constraints, size_t i,
+RememberedForce identify_contact(const collision::Candidate& candidate, const PairConstraint& pair,
                                  const Kinematics& data) {
   RememberedForce out;
   out.kind = RememberedForce::Kind::kContact;
-  out.a = constraints.contacts[i].geometry_a;
-  out.b = constraints.contacts[i].geometry_b;
-  out.at = seen_from_body(constraints.pairs[i], data);
+  out.a = candidate.geometry_a;
+  out.b = candidate.geometry_b;
+  out.at = seen_from_body(pair, data);
   return out;
 }
 
@@ -54,13 +61,29 @@ RememberedForce identify_joint(const JointConstraint& row, std::span<const RowTe
   return out;
 }
 
+using Remembered = std::vector<RememberedForce>::const_iterator;
+
+/// Returns the force of a range, not empty, whose contact point is nearest to that of `own`.
+Remembered nearest_of(Remembered first, Remembered last, const RememberedForce& own) {
+  Remembered nearest = first;
+  double least = (first->at - own.at).squaredNorm();
+  for (Remembered other = first + 1; other != last; ++other) {
+    const double distance = (other->at - own.at).squaredNorm();
+    if (!(distance < least)) continue;
+    least = distance;
+    nearest = other;
+  }
+  return nearest;
+}
+
 /// Calls visit(index of the constraint in the problem, its identity).
 template <class Visit>
 void for_each_identity(const ConstraintSet& constraints, const Kinematics& data, Visit visit) {
   int c = 0;
   for (size_t i = 0; i < constraints.pairs.size(); ++i)
-    visit(c++, i < constraints.contacts.size() ? identify_contact(constraints, i, data)
-                                               : identify_closure(constraints, i));
+    visit(c++, i < constraints.contacts.size()
+                   ? identify_contact(constraints.contacts[i], constraints.pairs[i], data)
+                   : identify_closure(constraints, i));
   for (const JointConstraint& row : constraints.joints)
     visit(c++, identify_joint(row, constraints.terms(row)));
 }
@@ -104,14 +127,7 @@ void recall_impulses(const PosedConstraints& posed, const std::vector<Remembered
     f[0] = std::numeric_limits<double>::quiet_NaN();
     if (first == last || key_of(*first) != key_of(own)) find(own);
     if (first == last) return;
-    auto nearest = first;
-    double least = (first->at - own.at).squaredNorm();
-    for (auto other = first + 1; other != last; ++other) {
-      const double distance = (other->at - own.at).squaredNorm();
-      if (!(distance < least)) continue;
-      least = distance;
-      nearest = other;
-    }
+    const Remembered nearest = nearest_of(first, last, own);
     if (own.kind == RememberedForce::Kind::kJoint) {
       f[0] = h * nearest->force[0];
       return;
@@ -123,6 +139,15 @@ void recall_impulses(const PosedConstraints& posed, const std::vector<Remembered
                           : pair.frame.col(row - 3).dot(nearest->torque));
     }
   });
+}
+
+double recall_load(const ConstraintSet& constraints, size_t i, const Kinematics& data,
+                   const std::vector<RememberedForce>& memory) {
+  const PairConstraint& pair = constraints.pairs[i];
+  const RememberedForce own = identify_contact(constraints.contacts[i], pair, data);
+  const auto [first, last] = std::equal_range(memory.begin(), memory.end(), own, by_key);
+  if (first == last) return 0.0;
+  return pair.frame.col(0).dot(nearest_of(first, last, own)->force);
 }
 
 void remember_impulses(const Model& model, const PosedConstraints& posed, const VectorRef& impulse,
@@ -148,11 +173,13 @@ void remember_impulses(const Model& model, const PosedConstraints& posed, const 
   // Rows on joints have one key each, so no stable sort, which allocates, is needed.
   const auto joints = memory.end() - static_cast<std::ptrdiff_t>(constraints.joints.size());
   if (!std::is_sorted(joints, memory.end(), by_key)) std::sort(joints, memory.end(), by_key);
+  for (const InactiveContact& open : constraints.inactive)
+    memory.push_back(identify_contact(open.candidate, open.pair, posed.data));
   if (!idle.bodies.empty())
     for (const RememberedForce& r : before)
       if (is_idle(model, r, idle)) memory.push_back(r);
   if (!std::is_sorted(memory.begin(), memory.end(), by_key))
-    std::stable_sort(memory.begin(), memory.end(), by_key);
+    std::sort(memory.begin(), memory.end(), by_key_and_place);
 }
 
 }  // namespace counterpoint

@@ -27,6 +27,11 @@ struct PosedConstraints {
 void recall_impulses(const PosedConstraints& posed, const std::vector<RememberedForce>& memory,
                      Eigen::Ref<VectorX> impulse);
 
+/// The normal force [N] of the contact that matches contacts[i] in the memory; 0 if none does.
+/// Requires compute_poses.
+double recall_load(const ConstraintSet& constraints, size_t i, const Kinematics& data,
+                   const std::vector<RememberedForce>& memory);
+
 /// Stores the forces of the constraints, impulse / h, sorted by constraint. Forces between idle
 /// bodies (sleep.h) are copied from `before`.
 void remember_impulses(const Model& model, const PosedConstraints& posed, const VectorRef& impulse,

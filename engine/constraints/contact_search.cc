@@ -31,6 +31,10 @@ bool parks_contacts(const SimulationOptions& options) {
   return options.integrator == Integrator::kSemiImplicitEuler;
 }
 
+bool may_deactivate_contacts(const SimulationOptions& options) {
+  return parks_contacts(options) && options.contact.smoothing <= kHardSmoothing;
+}
+
 Material active_material(Material pair, EffectSet effects) {
   if (!effects.has(Effect::kStiffness)) {
     pair.stiffness = std::numeric_limits<double>::infinity();

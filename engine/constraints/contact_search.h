@@ -68,6 +68,9 @@ class ContactSearch {
 /// poses than q.
 bool parks_contacts(const SimulationOptions& options);
 
+/// Whether contacts that stay open may be without rows.
+bool may_deactivate_contacts(const SimulationOptions& options);
+
 /// Returns the material of a pair with the coefficients of inactive effects set to zero.
 Material active_material(Material pair, EffectSet effects);
 

@@ -93,6 +93,24 @@ bool is_reached(const ParkedContact& contact, const ContactOptions& options, dou
   return closes_faster(contact, v, w.squaredNorm(), (contact.gap - end_gap(options)) / h);
 }
 
+double speed_beyond_onset(const PairConstraint& contact, const std::vector<Motion>& V,
+                          const Kinematics& data) {
+  const contact::Law& law = contact.law;
+  if (law.coulomb || law.rows == 1) {
+    const Vector3 v =
+        relative_velocity_at(contact.position, contact.body_a, contact.body_b, data, V);
+    return contact.frame.col(0).dot(v) + law.bias[0];
+  }
+  const contact::Rows y = relative_velocity(contact, data, V);
+  double square = 0.0;
+  for (int i = 1; i < law.rows; ++i) {
+    const auto k = static_cast<size_t>(i);
+    const double z = law.friction[k - 1] * (y[i] + law.bias[k]);
+    square += z * z;
+  }
+  return y[0] + law.bias[0] - std::sqrt(square);
+}
+
 bool is_far(const FarPair& pair, double parking_gap, double h, const Kinematics& data) {
   return exceeds(pair, parking_gap, kSpeedUp * h, data.V, data.X_WB);
 }

@@ -19,6 +19,16 @@
 // step and again with the velocity after it. The bounds imply the two conditions above; they only
 // save time.
 //
+// Inactive contacts: most contacts near enough have no force, as the far corners of a foot on its
+// edge. The law tells from the velocity y of the contact alone; beyond its onset it gives k / y:
+//
+//   inactive: k / (y_N - |mu y_T|) < 1e-10 of the weight of the heavier tree, at w, and no force in
+//   the last step;    row after all: the same at w+
+//
+// Only |mu y_T| of convex friction counts. Open contacts have little smoothing
+// (faded_smoothing), so that a gap of a micrometre is enough. Softened laws act farther: with them
+// all contacts have rows.
+//
 // Displacements that recover overlaps (overlap_correction.h) are examined in the same way. Contacts
 // of sleeping bodies are never parked, since they wake the bodies (sleep.h).
 #pragma once
@@ -43,6 +53,11 @@ bool is_near(const ParkedContact& contact, double parking_gap, double h);
 /// it.
 bool is_reached(const ParkedContact& contact, const ContactOptions& options, double h,
                 const std::vector<Motion>& V, const Kinematics& data);
+
+/// The velocity [m/s] by which a contact is beyond the onset of its force, from the body velocities
+/// V: y_N - |mu y_T|, or y_N where the normal impulse does not depend on friction.
+double speed_beyond_onset(const PairConstraint& contact, const std::vector<Motion>& V,
+                          const Kinematics& data);
 
 /// Whether every contact that a pair may have is parked, at the poses and velocities of `data`.
 bool is_far(const FarPair& pair, double parking_gap, double h, const Kinematics& data);

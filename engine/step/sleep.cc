@@ -167,6 +167,10 @@ void Sleepers::find_islands(const Model& model, const ConstraintSet& constraints
     if (b >= 0) touched_[b] = 1;
     if (a >= 0 && b >= 0) islands_.join(a, b);
   });
+  // Open contacts join trees as well: else one that sleeps would be woken by its neighbour.
+  for (const InactiveContact& open : constraints.inactive)
+    if (open.pair.body_a != 0 && open.pair.body_b != 0)
+      islands_.join(model.body(open.pair.body_a).tree, model.body(open.pair.body_b).tree);
 }
 
 void Sleepers::hold_still(const Model& model, double h, const std::vector<double>& radii,

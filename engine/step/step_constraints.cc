@@ -167,25 +167,32 @@ void ConstraintStage::solve_problem(const VectorX& free, Guess from, bool extend
                    [&](auto in_tree, auto in_block) { w(in_tree) = solution_.velocity(in_block); });
 }
 
-/// Solves again after constraints were added, starting from the last solution w.
-void ConstraintStage::solve_again(VectorX& w) {
-  VectorX& free = solution_.free_velocity;
-  free = w;
+/// Sets solution_.free_velocity to the free velocity of the solution w (nv).
+void ConstraintStage::find_free_velocity(const VectorX& w) {
+  solution_.free_velocity = w;
   for_each_touched(in_.step.model, solution_, [&](auto in_tree, auto in_block) {
-    free(in_tree) = solution_.problem.free_velocity()(in_block);
+    solution_.free_velocity(in_tree) = solution_.problem.free_velocity()(in_block);
   });
-  solve_problem(free, Guess::kLastSolution, true, w);
 }
 
-/// Adds rows for the limits and parked contacts that w reaches and solves again, until it reaches
+/// Solves again after constraints were added, starting from the last solution w.
+void ConstraintStage::solve_again(VectorX& w) {
+  find_free_velocity(w);
+  solve_problem(solution_.free_velocity, Guess::kLastSolution, true, w);
+}
+
+/// Adds rows for the limits and contacts that w reaches and solves again, until it reaches
 /// none. This ends, since each round adds a row and their number is limited. solved: w is a
 /// solution of a contact problem.
 void ConstraintStage::solve_overruns(bool solved, VectorX& w) {
   const StepContext context = in_.step.context();
   const Kinematics& at = in_.start.kinematics();
-  for (int round = 0; report_.succeeded() && finder_.find_overrun(context, {w}, at, constraints_,
-                                                                  in_.sleepers.sleep_mask());
-       ++round) {
+  const auto add_rows = [&] {
+    const bool reached =
+        finder_.find_overrun(context, {w}, at, constraints_, in_.sleepers.sleep_mask());
+    return (report_.softening.any() && ContactFinder::activate_all(constraints_)) || reached;
+  };
+  for (int round = 0; report_.succeeded() && add_rows(); ++round) {
     if (round >= kMostOverruns) finder_.contacts().unpark_all(context, at, constraints_);
     if (solved) {
       solve_again(w);
@@ -197,8 +204,19 @@ void ConstraintStage::solve_overruns(bool solved, VectorX& w) {
 }
 
 void ConstraintStage::solve(VectorX& w) {
+  const StepArguments& step = in_.step;
+  const Softening given = report_.softening;
+  if (may_deactivate_contacts(step.options) && !given.any())
+    finder_.contacts().set_inactive(step.context(), in_.start.kinematics(), step.state.memory,
+                                    constraints_);
   const bool any = !constraints_.empty();
   if (any) solve_problem(w, Guess::kLastStep, false, w);
+  if (report_.softening.any() && ContactFinder::activate_all(constraints_)) {
+    // The inverse softens the trees that all contacts join.
+    report_.softening = given;
+    find_free_velocity(w);
+    solve_problem(solution_.free_velocity, Guess::kLastStep, false, w);
+  }
   solve_overruns(any, w);
 }
 
