@@ -65,7 +65,16 @@ void IslandSolver::begin(IslandSystem& system, const Settings& settings,
   f_.resize(guess.size());
   newton_.begin(system);
   start_ = w;
-  newton_.choose_start(start_, f_);
+  newton_.choose_start(is_loaded(), start_, f_);
+}
+
+// Returns whether a guess is a load beyond the kink of its one-sided law.
+bool IslandSolver::is_loaded() const {
+  const auto& constraints = system_->constraints();
+  return std::any_of(constraints.begin(), constraints.end(), [this](const auto& c) {
+    const double load = guess_[c.row];
+    return is_one_sided(c.law.type) && load > 0.0 && c.inverse_mass * load * load > c.law.smoothing;
+  });
 }
 
 int IslandSolver::allowed(int steps) const {

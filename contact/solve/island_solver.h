@@ -34,6 +34,7 @@ class IslandSolver {
  private:
   void begin(IslandSystem& system, const Settings& settings, const std::vector<double>& w,
              const std::vector<double>& guess);
+  bool is_loaded() const;
   bool run(Method method);
   bool run_velocity();
   bool run_mixed();

@@ -47,11 +47,11 @@ void Newton::begin(IslandSystem& system) {
   totals_.residual_history.clear();
 }
 
-void Newton::choose_start(std::vector<double>& w, std::vector<double>& f) {
+void Newton::choose_start(bool loaded, std::vector<double>& w, std::vector<double>& f) {
   unsymmetric_ = system_->unsymmetric();
   evaluate_residual(w, f);
   const double given = gradient_norm_, scale = scale_;
-  if (given < kNearSolution * scale) return;
+  if (loaded || given < kNearSolution * scale) return;
   const double* free = system_->free_velocity();
   trial_.assign(free, free + w.size());
   // Puts the values at the given start aside.

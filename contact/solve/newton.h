@@ -36,9 +36,9 @@ class Newton {
   /// Begins with an island: sizes the memory and resets the totals.
   void begin(IslandSystem& system);
   /// Replaces w by the free velocity if that has the smaller residual: the last velocity is a good
-  /// start for a contact at rest, the free one for a flight. f: memory for the impulses. resume()
-  /// then starts there.
-  void choose_start(std::vector<double>& w, std::vector<double>& f);
+  /// start for a contact at rest, the free one for a flight. loaded: a constraint is known to carry
+  /// a load, so that it is no flight. f: memory for the impulses. resume() then starts there.
+  void choose_start(bool loaded, std::vector<double>& w, std::vector<double>& f);
   /// Takes at most `max_iterations` factorizations towards a relative residual of `tolerance`. w:
   /// start on entry, answer on return; f: impulses at w. contraction: expected share of the
   /// residual after a step with the system's present factors; 1 where they are of no use.

@@ -27,36 +27,36 @@ struct FadingPart {
 };
 
 /// The parts of a smoothing length: that of open contacts, the rest of kHardSmoothing, the rest.
-std::array<FadingPart, 3> parts_of(double smoothing, double reach) {
-  const double open = std::min(smoothing, kOpenSmoothing);
+std::array<FadingPart, 3> parts_of(double smoothing, const Fading& fading) {
+  const double open = std::min(smoothing, fading.open);
   const double hard = std::min(smoothing, kHardSmoothing);
   return {{{open, std::numeric_limits<double>::infinity()},
            {hard - open, kOpenGap},
-           {smoothing - hard, reach}}};
+           {smoothing - hard, fading.reach}}};
 }
 
 }  // namespace
 
-double faded_smoothing(double smoothing, double gap, double reach) {
+double faded_smoothing(double smoothing, double gap, const Fading& fading) {
   double sum = 0.0;
-  for (const auto& [length, end] : parts_of(smoothing, reach)) {
+  for (const auto& [length, end] : parts_of(smoothing, fading)) {
     const double left = left_at(gap, end);
     sum += length * left * left;
   }
   return sum;
 }
 
-double faded_smoothing_slope(double smoothing, double gap, double reach) {
+double faded_smoothing_slope(double smoothing, double gap, const Fading& fading) {
   if (!(gap > 0.0)) return 0.0;
   double sum = 0.0;
-  for (const auto& [length, end] : parts_of(smoothing, reach))
+  for (const auto& [length, end] : parts_of(smoothing, fading))
     sum -= 4.0 * length * left_at(gap, end) * (gap / end) / end;
   return sum;
 }
 
-double faded_smoothing_share(double smoothing, double gap, double reach) {
-  if (smoothing <= kOpenSmoothing) return 1.0;
-  const double left = left_at(gap, smoothing <= kHardSmoothing ? kOpenGap : reach);
+double faded_smoothing_share(double smoothing, double gap, const Fading& fading) {
+  if (smoothing <= fading.open) return 1.0;
+  const double left = left_at(gap, smoothing <= kHardSmoothing ? kOpenGap : fading.reach);
   return left * left;
 }
 
@@ -76,6 +76,7 @@ LawOptions law_options(const SimulationOptions& options, bool wedged) {
   law.kept_recovery = law.max_recovery_speed;
   if (wedged && !options.push_deep) law.kept_share = 0.0;
   if (options.integrator == Integrator::kImplicitMidpoint) return law;
+  law.open_smoothing = kOpenSmoothing;
   // At rest y = b = -r f: if the bias is limited below r f, a heavy load sinks.
   const double yields = law.compliance * options.time_step * kStandardGravity;
   law.kept_recovery = std::min(law.max_recovery_speed,
@@ -161,7 +162,7 @@ void set_contact_law(const LawOptions& options, double h, const ContactStart& st
   const auto& [pair, alpha, gap, area, v, bounce, round] = start;
   const double mu = sliding_friction(pair, v.tail<2>().norm()).value;
   law.regularizer = options.compliance * alpha;
-  law.smoothing = smoothing(faded_smoothing(options.smoothing, gap, options.margin), alpha);
+  law.smoothing = smoothing(faded_smoothing(options.smoothing, gap, options.fading()), alpha);
   law.bias[0] = law_bias(options, h, gap);
   const bool bounces = rules(bounce, options, h, gap);
   if (bounces) law.bias[0] = -bounce.speed;
@@ -212,7 +213,7 @@ LawSlopes contact_law_slopes(const LawOptions& options, double h, const ContactS
   LawSlopes slopes;
   slopes.gap = law_bias_slope(options, h, gap);
   slopes.smoothing =
-      smoothing(faded_smoothing_slope(options.smoothing, gap, options.margin), alpha);
+      smoothing(faded_smoothing_slope(options.smoothing, gap, options.fading()), alpha);
   if (rules(bounce, options, h, gap)) {
     slopes.gap = -bounce.by_gap;
     slopes.v[0] = -bounce.by_velocity;
@@ -238,13 +239,13 @@ LawSlopes contact_law_slopes(const LawOptions& options, double h, const ContactS
 contact::Law make_limit_law(const LawOptions& options, double h, double alpha, double gap) {
   contact::Law law;
   law.regularizer = options.compliance * alpha;
-  law.smoothing = smoothing(faded_smoothing(options.smoothing, gap, kLimitReach), alpha);
+  law.smoothing = smoothing(faded_smoothing(options.smoothing, gap, {kLimitReach}), alpha);
   law.bias[0] = law_bias(options, h, gap);
   return law;
 }
 
 double limit_smoothing_slope(const ContactOptions& options, double alpha, double gap) {
-  return smoothing(faded_smoothing_slope(options.smoothing, gap, kLimitReach), alpha);
+  return smoothing(faded_smoothing_slope(options.smoothing, gap, {kLimitReach}), alpha);
 }
 
 contact::Law make_speed_limit_law(const ContactOptions& options, double alpha, double limit) {

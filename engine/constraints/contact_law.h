@@ -22,20 +22,27 @@ inline double touching_gap(const ContactOptions& options) {
 /// most the margin.
 double resting_reach(const ContactOptions& options, double h);
 
+/// Smoothing length [m] whose force is negligible at any distance.
+inline constexpr double kHardSmoothing = 1e-13;
+/// Smoothing length [m] of contacts that are open by kOpenGap [m] at least, which then need no rows
+/// (parked_contacts.h). The midpoint rule gives rows to all contacts and reads their velocities off
+/// rounded poses: there it is kHardSmoothing.
+inline constexpr double kOpenSmoothing = 1e-15, kOpenGap = 1e-6;
+
+/// How smoothing fades with the gap: up to `reach` [m or rad], and down to `open` [m].
+struct Fading {
+  double reach, open = kHardSmoothing;
+};
+
 /// Returns the smoothing length of a constraint at a gap [m or rad]. The force at a distance due to
 /// smoothing fades with the gap as (1 - gap^2 / reach^2)^2 and equals that of kHardSmoothing beyond
 /// the reach, so that constraints appear and vanish there, and the friction law changes, without a
-/// jump. The smoothing of kHardSmoothing fades likewise up to kOpenGap, to kOpenSmoothing: open
-/// contacts then need no rows (parked_contacts.h).
-double faded_smoothing(double smoothing, double gap, double reach);
+/// jump. That of kHardSmoothing fades likewise within kOpenGap, to `open` at most.
+double faded_smoothing(double smoothing, double gap, const Fading& fading);
 /// Derivative of faded_smoothing by the gap [-].
-double faded_smoothing_slope(double smoothing, double gap, double reach);
+double faded_smoothing_slope(double smoothing, double gap, const Fading& fading);
 /// Derivative of faded_smoothing by the smoothing length, 0 ... 1.
-double faded_smoothing_share(double smoothing, double gap, double reach);
-/// Smoothing length [m] whose force is negligible at any distance.
-inline constexpr double kHardSmoothing = 1e-13;
-/// Smoothing length [m] of a constraint that is open by kOpenGap [m or rad] at least.
-inline constexpr double kOpenSmoothing = 1e-16, kOpenGap = 1e-6;
+double faded_smoothing_share(double smoothing, double gap, const Fading& fading);
 /// Gap within which a joint limit has a row, at rest [rad or m]. It is wide, since a row is cheap
 /// and solving again is not.
 inline constexpr double kLimitReach = 0.1;
@@ -60,7 +67,9 @@ struct LawOptions : ContactOptions {
   /// Largest recovery speed that the bodies keep [m/s]. Equal to max_recovery_speed under the
   /// implicit midpoint rule, which takes velocities from positions and displaces nothing.
   double kept_recovery = max_recovery_speed;
-  double kept_share = kKeptRecovery;  ///< part of max_recovery_speed in kept_recovery [-]
+  double kept_share = kKeptRecovery;       ///< part of max_recovery_speed in kept_recovery [-]
+  double open_smoothing = kHardSmoothing;  ///< length where contacts are open [m]
+  Fading fading() const { return {margin, open_smoothing}; }
   /// Overlaps that would need more than this recovery speed [m/s] are pushed apart less
   /// (pushed_share).
   double full_push = std::numeric_limits<double>::infinity();

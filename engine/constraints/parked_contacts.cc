@@ -19,7 +19,7 @@ constexpr double kReachShare = 0.25, kSpeedUp = 2.0;
 /// Returns E for the smoothing at the margin: parked contacts lie beyond the margin, or have hard
 /// smoothing everywhere.
 double end_gap(const ContactOptions& options) {
-  const double smoothing = faded_smoothing(options.smoothing, options.margin, options.margin);
+  const double smoothing = faded_smoothing(options.smoothing, options.margin, {options.margin});
   return std::max(kLeastEndGap, smoothing / kNoWeight);
 }
 

@@ -26,8 +26,8 @@
 //   the last step;    row after all: the same at w+
 //
 // Only |mu y_T| of convex friction counts. Open contacts have little smoothing
-// (faded_smoothing), so that a gap of a micrometre is enough. Softened laws act farther: with them
-// all contacts have rows.
+// (faded_smoothing), so that a few micrometres are enough. Softened laws act farther: with them all
+// contacts have rows.
 //
 // Displacements that recover overlaps (overlap_correction.h) are examined in the same way. Contacts
 // of sleeping bodies are never parked, since they wake the bodies (sleep.h).

@@ -73,17 +73,38 @@ TEST(FadedSmoothing, NothingJumpsWhereLimitsBegin) {
 TEST(FadedSmoothing, SlopeIsTheDerivative) {
   constexpr double kStep = 1e-6;  // error: kStep^2 times the third derivative, 24 / reach^3
   for (const double gap : {-0.01, 0.01, 0.05, 0.099, 0.12}) {
-    const double difference =
-        (faded_smoothing(kSmooth, gap + kStep, 0.1) - faded_smoothing(kSmooth, gap - kStep, 0.1)) /
-        (2.0 * kStep);
-    EXPECT_NEAR(faded_smoothing_slope(kSmooth, gap, 0.1), difference, 1e-7) << gap;
+    const Fading fading{0.1};
+    const double difference = (faded_smoothing(kSmooth, gap + kStep, fading) -
+                               faded_smoothing(kSmooth, gap - kStep, fading)) /
+                              (2.0 * kStep);
+    EXPECT_NEAR(faded_smoothing_slope(kSmooth, gap, fading), difference, 1e-7) << gap;
   }
 }
 
-// Fading does not affect contacts with the default, hard smoothing.
+// The last part of the smoothing of open contacts fades within a micrometre.
+TEST(FadedSmoothing, OfOpenContactsIsTheLeast) {
+  const Fading fading{0.1, kOpenSmoothing};
+  EXPECT_EQ(faded_smoothing(kHardSmoothing, 0.0, fading), kHardSmoothing);
+  EXPECT_EQ(faded_smoothing(kHardSmoothing, kOpenGap, fading), kOpenSmoothing);
+  EXPECT_EQ(faded_smoothing(0.0, kOpenGap, fading), 0.0);
+  constexpr double kStep = 1e-10;  // error: (kStep / kOpenGap)^2 of a slope of 1e-7
+  for (const double gap : {-1e-7, 2e-7, 8e-7, 2e-6}) {
+    const auto at = [&](double g) { return faded_smoothing(kHardSmoothing, g, fading); };
+    const double difference = (at(gap + kStep) - at(gap - kStep)) / (2.0 * kStep);
+    EXPECT_NEAR(faded_smoothing_slope(kHardSmoothing, gap, fading), difference, 1e-13) << gap;
+    constexpr double kLonger = 1.01 * kHardSmoothing, kShorter = 0.99 * kHardSmoothing;
+    const double by_length =
+        (faded_smoothing(kHardSmoothing, gap, fading) - faded_smoothing(kShorter, gap, fading)) /
+        (kHardSmoothing - kShorter);
+    EXPECT_NEAR(faded_smoothing_share(kShorter, gap, fading), by_length, 1e-9) << gap;
+    EXPECT_GE(faded_smoothing(kLonger, gap, fading), faded_smoothing(kHardSmoothing, gap, fading));
+  }
+}
+
+// Fading up to a reach does not affect hard smoothing.
 TEST(FadedSmoothing, HardContactsAreAsTheyWere) {
   for (const double gap : {-1e-3, 0.0, 1e-9, 5e-3, 0.02})
-    EXPECT_EQ(faded_smoothing(kHardSmoothing, gap, 0.01), kHardSmoothing) << gap;
+    EXPECT_EQ(faded_smoothing(kHardSmoothing, gap, {0.01}), kHardSmoothing) << gap;
 }
 
 TEST(FadedSmoothing, DerivativesOfForcesAtADistance) {

@@ -28,14 +28,13 @@ double law_bias_change(const LawOptions& law, double h, double gap, double kept,
   return recovery < -law.kept_recovery ? -kept : change;
 }
 
-/// Derivatives of regularizer and smoothing of a constraint at a gap; smoothing fades up to
-/// `reach`.
-LawChange strength_change(const ContactOptions& contact, double alpha, double gap, double reach,
-                          const LawSource& source) {
+/// Derivatives of regularizer and smoothing of a constraint at a gap.
+LawChange strength_change(const ContactOptions& contact, double alpha, double gap,
+                          const Fading& fading, const LawSource& source) {
   LawChange out;
   out.regularizer = source.compliance * alpha + contact.compliance * source.alpha;
-  const double length = faded_smoothing(contact.smoothing, gap, reach);
-  const double share = faded_smoothing_share(contact.smoothing, gap, reach);
+  const double length = faded_smoothing(contact.smoothing, gap, fading);
+  const double share = faded_smoothing_share(contact.smoothing, gap, fading);
   out.smoothing =
       kStandardGravity / alpha * (share * source.smoothing - length * source.alpha / alpha);
   return out;
@@ -46,7 +45,7 @@ LawChange strength_change(const ContactOptions& contact, double alpha, double ga
 LawChange contact_law_change(const LawOptions& law, double h, const ContactStart& start,
                              const LawSource& source) {
   const auto& [pair, alpha, gap, area, v, bounce, round] = start;
-  LawChange out = strength_change(law, alpha, gap, law.margin, source);
+  LawChange out = strength_change(law, alpha, gap, law.fading(), source);
   if (!pair.is_soft())
     out.bias = law_bias_change(law, h, gap, kept_recovery_change(law, h, source), source);
   if (bounce.happens && (gap > 0.0 || -bounce.speed < law_bias(law, h, gap)))
@@ -66,14 +65,14 @@ LawChange limit_law_change(const SimulationOptions& options, double alpha,
                            const JointConstraint& row, const LawSource& source) {
   const double h = options.time_step;
   const LawOptions law = law_options(options);
-  LawChange out = strength_change(options.contact, alpha, row.gap, kLimitReach, source);
+  LawChange out = strength_change(options.contact, alpha, row.gap, {kLimitReach}, source);
   out.bias = law_bias_change(law, h, row.gap, kept_recovery_change(law, h, source), source);
   return out;
 }
 
 LawChange plain_law_change(const SimulationOptions& options, const contact::Law& law, double alpha,
                            const LawSource& source) {
-  LawChange out = strength_change(options.contact, alpha, 0.0, 1.0, source);
+  LawChange out = strength_change(options.contact, alpha, 0.0, {1.0}, source);
   // Equalities are softer by a constant factor, and have no smoothing.
   out.regularizer *= law.regularizer / (options.contact.compliance * alpha);
   if (law.type == contact::LawType::kEquality) out.smoothing = 0.0;

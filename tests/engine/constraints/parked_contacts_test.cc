@@ -41,7 +41,62 @@ TEST(ParkedContacts, HaveNoRowsWhereTheyStayOpen) {
   ASSERT_TRUE(report.succeeded());
   EXPECT_EQ(report.constraint_rows, 0);
   EXPECT_EQ(report.newton_iterations, 0);
-  EXPECT_EQ(Simulator(box_at(0.5 * gap)).step().constraint_rows, 12);
+  // Near contacts have none either until a step closes them; then all four corners have.
+  Simulator near(box_at(0.5 * gap));
+  EXPECT_EQ(near.step().constraint_rows, 0);
+  StepReport last;
+  for (int i = 0; i < 20 && last.constraint_rows == 0; ++i) last = near.step();
+  EXPECT_EQ(last.constraint_rows, 12);
+}
+
+/// A box on an edge, its other two lower corners 1 mm above the ground.
+Scene box_on_edge() {
+  constexpr double kTilt = 5e-3, kHalf = 0.1;  // [rad], [m]
+  Scene scene = box_at(0.0);
+  scene.q[2] = kHalf * (std::cos(kTilt) + std::sin(kTilt));
+  scene.q.segment<4>(3) << std::cos(0.5 * kTilt), 0.0, std::sin(0.5 * kTilt), 0.0;
+  return scene;
+}
+
+// The law gives the corners in the air at most 1e-10 of the weight (kOpenWeight). The inverse has
+// rows for all four: the step without them is recovered as exactly as any other.
+TEST(InactiveContacts, OfABoxOnItsEdgeChangeNoForce) {
+  Simulator sim(box_on_edge());
+  const State before = sim.state();
+  const StepReport report = sim.step();
+  ASSERT_TRUE(report.succeeded());
+  EXPECT_EQ(report.constraint_rows, 6);
+  const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
+  ASSERT_EQ(inverse.contacts.size(), 4U);
+  const double weight = 9.81;  // [N], of 1 kg
+  int open = 0;
+  for (const ContactForce& contact : inverse.contacts)
+    open += contact.force.norm() < 1e-10 * weight;
+  EXPECT_EQ(open, 2);
+  EXPECT_LE(inverse.applied_force.lpNorm<Eigen::Infinity>(), 1e-9 * inverse.force_scale);
+}
+
+// Pushed down, the corners in the air reach the ground within the step: it holds them.
+TEST(InactiveContacts, GetRowsWhereTheStepClosesThem) {
+  Simulator sim(box_on_edge());
+  sim.input().applied_force[4] = -20.0;
+  const StepReport report = sim.step();
+  ASSERT_TRUE(report.succeeded());
+  EXPECT_EQ(report.constraint_rows, 12);
+  ASSERT_TRUE(sim.step().succeeded());
+  EXPECT_LE(sim.step().max_penetration, 1e-6);
+}
+
+// A softened law acts at a distance: then all near contacts have rows, in the inverse as well.
+TEST(InactiveContacts, AreNoneInASoftenedStep) {
+  Simulator sim(box_on_edge());
+  const State before = sim.state();
+  sim.input().softening.factor = 100.0;
+  const StepReport report = sim.step();
+  ASSERT_TRUE(report.succeeded());
+  EXPECT_EQ(report.constraint_rows, 12);
+  const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
+  EXPECT_LE(inverse.applied_force.lpNorm<Eigen::Infinity>(), 1e-9 * inverse.force_scale);
 }
 
 // Smoothing that acts at a distance: k / gap, 1e-3 m of the weight over 8e-3 m and more.

@@ -80,12 +80,16 @@ TEST(Inverse, FindsTheImpulsesOfTheForwardStepToTheBit) {
     error = std::max(error, (inverse.applied_force - input.applied_force).cwiseAbs().maxCoeff());
     scale = std::max(scale, inverse.force_scale);
     const Workspace::Impl& ws = forward.impl();
-    ASSERT_EQ(inverse.contacts.size(), ws.constraints.contacts.size());
-    for (size_t c = 0; c < inverse.contacts.size() && !report.softening.any(); ++c, ++compared) {
+    // The inverse lists near contacts that had no rows in the step, too.
+    for (size_t c = 0; c < ws.constraints.contacts.size() && !report.softening.any();
+         ++c, ++compared) {
       const PairConstraint& pair = ws.constraints.pairs[c];
       const contact::Rows f = ws.solution.impulse.segment(
           ws.solution.problem.first_row(static_cast<int>(c)), pair.law.rows);
-      ASSERT_EQ(inverse.contacts[c].force, pair_impulse(pair, f).force / kStep) << i << ", " << c;
+      const Vector3 force = pair_impulse(pair, f).force / kStep;
+      ASSERT_TRUE(std::any_of(inverse.contacts.begin(), inverse.contacts.end(),
+                              [&](const ContactForce& other) { return other.force == force; }))
+          << i << ", " << c;
     }
     std::swap(state, next);
   }
