@@ -110,7 +110,7 @@ void find_feature(const Vector3& surface, double reach, Side& out) {
 void find_faces(const Side& side, const Matrix3& frame, double least, std::vector<PatchFace>& out) {
   out.clear();
   const auto add = [&](const Feature& face) {
-    PatchFace& added = out.emplace_back(face, Eigen::AlignedBox2d());
+    PatchFace& added = out.emplace_back(PatchFace{face, Eigen::AlignedBox2d()});
     for (int i = 0; i < face.size; ++i)
       added.bounds.extend(Vector2(frame.leftCols<2>().transpose() * face.vertices[i]));
   };

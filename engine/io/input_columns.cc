@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/engine/fault.h"
 #include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/special_values.h"
 

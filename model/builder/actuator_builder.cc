@@ -6,7 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include "counterpoint/model/builder/builder_names.h"
 #include "counterpoint/model/limits.h"
+#include "counterpoint/model/model_builder.h"
 #include "counterpoint/model/text_files.h"
 
 namespace counterpoint {

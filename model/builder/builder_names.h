@@ -34,8 +34,11 @@ std::string listed(const Map& names) {
   return list.empty() ? "none" : list;
 }
 
+/// Index of each name.
+using NameIndex = std::map<std::string, int>;
+
 /// Registers a name with its index. @throws InputError if it is taken.
-inline void take_name(std::map<std::string, int>& names, const std::string& name, int index,
+inline void take_name(NameIndex& names, const std::string& name, int index,
                       const std::string& where, const char* kind) {
   if (names.emplace(name, index).second) return;
   throw InputError(located_at(

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "counterpoint/model/builder/builder_names.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/text_files.h"
 
@@ -127,8 +128,6 @@ void check_joint(const JointSpec& joint) {
   check_nonnegative(joint.armature, "armature", at);
   check_joint_forces(joint, at);
 }
-
-using NameIndex = std::map<std::string, int>;
 
 void check_mimic(const RobotSpec& robot, const NameIndex& joint_of, const JointSpec& joint) {
   if (joint.mimic_master.empty()) return;

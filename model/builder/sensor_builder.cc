@@ -9,6 +9,7 @@
 #include "counterpoint/model/builder/builder_names.h"
 #include "counterpoint/model/builder/robot_tree.h"
 #include "counterpoint/model/limits.h"
+#include "counterpoint/model/model_builder.h"
 #include "counterpoint/model/text_files.h"
 
 namespace counterpoint {

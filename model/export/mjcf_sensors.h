@@ -5,6 +5,7 @@
 
 #include "counterpoint/model/export/mjcf_xml.h"
 #include "counterpoint/model/model.h"
+#include "counterpoint/model/scene.h"
 
 namespace counterpoint {
 

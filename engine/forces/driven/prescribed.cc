@@ -7,6 +7,7 @@
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/inverse_weights.h"
+#include "counterpoint/engine/fault.h"
 
 namespace counterpoint {
 namespace {
