@@ -129,7 +129,8 @@ TEST(Verify, SlipOfWhatLands) {
   const double h = 0.01, g = 9.81, left = 0.4 * 0.02 - g * h * h;
   const double speed = 0.6 * 0.02 / h + 2.0 * g * h;
   EXPECT_NEAR(found.landing_slip_max, h * (0.5 - 0.2 * (speed - left / h)), 1e-6);  // compliance
-  EXPECT_LT(found.forward_check_max, 1e-12);
+  // Rounding of the speed over the compliance of 1e-6 at four contacts, on both sides of the check.
+  EXPECT_LT(found.forward_check_max, h * 2.0 * 4.0 * 1.1e-16 * speed / 1e-6);
 }
 
 // With Coulomb friction a landing may have a second, distant solution. A forward step that starts
