@@ -1,4 +1,4 @@
-// The pages of bundled scenes open and show their bodies: all at the top, every fourth one of the folders below, whose
+// The pages of bundled scenes open and show their bodies: all at the top, every tenth one of the folders below, whose
 // pages differ in their bodies alone.
 import assert from 'node:assert/strict';
 import {readFileSync, readdirSync, rmSync} from 'node:fs';
@@ -14,7 +14,7 @@ function sceneFiles(folder) {
   });
 }
 const files = sceneFiles(scenes).map((file) => relative(scenes, file)).sort();
-for (const name of files.filter((name, i) => !name.includes('/') || i % 4 === 0)) {
+for (const name of files.filter((name, i) => !name.includes('/') || i % 10 === 0)) {
   const file = join(scenes, name);
   test(`bundled scene ${name}`, async () => {
     const page = at(`${name.replaceAll('/', '_')}.html`), top = !name.includes('/');
