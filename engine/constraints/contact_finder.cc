@@ -154,8 +154,11 @@ void ContactFinder::set_inactive(const StepContext& at, const Kinematics& data,
       out.inactive.push_back({out.contacts[i], pair});
       continue;
     }
-    out.contacts[kept] = out.contacts[i];
-    out.pairs[kept++] = pair;
+    if (kept < i) {
+      out.contacts[kept] = out.contacts[i];
+      out.pairs[kept] = pair;
+    }
+    ++kept;
   }
   out.contacts.resize(kept);
   out.pairs.erase(out.pairs.begin() + static_cast<std::ptrdiff_t>(kept),
