@@ -69,7 +69,7 @@ TEST(Inverse, FindsTheImpulsesOfTheForwardStepToTheBit) {
   double weight = 0.0;
   for (int b = 1; b < model.num_bodies(); ++b)
     weight += kStandardGravity * model.body(b).inertia.mass;
-  constexpr double kOpenShare = 1e-10;  // as kOpenWeight (contact_finder.cc)
+  constexpr double kOpenShare = 1e-10;  // the bound kOpenWeight of contact_finder.cc
   for (int i = 0; i < 400; ++i) {
     if (i % 10 == 0) {
       input.applied_force = VectorX::Zero(model.nv());
