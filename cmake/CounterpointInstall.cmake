@@ -13,7 +13,10 @@ endforeach()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/counterpoint COMPONENT command)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/counterpoint)
 install(EXPORT counterpointTargets NAMESPACE counterpoint:: DESTINATION ${package_dir} COMPONENT development)
-find_package(sdformat12 QUIET)
+# Each part of an installation has its own copy of the modules, so that each works alone.
+install(TARGETS ${modules} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/counterpoint COMPONENT command)
+install(TARGETS ${modules} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+set_target_properties(counterpoint PROPERTIES INSTALL_RPATH $ORIGIN/../${CMAKE_INSTALL_LIBDIR}/counterpoint)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/counterpointConfig.cmake.in
   ${PROJECT_BINARY_DIR}/counterpointConfig.cmake INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/counterpointConfigVersion.cmake

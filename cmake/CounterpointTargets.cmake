@@ -98,3 +98,24 @@ function(counterpoint_precompile target)
     <algorithm> <array> <cmath> <filesystem> <map> <optional> <span> <string> <vector> <Eigen/Core> <Eigen/Geometry>)
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)
 endfunction()
+
+# counterpoint_module(NAME SOURCES ... PRIVATE libs): part of the program in a shared library of its
+# own, opened when it is first needed (model/files/module.h). The last source defines
+# COUNTERPOINT_MODULE, its table of functions.
+string(REPLACE "." "_" COUNTERPOINT_MODULE_VERSION ${PROJECT_VERSION})
+set(COUNTERPOINT_MODULE_FOLDER ${PROJECT_BINARY_DIR}/lib)
+list(APPEND CMAKE_BUILD_RPATH ${COUNTERPOINT_MODULE_FOLDER})
+function(counterpoint_module name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PRIVATE" ${ARGN})
+  set(target counterpoint_${name})
+  add_library(${target} MODULE ${ARG_SOURCES})
+  target_link_libraries(${target} PRIVATE ${ARG_PRIVATE} counterpoint_flags)
+  # Links the called libraries only, and exports the table of functions alone.
+  target_link_options(${target} PRIVATE -Wl,--as-needed -Wl,--exclude-libs,ALL)
+  set_target_properties(${target} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${COUNTERPOINT_MODULE_FOLDER} CXX_VISIBILITY_PRESET hidden)
+  list(GET ARG_SOURCES -1 table)
+  set_property(SOURCE ${table} APPEND PROPERTY COMPILE_DEFINITIONS COUNTERPOINT_MODULE=${target}_${COUNTERPOINT_MODULE_VERSION})
+  counterpoint_unity(${target})
+  counterpoint_precompile(${target})
+  set_property(GLOBAL APPEND PROPERTY COUNTERPOINT_MODULES ${target})
+endfunction()

@@ -1,60 +1,97 @@
 #include "counterpoint/collision/broadphase/bounds_tree.h"
 
-#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
-#include <fcl/geometry/shape/sphere.h>
+#include <fcl/broadphase/detail/hierarchy_tree.h>
 
 #include <algorithm>
-#include <limits>
+#include <cstdint>
 
 namespace counterpoint::collision {
 namespace {
 
-// A box in the tree. The tree reads only an object's bounds, which FCL derives from a shape and a
-// pose; ours are tighter and include the margin, so they are set directly.
-class Leaf : public fcl::CollisionObject<double> {
- public:
-  Leaf(const std::shared_ptr<fcl::CollisionGeometry<double>>& shape, int index)
-      : fcl::CollisionObject<double>(shape), index_(index) {}
-  void set_bounds(const Bounds& bounds) {
-    aabb.min_ = bounds.low;
-    aabb.max_ = bounds.high;
-  }
-  int index() const { return index_; }
+/// A box of the tree. FCL's templates are instantiated for it, so its library, which takes longer
+/// to load than a small scene takes to run, is not linked.
+struct Box {
+  using S = double;
+  Vector3 low, high;
 
- private:
-  int index_;
+  Box operator+(const Box& other) const {
+    return {low.cwiseMin(other.low), high.cwiseMax(other.high)};
+  }
+  Box& operator+=(const Box& other) { return *this = *this + other; }
+  double width() const { return high[0] - low[0]; }
+  double height() const { return high[1] - low[1]; }
+  double depth() const { return high[2] - low[2]; }
+  double size() const { return (high - low).squaredNorm(); }
+  bool equal(const Box& other) const { return low == other.low && high == other.high; }
+  bool contain(const Box& other) const {
+    return (low.array() <= other.low.array()).all() && (high.array() >= other.high.array()).all();
+  }
+  bool overlap(const Box& other) const {
+    return (low.array() <= other.high.array()).all() && (high.array() >= other.low.array()).all();
+  }
+  Vector3 center() const { return 0.5 * (low + high); }
+  /// Returns twice the distance of the centers, in the sum norm.
+  double distance(const Box& other) const {
+    return ((low + high) - (other.low + other.high)).lpNorm<1>();
+  }
 };
 
-bool add_pair(fcl::CollisionObject<double>* a, fcl::CollisionObject<double>* b, void* out) {
-  const int i = static_cast<const Leaf*>(a)->index();
-  const int j = static_cast<const Leaf*>(b)->index();
-  static_cast<std::vector<std::pair<int, int>>*>(out)->emplace_back(std::min(i, j), std::max(i, j));
-  return false;  // false: continue the search
-}
-
 }  // namespace
+}  // namespace counterpoint::collision
+
+/// FCL's choice of the child that a leaf is inserted into: the nearer one, as for its own boxes.
+template <>
+struct fcl::detail::SelectImpl<double, counterpoint::collision::Box> {
+  using Node = NodeBase<counterpoint::collision::Box>;
+  static std::size_t run(const Node& leaf, const Node& first, const Node& second) {
+    return leaf.bv.distance(first.bv) < leaf.bv.distance(second.bv) ? 0 : 1;
+  }
+};
+
+namespace counterpoint::collision {
 
 struct BoundsTree::Impl {
-  void build(const std::vector<Bounds>& boxes);
+  using Tree = fcl::detail::HierarchyTree<Box>;
+  using Node = Tree::NodeType;
 
-  std::vector<std::unique_ptr<Leaf>> leaves;
-  fcl::DynamicAABBTreeCollisionManager<double> manager;
+  void build(const std::vector<Bounds>& boxes);
+  void add_pairs_within(const Node& node);
+  void add_pairs_between(const Node& a, const Node& b);
+
+  Tree tree;
+  std::vector<Node*> leaves;
+  std::vector<std::pair<int, int>>* pairs = nullptr;
 };
 
 void BoundsTree::Impl::build(const std::vector<Bounds>& boxes) {
-  manager.clear();
+  tree.clear();
   leaves.clear();
-  const auto any_shape = std::make_shared<fcl::Sphere<double>>(1.0);
-  std::vector<fcl::CollisionObject<double>*> objects;
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    leaves.push_back(std::make_unique<Leaf>(any_shape, static_cast<int>(i)));
-    leaves[i]->set_bounds(boxes[i]);
-    objects.push_back(leaves[i].get());
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    leaves.push_back(
+        tree.insert({boxes[i].low, boxes[i].high}, reinterpret_cast<void*>(std::uintptr_t{i})));
+  tree.balanceTopdown();
+}
+
+void BoundsTree::Impl::add_pairs_within(const Node& node) {
+  if (node.isLeaf()) return;
+  add_pairs_within(*node.children[0]);
+  add_pairs_within(*node.children[1]);
+  add_pairs_between(*node.children[0], *node.children[1]);
+}
+
+void BoundsTree::Impl::add_pairs_between(const Node& a, const Node& b) {
+  if (!a.bv.overlap(b.bv)) return;
+  if (a.isLeaf() && b.isLeaf()) {
+    const auto i = static_cast<int>(reinterpret_cast<std::uintptr_t>(a.data));
+    const auto j = static_cast<int>(reinterpret_cast<std::uintptr_t>(b.data));
+    pairs->emplace_back(std::min(i, j), std::max(i, j));
+    return;
   }
-  // Rebalancing would allocate; instead each call reinserts a share of the leaves.
-  manager.max_tree_nonbalanced_level = std::numeric_limits<int>::max();
-  manager.tree_incremental_balance_pass = static_cast<int>(boxes.size() / 16);
-  manager.registerObjects(objects);
+  // The larger box is divided.
+  const bool divide_a =
+      b.isLeaf() || (!a.isLeaf() && (a.bv.high - a.bv.low).sum() > (b.bv.high - b.bv.low).sum());
+  for (const int child : {0, 1})
+    divide_a ? add_pairs_between(*a.children[child], b) : add_pairs_between(a, *b.children[child]);
 }
 
 BoundsTree::BoundsTree() : impl_(std::make_unique<Impl>()) {}
@@ -71,9 +108,13 @@ void BoundsTree::prepare(const std::vector<Bounds>& boxes) {
 void BoundsTree::find_pairs(const std::vector<Bounds>& boxes,
                             std::vector<std::pair<int, int>>& out) {
   prepare(boxes);
-  for (std::size_t i = 0; i < boxes.size(); ++i) impl_->leaves[i]->set_bounds(boxes[i]);
-  impl_->manager.update();
-  impl_->manager.collide(&out, add_pair);
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    impl_->leaves[i]->bv = {boxes[i].low, boxes[i].high};
+  impl_->tree.refit();
+  // Rebalancing the whole tree would allocate; instead each call reinserts a share of the leaves.
+  impl_->tree.balanceIncremental(static_cast<int>(boxes.size() / 16));
+  impl_->pairs = &out;
+  impl_->add_pairs_within(*impl_->tree.getRoot());
 }
 
 }  // namespace counterpoint::collision

@@ -352,15 +352,17 @@ class Hdf5Source final : public TableSource {
   hsize_t rows_ = 0, read_ = 0;
 };
 
-}  // namespace
-
-std::unique_ptr<TableSource> open_hdf5(const std::filesystem::path& file, const TableOptions&) {
+std::unique_ptr<TableSource> open(const std::filesystem::path& file) {
   return std::make_unique<Hdf5Source>(file);
 }
 
-std::unique_ptr<TableSink> create_hdf5(const std::filesystem::path& file,
-                                       const std::vector<Column>& columns) {
+std::unique_ptr<TableSink> create(const std::filesystem::path& file,
+                                  const std::vector<Column>& columns) {
   return std::make_unique<Hdf5Sink>(file, columns);
 }
 
+}  // namespace
 }  // namespace counterpoint
+
+extern "C" [[gnu::visibility("default")]] const counterpoint::Hdf5Format COUNTERPOINT_MODULE = {
+    counterpoint::open, counterpoint::create};

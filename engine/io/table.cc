@@ -9,6 +9,7 @@
 
 #include "counterpoint/engine/io/table_format.h"
 #include "counterpoint/engine/tables.h"
+#include "counterpoint/model/files/module.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/spatial.h"
 #include "counterpoint/model/text_files.h"
@@ -93,6 +94,15 @@ void TableBlock::clear() {
 int rows_of_block(std::size_t num_columns) {
   return static_cast<int>(
       std::max<std::size_t>(1, kBlockBytes / 8 / std::max<std::size_t>(1, num_columns)));
+}
+
+std::unique_ptr<TableSource> open_hdf5(const std::filesystem::path& file, const TableOptions&) {
+  return open_module<Hdf5Format>(Module::kHdf5, file).open(file);
+}
+
+std::unique_ptr<TableSink> create_hdf5(const std::filesystem::path& file,
+                                       const std::vector<Column>& columns) {
+  return open_module<Hdf5Format>(Module::kHdf5, file).create(file, columns);
 }
 
 std::vector<std::string> names_of(const std::vector<Column>& columns, bool integers) {

@@ -77,6 +77,12 @@ std::unique_ptr<TableSource> open_hdf5(const std::filesystem::path& file,
                                        const TableOptions& options);
 std::unique_ptr<TableSink> create_hdf5(const std::filesystem::path& file,
                                        const std::vector<Column>& columns);
+/// The reader and writer of HDF5, a module (model/files/module.h).
+struct Hdf5Format {
+  std::unique_ptr<TableSource> (*open)(const std::filesystem::path& file);
+  std::unique_ptr<TableSink> (*create)(const std::filesystem::path& file,
+                                       const std::vector<Column>& columns);
+};
 std::unique_ptr<TableSource> open_npz(const std::filesystem::path& file,
                                       const TableOptions& options);
 std::unique_ptr<TableSink> create_npz(const std::filesystem::path& file,

@@ -5,20 +5,19 @@
 #include <sdf/Physics.hh>
 #include <sdf/World.hh>
 
-#include "counterpoint/model/robot_files.h"
+#include "counterpoint/model/sdf/reader.h"
 #include "counterpoint/model/sdf/trees.h"
 
-namespace counterpoint {
-namespace sdf_file {
+namespace counterpoint::sdf_file {
 namespace {
 
 /// Friction coefficient of a slope of 84 degrees: nothing slides where both directions have more,
 /// so that their difference is irrelevant.
 constexpr double kNeverSlides = 10.0;
 
-class Reader {
+class WorldReader {
  public:
-  Reader(const std::filesystem::path& file, const SdfOptions& options)
+  WorldReader(const std::filesystem::path& file, const SdfOptions& options)
       : document_(file, options), shapes_(document_) {
     model_.where = file.string();
   }
@@ -224,10 +223,9 @@ class Reader {
 };
 
 }  // namespace
-}  // namespace sdf_file
 
-SdfModel load_sdf(const std::filesystem::path& file, const SdfOptions& options) {
-  return sdf_file::Reader(file, options).read();
+SdfModel read_model(const std::filesystem::path& file, const SdfOptions& options) {
+  return WorldReader(file, options).read();
 }
 
-}  // namespace counterpoint
+}  // namespace counterpoint::sdf_file

@@ -93,9 +93,8 @@ void read_plugin(Document& document, const sdf::ElementPtr& plugin, RobotSpec& r
 
 }  // namespace
 
-void read_urdf_tags(const std::filesystem::path& file, const std::string& text,
-                    const std::vector<std::string>& references, RobotSpec& robot,
-                    ModelParts& parts) {
+void read_tags(const std::filesystem::path& file, const std::string& text,
+               const std::vector<std::string>& references, RobotSpec& robot, ModelParts& parts) {
   const SdfOptions options;
   Document document(file, text, options);
   const sdf::World& world = *document.root().WorldByIndex(0);
