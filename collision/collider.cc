@@ -69,13 +69,15 @@ bool Collider::Impl::is_hidden(int a, int b, const ContactPoint& point) const {
   return hidden(a, 1.0) || hidden(b, -1.0);
 }
 
-// Finds contact points with regard to the pair's motion; writes them to `manifold`.
-void Collider::Impl::find_moving_contacts(int a, int b, PairQuery query, const PairMotion& motion) {
+// Finds contact points with regard to the pair's motion; writes them to `manifold`. Returns how
+// many of the first ones are known not to be hidden.
+int Collider::Impl::find_moving_contacts(int a, int b, PairQuery query, const PairMotion& motion) {
   query.rounding = motion.rounding();
   find_contacts(a, b, query);
   if (seams.is_piece(a) || seams.is_piece(b)) drop_hidden(a, b);
-  if (manifold.size == 0 || meets_seam(a, b, motion.way)) return;
+  if (!stops(motion, manifold) || meets_seam(a, b, motion.way)) return manifold.size;
   look_ahead(geometries[a].shape, geometries[b].shape, motion, query, manifold);
+  return 0;
 }
 
 // True if a contact may come to a seam on a way of this length [m]. Then the body touches the piece
@@ -216,10 +218,11 @@ void Collider::add_candidates(const BodyPlaces& at, const std::pair<int, int>& p
   // Without travel, contacts for any rotation are wanted.
   const double turn =
       travel.empty() ? std::numeric_limits<double>::infinity() : impl.turn(ga.body, gb.body, reach);
+  int seen = 0;
   if (motions.velocity.empty() || !impl.may_pass(a, b)) {
     impl.find_contacts(a, b, {reach, turn});
   } else {
-    impl.find_moving_contacts(a, b, {reach, turn}, impl.motion_of(X_WB, a, b, motions));
+    seen = impl.find_moving_contacts(a, b, {reach, turn}, impl.motion_of(X_WB, a, b, motions));
   }
   if (!travel.empty()) {
     add_corner_contacts({ga.shape, impl.corners[a], impl.X_WG[a]},
@@ -230,7 +233,7 @@ void Collider::add_candidates(const BodyPlaces& at, const std::pair<int, int>& p
   double hidden = 0.0;
   for (int i = 0; i < impl.manifold.size; ++i) {
     const ContactPoint& p = impl.manifold.points[i];
-    if (impl.is_hidden(a, b, p)) {
+    if (i >= seen && impl.is_hidden(a, b, p)) {
       hidden += impl.areas[i];
       continue;
     }

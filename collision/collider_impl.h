@@ -38,7 +38,7 @@ struct Collider::Impl {
   void find_contacts(int a, int b, const PairQuery& query);
   bool may_pass(int a, int b) const;
   PairMotion motion_of(std::span<const Pose> X_WB, int a, int b, const BodyMotions& motions) const;
-  void find_moving_contacts(int a, int b, PairQuery query, const PairMotion& motion);
+  int find_moving_contacts(int a, int b, PairQuery query, const PairMotion& motion);
   bool is_hidden(int a, int b, const ContactPoint& point) const;
   void drop_hidden(int a, int b);
   void find_areas(int a, int b, const BodyPlaces& at);

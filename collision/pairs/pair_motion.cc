@@ -51,21 +51,23 @@ ContactPoint PairMotion::taken_back(const ContactPoint& after) const {
   return p;
 }
 
+bool stops(const PairMotion& motion, const Manifold& manifold) {
+  if (!(motion.way > kStill * motion.size && motion.way < kFar * motion.size)) return false;
+  return std::any_of(
+      manifold.points.begin(), manifold.points.begin() + manifold.size,
+      [&](const ContactPoint& p) { return p.gap < motion.closing(p.normal, p.position); });
+}
+
 void look_ahead(const Shape& a, const Shape& b, const PairMotion& motion, const PairQuery& query,
                 Manifold& manifold) {
-  if (!(motion.way > kStill * motion.size && motion.way < kFar * motion.size)) return;
   double least = std::numeric_limits<double>::infinity();
   Vector3 normal = Vector3::UnitZ();
-  bool stops = false;
   for (int i = 0; i < manifold.size; ++i) {
     const ContactPoint& p = manifold.points[i];
-    stops = stops || p.gap < motion.closing(p.normal, p.position);
     if (p.gap >= least) continue;
     least = p.gap;
     normal = p.normal;
   }
-  if (!stops) return;
-
   Manifold ahead;
   pair_contacts(a, motion.a.moved(), b, motion.b.moved(), query, ahead);
   const double most_overlap = std::max(0.0, -least) + kFlush * motion.size;

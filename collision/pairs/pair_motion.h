@@ -38,14 +38,17 @@ struct PairMotion {
   ContactPoint taken_back(const ContactPoint& after) const;
 };
 
-/// If the contacts of two convex shapes would stop their motion, replaces them by the contacts
-/// after the motion, provided that these separate the shapes now as well. Gaps and positions are
+/// Returns whether the contacts of two convex shapes would stop their motion. False if the
+/// displacement is a good part of the size: a shape that turns far may pass through another
+/// although one direction separates them before and after.
+bool stops(const PairMotion& motion, const Manifold& manifold);
+
+/// Replaces contacts that would stop the motion of two convex shapes by the contacts after the
+/// motion, provided that these separate the shapes now as well. Gaps and positions are
 /// taken back to the start, so that they give the same kind of linear constraint. Any direction
 /// that separates two shapes before and after the step is as good a normal as that of least
 /// distance; the latter would stop a box that slides over the seam between two others of equal
-/// height, or a shape that passes close to a corner. Does nothing if the displacement is a good
-/// part of the size: a shape that turns far may pass through another although one direction
-/// separates them before and after.
+/// height, or a shape that passes close to a corner.
 void look_ahead(const Shape& a, const Shape& b, const PairMotion& motion, const PairQuery& query,
                 Manifold& manifold);
 

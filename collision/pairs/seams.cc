@@ -13,11 +13,17 @@ constexpr double kRounding = 2e-6;
 // pieces; the surfaces of two pieces meet at a seam if they are nearer than this.
 constexpr double kCovered = 1e-2;
 
-double excess(const ConvexMesh& mesh, const Vector3& p) {
-  double most = -std::numeric_limits<double>::infinity();
+// Returns whether p is behind all faces, each moved outwards by `distance` [m].
+bool is_within(const ConvexMesh& mesh, const Vector3& p, double distance) {
   for (std::size_t f = 0; f < mesh.face_normals.size(); ++f)
-    most = std::max(most, mesh.face_normals[f].dot(p) - mesh.face_offsets[f]);
-  return most;
+    if (mesh.face_normals[f].dot(p) - mesh.face_offsets[f] > distance) return false;
+  return true;
+}
+
+// Returns whether a vertex reaches `height` [m] along n.
+bool rises_to(const ConvexMesh& mesh, const Vector3& n, double height) {
+  return std::any_of(mesh.vertices.begin(), mesh.vertices.end(),
+                     [&](const Vector3& v) { return n.dot(v) >= height; });
 }
 
 double reach(const ConvexMesh& mesh, const Vector3& n) {
@@ -51,21 +57,21 @@ bool Seams::hides(int geometry, const Vector3& p, const Vector3& n) const {
     const double deep = kCovered * other->radius;
     const double near = std::max(std::min(mesh.union_standoff, deep), rounding);
     if ((p - other->interior_point).norm() > other->radius + near) continue;
-    if (excess(*other, p) > near || reach(*other, n) < n.dot(p) + rounding) continue;
+    if (!is_within(*other, p, near) || !rises_to(*other, n, n.dot(p) + rounding)) continue;
     // The neighbour rises beyond p. A feature that leads away from it may touch all the same: in a
     // groove between two pieces both sides do.
     const double top = reach(mesh, n) - rounding;
-    const bool leads_away =
-        std::any_of(mesh.vertices.begin(), mesh.vertices.end(),
-                    [&](const Vector3& v) { return n.dot(v) > top && excess(*other, v) > near; });
-    if (!leads_away || excess(*other, p + 2.0 * deep * n) < -deep) return true;
+    const bool leads_away = std::any_of(
+        mesh.vertices.begin(), mesh.vertices.end(),
+        [&](const Vector3& v) { return n.dot(v) > top && !is_within(*other, v, near); });
+    if (!leads_away || is_within(*other, p + 2.0 * deep * n, -deep)) return true;
   }
   return false;
 }
 
 bool Seams::is_near(int geometry, const Vector3& p, double reach) const {
   return std::any_of(neighbors_[geometry].begin(), neighbors_[geometry].end(),
-                     [&](const ConvexMesh* other) { return excess(*other, p) < reach; });
+                     [&](const ConvexMesh* other) { return is_within(*other, p, reach); });
 }
 
 }  // namespace counterpoint::collision

@@ -138,8 +138,8 @@ bool ContactSearch::spread_travel(const Model& model, std::span<const std::pair<
 
 /// Bounds a pair of geometries from their bounding volumes.
 FarPair ContactSearch::locate(const Model& model, const std::pair<int, int>& pair,
-                              EffectSet effects, const Kinematics& data) const {
-  const collision::Collider::Whereabouts where = collider_.whereabouts(pair.first, pair.second);
+                              const collision::Collider::Whereabouts& where, EffectSet effects,
+                              const Kinematics& data) const {
   FarPair far;
   far.geometries = pair;
   far.body_a = model.geometries()[pair.first].body;
@@ -181,11 +181,14 @@ std::vector<collision::Candidate>& ContactSearch::find(const StepContext& at,
     // Skips pairs that cannot move at all.
     if (!(inverse_mass_[a.body] + inverse_mass_[b.body] > 0.0)) continue;
     if (!is_cheap(a, b)) {
-      const FarPair apart = locate(model, pair, at.effects, data);
-      if (apart.gap >= margin_[a.body] + margin_[b.body]) continue;
-      if (parks && !idle.sleeps(a.body) && !idle.sleeps(b.body) && is_far(apart, near, h, data)) {
-        far.push_back(apart);
-        continue;
+      const auto where = collider_.whereabouts(pair.first, pair.second);
+      if (where.gap >= margin_[a.body] + margin_[b.body]) continue;
+      if (parks && !idle.sleeps(a.body) && !idle.sleeps(b.body)) {
+        const FarPair apart = locate(model, pair, where, at.effects, data);
+        if (is_far(apart, near, h, data)) {
+          far.push_back(apart);
+          continue;
+        }
       }
     }
     collider_.add_candidates(places, pair, candidates_);

@@ -50,7 +50,8 @@ class ContactSearch {
   void set_margins(const StepContext& at, const Kinematics& data, SleepMask idle);
   bool spread_travel(const Model& model, std::span<const std::pair<int, int>> close,
                      double threshold, double own_threshold);
-  FarPair locate(const Model& model, const std::pair<int, int>& pair, EffectSet effects,
+  FarPair locate(const Model& model, const std::pair<int, int>& pair,
+                 const collision::Collider::Whereabouts& where, EffectSet effects,
                  const Kinematics& data) const;
 
   std::vector<double> inverse_mass_;
