@@ -168,18 +168,19 @@ Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {
     if (type != ShapeType::kPlane)
       radius = std::max(radius, (geometries[i].X_BG * around.center).norm() + around.radius);
   }
+  impl.X_WG.resize(geometries.size());
+  impl.boxes.assign(impl.solids.size(), kNowhere);
+  impl.group_solids(model);
   const std::vector<Pose> X_WB = default_poses(model);
   const std::vector<double> margin(X_WB.size(), 0.0);
-  impl.place(X_WB, margin);
-  impl.find_pairs(margin);
-  for (const auto& [a, b] : impl.pairs) {
+  for (const auto& [a, b] : find_close_pairs(X_WB, margin)) {
     const int assembly = geometries[a].assembly;
     if (assembly < 0 || assembly != geometries[b].assembly || impl.filter.included(a, b)) continue;
     impl.find_contacts(a, b, {0.0, 0.0});
     if (impl.manifold.size > 0) impl.overlapping.emplace_back(a, b);
   }
   impl.filter.exclude(impl.overlapping);
-  impl.group_by_body(model);
+  impl.list_group_pairs();
   // Resets the broad phase: capacity for the default pose, where all bodies may coincide, is
   // useless.
   impl.broadphase = Broadphase();
@@ -192,9 +193,11 @@ Collider& Collider::operator=(Collider&&) noexcept = default;
 std::span<const std::pair<int, int>> Collider::find_close_pairs(std::span<const Pose> X_WB,
                                                                 std::span<const double> margin,
                                                                 std::span<const char> idle) {
+  impl_->body_poses = X_WB;
+  impl_->margins = margin;
   impl_->idle = idle;
-  impl_->place(X_WB, margin);
-  impl_->find_pairs(margin);
+  impl_->place();
+  impl_->find_pairs();
   return impl_->pairs;
 }
 

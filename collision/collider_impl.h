@@ -23,18 +23,32 @@ struct Collider::Impl {
   explicit Impl(const Model& model)
       : geometries(model.geometries()), seams(geometries), filter(model) {}
 
-  void place(std::span<const Pose> X_WB, std::span<const double> margin);
-  void find_pairs(std::span<const double> margin);
-  void add_plane_pairs(int plane, std::span<const double> margin);
-  void add_terrain_pairs(int terrain, std::span<const double> margin);
-  void merge_ground_pairs();
-  double turn(int a, int b, double margin) const;
-  void group_by_body(const Model& model);
-  void find_pairs_by_body();
+  // Solids of one body, near each other.
+  struct Group {
+    int body;
+    int begin, end;    // range in `members`
+    Enclosure around;  // box around their boxes, in the frame of the body
+  };
+  void group_solids(const Model& model);
+  Enclosure enclose_group(std::span<const int> part) const;
+  void list_group_pairs();
+  void place();
+  void place_group(int g);
+  void find_pairs();
+  void add_solid_pairs(int i, int j, bool all_enabled);
+  void add_found_pair(int i, int j);
   bool list_awake();
-  void find_awake_pairs();
-  bool is_idle(int i) const { return !idle.empty() && idle[placements[i].body]; }
-  bool both_idle(int a, int b) const { return is_idle(a) && is_idle(b); }
+  void add_awake_pairs();
+  void add_plane_pairs(int plane);
+  void add_terrain_pairs(int terrain);
+  void add_ground_pair(int ground, int solid);
+  void merge_ground_pairs();
+  std::span<const int> members_of(const Group& group) const {
+    return std::span(members).subspan(group.begin, group.end - group.begin);
+  }
+  bool is_idle_body(int body) const { return !idle.empty() && idle[body]; }
+  bool is_idle(int i) const { return is_idle_body(placements[i].body); }
+  double turn(int a, int b, double margin) const;
   void find_contacts(int a, int b, const PairQuery& query);
   bool may_pass(int a, int b) const;
   PairMotion motion_of(std::span<const Pose> X_WB, int a, int b, const BodyMotions& motions) const;
@@ -64,19 +78,25 @@ struct Collider::Impl {
   std::vector<double> radii;                  // bounding radius of each body, without planes [m]
   std::vector<int> planes, terrains, solids;  // geometry indices
   std::vector<std::pair<int, int>> overlapping;
-  // Only for few bodies with several solids each: indices of the solids in order of body, the
-  // beginning of each body's part (and the end), the pairs of bodies with enabled pairs of solids,
-  // and for any two solids whether the filter enables them.
-  std::vector<int> by_body, begin_of_body;
-  std::vector<char> enabled_solids;
-  std::vector<std::pair<int, int>> body_pairs;
+  std::vector<int> members;  // indices of solids, group by group
+  std::vector<Group> groups;
+  bool group_pairs_listed = false;  // only for few groups
+  struct GroupPair {
+    int first, second;
+    bool all_enabled;  // else the filter enables some of their pairs of solids
+  };
+  std::vector<GroupPair> group_pairs;
+  // The poses in W and margins [m] of a search, and the idle bodies, for each body.
+  std::span<const Pose> body_poses;
+  std::span<const double> margins;
+  std::span<const char> idle;  // empty: none is idle
   // Scratch.
-  std::span<const char> idle;  // for each body; empty: none is idle
-  std::vector<Pose> X_WG;
-  std::vector<Bounds> boxes;  // for each solid; kNowhere if the box is not sound
-  std::vector<Bounds> body_boxes;
-  std::vector<std::pair<int, int>> pairs;
-  std::vector<int> awake;                                      // indices of solids
+  std::vector<Pose> X_WG;     // of planes, terrains, and solids of placed groups
+  std::vector<Bounds> boxes;  // for each solid of a placed group; kNowhere if the box is not sound
+  std::vector<Bounds> group_boxes;
+  std::vector<char> placed;  // for each group
+  std::vector<std::pair<int, int>> pairs, near_groups;
+  std::vector<int> awake;                                      // indices of groups
   std::vector<std::pair<int, int>> solid_pairs, ground_pairs;  // not yet merged into `pairs`
   TerrainContacts terrain_contacts;
   Manifold manifold;

@@ -19,6 +19,7 @@ class PairFilter {
   bool enabled(int a, int b) const;
   /// True if the model includes the pair (Model::included_geometry_pairs).
   bool included(int a, int b) const;
+  bool has_included() const { return !included_.empty(); }
   /// The test of enabled() without the exclusions.
   bool enabled_by_structure(int a, int b) const;
   /// Excludes further pairs.
