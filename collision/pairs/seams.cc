@@ -45,19 +45,22 @@ Seams::Seams(const std::vector<Geometry>& geometries)
       if (k == i || geometries[k].whole != geometries[i].whole) continue;
       const ConvexMesh& b = *geometries[k].shape.mesh;
       const double apart = (a.interior_point - b.interior_point).norm() - a.radius - b.radius;
-      if (apart < a.union_standoff) neighbors_[i].push_back(&b);
+      if (apart >= a.union_standoff) continue;
+      const double rounding = kRounding * std::max(a.radius, b.radius);
+      const double deep = kCovered * b.radius;
+      const double near = std::max(std::min(a.union_standoff, deep), rounding);
+      const double reach = b.radius + near;
+      neighbors_[i].push_back({&b, b.interior_point, reach * reach, deep, near, rounding});
     }
   }
 }
 
 bool Seams::hides(int geometry, const Vector3& p, const Vector3& n) const {
   const ConvexMesh& mesh = *meshes_[geometry];
-  for (const ConvexMesh* other : neighbors_[geometry]) {
-    const double rounding = kRounding * std::max(mesh.radius, other->radius);
-    const double deep = kCovered * other->radius;
-    const double near = std::max(std::min(mesh.union_standoff, deep), rounding);
-    if ((p - other->interior_point).norm() > other->radius + near) continue;
-    if (!is_within(*other, p, near) || !rises_to(*other, n, n.dot(p) + rounding)) continue;
+  for (const auto& [other, center, reach_square, deep, near, rounding] : neighbors_[geometry]) {
+    if ((p - center).squaredNorm() > reach_square || !is_within(*other, p, near) ||
+        !rises_to(*other, n, n.dot(p) + rounding))
+      continue;
     // The neighbour rises beyond p. A feature that leads away from it may touch all the same: in a
     // groove between two pieces both sides do.
     const double top = reach(mesh, n) - rounding;
@@ -71,7 +74,7 @@ bool Seams::hides(int geometry, const Vector3& p, const Vector3& n) const {
 
 bool Seams::is_near(int geometry, const Vector3& p, double reach) const {
   return std::any_of(neighbors_[geometry].begin(), neighbors_[geometry].end(),
-                     [&](const ConvexMesh* other) { return is_within(*other, p, reach); });
+                     [&](const Neighbor& other) { return is_within(*other.mesh, p, reach); });
 }
 
 }  // namespace counterpoint::collision

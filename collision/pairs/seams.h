@@ -25,8 +25,17 @@ class Seams {
   bool is_near(int geometry, const Vector3& p, double reach) const;
 
  private:
+  // A piece that may hide contacts of another one.
+  struct Neighbor {
+    const ConvexMesh* mesh;
+    Vector3 center;
+    double reach;  // square of the distance from `center` beyond which it hides nothing [m^2]
+    // Depth from which on a face is covered, distance at which surfaces meet at a seam, and
+    // accuracy of corners [m].
+    double deep, near, rounding;
+  };
   std::vector<const ConvexMesh*> meshes_;  // a mesh or null for each geometry
-  std::vector<std::vector<const ConvexMesh*>> neighbors_;
+  std::vector<std::vector<Neighbor>> neighbors_;
 };
 
 }  // namespace counterpoint::collision
