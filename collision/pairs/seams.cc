@@ -48,26 +48,27 @@ Seams::Seams(const std::vector<Geometry>& geometries)
       if (apart >= a.union_standoff) continue;
       const double rounding = kRounding * std::max(a.radius, b.radius);
       const double deep = kCovered * b.radius;
-      const double near = std::max(std::min(a.union_standoff, deep), rounding);
-      const double reach = b.radius + near;
-      neighbors_[i].push_back({&b, b.interior_point, reach * reach, deep, near, rounding});
+      const double seam = std::max(std::min(a.union_standoff, deep), rounding);
+      const double reach = b.radius + seam;
+      neighbors_[i].push_back({&b, b.interior_point, reach * reach, deep, seam, rounding});
     }
   }
 }
 
 bool Seams::hides(int geometry, const Vector3& p, const Vector3& n) const {
   const ConvexMesh& mesh = *meshes_[geometry];
-  for (const auto& [other, center, reach_square, deep, near, rounding] : neighbors_[geometry]) {
-    if ((p - center).squaredNorm() > reach_square || !is_within(*other, p, near) ||
-        !rises_to(*other, n, n.dot(p) + rounding))
+  for (const Neighbor& near : neighbors_[geometry]) {
+    const ConvexMesh& other = *near.mesh;
+    if ((p - near.center).squaredNorm() > near.reach || !is_within(other, p, near.seam) ||
+        !rises_to(other, n, n.dot(p) + near.rounding))
       continue;
     // The neighbour rises beyond p. A feature that leads away from it may touch all the same: in a
     // groove between two pieces both sides do.
-    const double top = reach(mesh, n) - rounding;
+    const double top = reach(mesh, n) - near.rounding;
     const bool leads_away = std::any_of(
         mesh.vertices.begin(), mesh.vertices.end(),
-        [&](const Vector3& v) { return n.dot(v) > top && !is_within(*other, v, near); });
-    if (!leads_away || is_within(*other, p + 2.0 * deep * n, -deep)) return true;
+        [&](const Vector3& v) { return n.dot(v) > top && !is_within(other, v, near.seam); });
+    if (!leads_away || is_within(other, p + 2.0 * near.deep * n, -near.deep)) return true;
   }
   return false;
 }

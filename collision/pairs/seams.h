@@ -32,7 +32,7 @@ class Seams {
     double reach;  // square of the distance from `center` beyond which it hides nothing [m^2]
     // Depth from which on a face is covered, distance at which surfaces meet at a seam, and
     // accuracy of corners [m].
-    double deep, near, rounding;
+    double deep, seam, rounding;
   };
   std::vector<const ConvexMesh*> meshes_;  // a mesh or null for each geometry
   std::vector<std::vector<Neighbor>> neighbors_;
