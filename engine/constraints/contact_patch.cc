@@ -131,12 +131,12 @@ bool find_friction(const ContactPatch& patch, PatchFriction& out) {
     radius += weight[k] / sum * place.norm();
     corners[k] = weight[k] * place;
   }
-  const double trace = moments.trace(),
-               apart = std::hypot(moments(0, 0) - moments(1, 1), 2.0 * moments(0, 1));
+  const double trace = moments.trace();
   if (!(trace > 0.0)) return false;
-  const double slender = std::pow(apart / trace, kSlender);
   const double sigma = spin_share(patch, middle, radius);
   if (!(sigma > 0.0)) return false;
+  const double apart = std::hypot(moments(0, 0) - moments(1, 1), 2.0 * moments(0, 1));
+  const double slender = std::pow(apart / trace, kSlender);
   const double even =
       patch.spread ? radius
                    : mean_distance({corners.data(), static_cast<size_t>(patch.size)}, patch.round);

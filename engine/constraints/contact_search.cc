@@ -25,6 +25,26 @@ bool is_cheap(const Geometry& a, const Geometry& b) {
   return (round(a) || is(a, ShapeType::kPlane)) && (round(b) || is(b, ShapeType::kPlane));
 }
 
+/// Upper bounds of the sliding coefficient [-] and of the torsional and rolling ones [m] of a pair.
+struct FrictionBound {
+  double sliding, turning;
+};
+
+/// The coefficients of a pair are at most the larger ones of its surfaces (combine_materials),
+/// unless it has its own.
+FrictionBound bound_friction(const Model& model, const std::pair<int, int>& pair) {
+  const auto of = [](const Material& m) {
+    return FrictionBound{m.most_friction(), std::max(m.torsional_friction, m.rolling_friction)};
+  };
+  if (const PairMaterial* own = model.pair_materials().empty()
+                                    ? nullptr
+                                    : model.find_pair_material(pair.first, pair.second))
+    return of(own->material);
+  const FrictionBound a = of(model.geometries()[pair.first].material),
+                      b = of(model.geometries()[pair.second].material);
+  return {std::max(a.sliding, b.sliding), std::max(a.turning, b.turning)};
+}
+
 }  // namespace
 
 bool parks_contacts(const SimulationOptions& options) {
@@ -41,7 +61,8 @@ Material active_material(Material pair, EffectSet effects) {
     pair.per_area = Spring();
   }
   if (!effects.has(Effect::kFriction)) pair.friction = 0.0;
-  if (!effects.has(Effect::kFrictionDirections)) pair = pair.without_direction();
+  if (!effects.has(Effect::kFrictionDirections) && pair.is_directional())
+    pair = pair.without_direction();
   if (!effects.has(Effect::kStaticFriction)) pair.static_friction = 0.0;
   if (!effects.has(Effect::kTorsionalFriction)) pair.torsional_friction = 0.0;
   if (!effects.has(Effect::kRollingFriction)) pair.rolling_friction = 0.0;
@@ -147,10 +168,9 @@ FarPair ContactSearch::locate(const Model& model, const std::pair<int, int>& pai
   far.gap = where.gap;
   far.middle = where.middle;
   far.radius = where.radius;
-  const Material material = active_material(model.pair_material(pair.first, pair.second), effects);
-  const double most = material.most_friction();
-  far.slip = std::sqrt(1.0 + most * most);
-  far.spin = std::max(material.torsional_friction, material.rolling_friction);
+  const FrictionBound friction = bound_friction(model, pair);
+  far.slip = std::sqrt(1.0 + friction.sliding * friction.sliding);
+  far.spin = friction.turning;
   if (effects.has(Effect::kSurfaceMotion))
     for (const int geometry : {pair.first, pair.second})
       far.surface += model.geometries()[geometry].material.surface_velocity.norm();

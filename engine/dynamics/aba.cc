@@ -179,7 +179,7 @@ bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
     }
     const int parent = model.body(i).parent;
     if (parent == 0) continue;
-    scratch.IA[parent] += scratch.IA[i].shifted(at.arm[i]);
+    scratch.IA[parent].add_shifted(scratch.IA[i], at.arm[i]);
     scratch.pA[parent] += shift(scratch.pA[i], at.arm[i]);
   }
   scratch.A[0] = {Vector3::Zero(), -gravity};

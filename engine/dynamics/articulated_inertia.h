@@ -63,12 +63,8 @@ struct ArticulatedInertia {
   Matrix3 angular, coupling, linear;
 
   static ArticulatedInertia rigid(const SpatialInertia& inertia) {
-    const Matrix3 s = skew(inertia.center);
-    ArticulatedInertia I;
-    I.coupling = inertia.mass * s;
-    I.angular = inertia.rotational - cross_columns(inertia.center, I.coupling);
-    I.linear = inertia.mass * Matrix3::Identity();
-    return I;
+    const RigidInertia about = RigidInertia::about_origin(inertia);
+    return {about.rotational, skew(about.moment), inertia.mass * Matrix3::Identity()};
   }
 
   Force operator*(const Motion& v) const {
@@ -83,16 +79,31 @@ struct ArticulatedInertia {
     return *this;
   }
 
-  /// Returns the same inertia about a point from which the present origin is at p, axes unchanged
-  /// (Featherstone 2008, eq. 2.66 without rotation).
-  ArticulatedInertia shifted(const Vector3& p) const {
-    ArticulatedInertia out;
-    out.linear = linear;
-    out.coupling = coupling + cross_columns(p, linear);
-    // I + [p] H' - (H + [p] M) [p], and X [p] = -([p] X')'.
-    const Matrix3 transposed = coupling.transpose(), moved = out.coupling.transpose();
-    out.angular = angular + cross_columns(p, transposed) + cross_columns(p, moved).transpose();
-    return out;
+  /// Adds the inertia o of a child, about an origin at p from this one, axes unchanged
+  /// (Featherstone 2008, eq. 2.66 without rotation): M, H + [p] M and I + [p] H' - (H + [p] M) [p].
+  /// Written by entries, since a matrix [p] in memory is read in pairs before its entries are
+  /// stored.
+  void add_shifted(const ArticulatedInertia& o, const Vector3& p) {
+    const double x = p.x(), y = p.y(), z = p.z();
+    const Matrix3 &M = o.linear, &H = o.coupling;
+    Matrix3 moved;
+    for (int j = 0; j < 3; ++j) {
+      moved(0, j) = H(0, j) + (y * M(2, j) - z * M(1, j));
+      moved(1, j) = H(1, j) + (z * M(0, j) - x * M(2, j));
+      moved(2, j) = H(2, j) + (x * M(1, j) - y * M(0, j));
+    }
+    const auto add = [&](int i, int j, double value) {
+      angular(i, j) += o.angular(i, j) + value;
+      if (i != j) angular(j, i) += o.angular(j, i) + value;
+    };
+    add(0, 0, y * (H(0, 2) + moved(0, 2)) - z * (H(0, 1) + moved(0, 1)));
+    add(1, 1, z * (H(1, 0) + moved(1, 0)) - x * (H(1, 2) + moved(1, 2)));
+    add(2, 2, x * (H(2, 1) + moved(2, 1)) - y * (H(2, 0) + moved(2, 0)));
+    add(0, 1, (y * H(1, 2) - z * H(1, 1)) + (z * moved(0, 0) - x * moved(0, 2)));
+    add(0, 2, (y * H(2, 2) - z * H(2, 1)) + (x * moved(0, 1) - y * moved(0, 0)));
+    add(1, 2, (z * H(2, 0) - x * H(2, 2)) + (x * moved(1, 1) - y * moved(1, 0)));
+    coupling += moved;
+    linear += M;
   }
 
   Matrix6 matrix() const {
