@@ -91,7 +91,7 @@ struct Collider::Impl {
   std::span<const double> margins;
   std::span<const char> idle;  // empty: none is idle
   // Scratch.
-  std::vector<Pose> X_WG;     // of planes, terrains, and solids of placed groups
+  std::vector<Pose> X_WG;     // for planes, terrains, and solids of placed groups
   std::vector<Bounds> boxes;  // for each solid of a placed group; kNowhere if the box is not sound
   std::vector<Bounds> group_boxes;
   std::vector<char> placed;  // for each group

@@ -57,7 +57,6 @@ void Collider::Impl::group_solids(const Model& model) {
 
 // Returns a box in the frame of the body around the boxes of several of its solids.
 Enclosure Collider::Impl::enclose_group(std::span<const int> part) const {
-  constexpr double kRounding = 1e-9;  // relative
   Bounds all = kNowhere;
   for (const int k : part) {
     const Enclosure& e = enclosures[solids[k]];
@@ -70,7 +69,6 @@ Enclosure Collider::Impl::enclose_group(std::span<const int> part) const {
   Enclosure out;
   out.center = 0.5 * (all.low + all.high);
   out.half = 0.5 * (all.high - all.low);
-  out.half += Vector3::Constant(kRounding * (out.center.norm() + out.half.norm()));
   out.radius = out.half.norm();
   return out;
 }

@@ -55,7 +55,7 @@ int Problem::add_block(int size) {
 }
 
 int Problem::add_constraint(const Law& law, int block_a, int block_b) {
-  Constraint c;
+  Constraint& c = constraints_.emplace_back();
   c.law = law;
   c.first_row = num_rows_;
   c.block = {block_a, block_b};
@@ -67,7 +67,6 @@ int Problem::add_constraint(const Law& law, int block_a, int block_b) {
                           0.0);
   }
   num_rows_ += law.rows;
-  constraints_.push_back(c);
   return num_constraints() - 1;
 }
 

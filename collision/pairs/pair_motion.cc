@@ -60,6 +60,7 @@ bool stops(const PairMotion& motion, const Manifold& manifold) {
 
 void look_ahead(const Shape& a, const Shape& b, const PairMotion& motion, const PairQuery& query,
                 Manifold& manifold) {
+  if (!stops(motion, manifold)) return;
   double least = std::numeric_limits<double>::infinity();
   Vector3 normal = Vector3::UnitZ();
   for (int i = 0; i < manifold.size; ++i) {

@@ -264,13 +264,12 @@ void PackedJacobian::clear() {
 }
 
 void PackedJacobian::begin_constraint(int rows) {
-  Constraint c{};
+  Constraint& c = constraints_.emplace_back();
   c.rows = rows;
   c.row = num_rows_;
   c.first_strip = static_cast<int>(strips_.size());
   c.by_column = column_end_;
   c.by_row = row_end_;
-  constraints_.push_back(c);
   num_rows_ += rows;
 }
 

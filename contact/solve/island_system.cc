@@ -108,14 +108,13 @@ void IslandSystem::load_constraints(const Problem& problem, std::span<const int>
   jacobian_.clear();
   hessian_size_ = 0;
   for (const int i : constraints) {
-    Constraint c{};
+    Constraint& c = constraints_.emplace_back();
     c.law = problem.law(i);
     c.law.coulomb = c.law.coulomb && c.law.type == LawType::kFrictionCone;
     c.row = jacobian_.num_rows();
     c.global_row = problem.first_row(i);
     c.hessian = hessian_size_;
     hessian_size_ += c.law.rows * c.law.rows;
-    constraints_.push_back(c);
     jacobian_.begin_constraint(c.law.rows);
     for (const int side : {0, 1}) pack_side(problem, i, side);
     jacobian_.end_constraint();

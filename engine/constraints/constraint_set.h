@@ -153,8 +153,8 @@ struct ConstraintSet {
   std::vector<RowTerm> row_terms;     ///< the terms of all rows in `joints`, each at least one
   std::vector<ParkedContact> parked;  ///< sorted by pair of geometries
   std::vector<FarPair> far;  ///< sorted; the contacts of these pairs have not been computed
-  std::vector<InactiveContact> inactive;
-  double max_penetration = 0.0;  ///< [m]
+  std::vector<InactiveContact> inactive;  ///< contacts without rows until a step closes them
+  double max_penetration = 0.0;           ///< [m]
 
   /// Returns the terms of a row of this set.
   std::span<const RowTerm> terms(const JointConstraint& row) const {

@@ -143,7 +143,7 @@ void ContactFinder::set_inactive(const StepContext& at, const Kinematics& data,
                                  const std::vector<RememberedForce>& memory,
                                  ConstraintSet& out) const {
   const size_t count = out.contacts.size();
-  if (count == 0) return;
+  if (count == 0 || !may_deactivate_contacts(at.options)) return;
   out.inactive.reserve(count);
   size_t kept = 0;
   for (size_t i = 0; i < count; ++i) {
@@ -151,7 +151,9 @@ void ContactFinder::set_inactive(const StepContext& at, const Kinematics& data,
     const double alpha = search_.inverse_mass(pair.body_a) + search_.inverse_mass(pair.body_b);
     if (stays_open(pair, at.h(), data.V, data) &&
         !(alpha * recall_load(out, i, data, memory) > kNoForce * kStandardGravity)) {
-      out.inactive.push_back({out.contacts[i], pair});
+      InactiveContact& open = out.inactive.emplace_back();
+      open.candidate = out.contacts[i];
+      open.pair = pair;
       continue;
     }
     if (kept < i) {

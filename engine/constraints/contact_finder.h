@@ -23,8 +23,8 @@ class ContactFinder {
   void find(const StepContext& at, const Kinematics& data, SleepMask idle, ConstraintSet& out,
             EffectCounts& counts);
   /// Makes those contacts in `out` inactive that stay open at the velocity at the start and had no
-  /// force in the last step, whose forces are `memory`. Same requirements as find(); where laws are
-  /// smooth or softened, none may be inactive.
+  /// force in the last step, whose forces are `memory`: none where the options make laws smooth.
+  /// Same requirements as find(); not for softened laws.
   void set_inactive(const StepContext& at, const Kinematics& data,
                     const std::vector<RememberedForce>& memory, ConstraintSet& out) const;
   /// Gives rows to all inactive contacts. Returns false if there were none.

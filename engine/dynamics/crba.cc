@@ -84,7 +84,6 @@ void crba_tree(const Model& model, const Tree& tree, const BodyState& bodies, In
   for (const AddedInertia& more : bodies.external.added)
     if (more.body >= tree.body_begin && more.body < tree.body_end)
       composite[more.body] += RigidInertia::about_origin(more.inertia);
-  M.setZero();
   SymmetricOut out(M);
   for (int i = tree.body_end - 1; i >= tree.body_begin; --i) {
     fill_rows(model, tree, bodies, i, out);
@@ -97,7 +96,7 @@ void crba_tree(const Model& model, const Tree& tree, const BodyState& bodies, In
 }
 
 void crba(const Model& model, const BodyState& bodies, InertiaOut M) {
-  if (model.num_trees() != 1) M.setZero();
+  M.setZero();
   for (const Tree& tree : model.trees()) {
     const int n = tree.v_end - tree.v_begin;
     crba_tree(model, tree, bodies, M.block(tree.v_begin, tree.v_begin, n, n));

@@ -168,7 +168,7 @@ void ConstraintStage::solve_problem(const VectorX& free, Guess from, bool extend
 }
 
 /// Sets solution_.free_velocity to the free velocity of the solution w (nv).
-void ConstraintStage::find_free_velocity(const VectorX& w) {
+void ConstraintStage::restore_free_velocity(const VectorX& w) {
   solution_.free_velocity = w;
   for_each_touched(in_.step.model, solution_, [&](auto in_tree, auto in_block) {
     solution_.free_velocity(in_tree) = solution_.problem.free_velocity()(in_block);
@@ -177,7 +177,7 @@ void ConstraintStage::find_free_velocity(const VectorX& w) {
 
 /// Solves again after constraints were added, starting from the last solution w.
 void ConstraintStage::solve_again(VectorX& w) {
-  find_free_velocity(w);
+  restore_free_velocity(w);
   solve_problem(solution_.free_velocity, Guess::kLastSolution, true, w);
 }
 
@@ -206,7 +206,7 @@ void ConstraintStage::solve_overruns(bool solved, VectorX& w) {
 void ConstraintStage::solve(VectorX& w) {
   const StepArguments& step = in_.step;
   const Softening given = report_.softening;
-  if (may_deactivate_contacts(step.options) && !given.any())
+  if (!given.any())
     finder_.contacts().set_inactive(step.context(), in_.start.kinematics(), step.state.memory,
                                     constraints_);
   const bool any = !constraints_.empty();
@@ -214,7 +214,7 @@ void ConstraintStage::solve(VectorX& w) {
   if (report_.softening.any() && ContactFinder::activate_all(constraints_)) {
     // The inverse softens the trees that all contacts join.
     report_.softening = given;
-    find_free_velocity(w);
+    restore_free_velocity(w);
     solve_problem(solution_.free_velocity, Guess::kLastStep, false, w);
   }
   solve_overruns(any, w);

@@ -66,7 +66,7 @@ class ConstraintStage {
                                         bool as_posed);
   void soften_problem();
   void solve_problem(const VectorX& free, Guess from, bool extended, VectorX& w);
-  void find_free_velocity(const VectorX& w);
+  void restore_free_velocity(const VectorX& w);
   void solve_again(VectorX& w);
   void solve_overruns(bool solved, VectorX& w);
   bool find_displacement(OverlapCorrection& correction, const VectorX& w, VectorX& displacement);
