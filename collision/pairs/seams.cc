@@ -20,6 +20,23 @@ bool is_within(const ConvexMesh& mesh, const Vector3& p, double distance) {
   return true;
 }
 
+bool is_behind(const ConvexMesh& mesh, int face, const Vector3& p, double distance) {
+  const auto f = static_cast<std::size_t>(face);
+  return !(mesh.face_normals[f].dot(p) - mesh.face_offsets[f] > distance);
+}
+
+// Returns the face of a mesh farthest in front of which p lies.
+int facing(const ConvexMesh& mesh, const Vector3& p) {
+  std::size_t best = 0;
+  double most = -std::numeric_limits<double>::infinity();
+  for (std::size_t f = 0; f < mesh.face_normals.size(); ++f) {
+    const double height = mesh.face_normals[f].dot(p) - mesh.face_offsets[f];
+    if (height > most) best = f;
+    most = std::max(most, height);
+  }
+  return static_cast<int>(best);
+}
+
 // Returns whether a vertex reaches `height` [m] along n.
 bool rises_to(const ConvexMesh& mesh, const Vector3& n, double height) {
   return std::any_of(mesh.vertices.begin(), mesh.vertices.end(),
@@ -50,7 +67,8 @@ Seams::Seams(const std::vector<Geometry>& geometries)
       const double deep = kCovered * b.radius;
       const double seam = std::max(std::min(a.union_standoff, deep), rounding);
       const double reach = b.radius + seam;
-      neighbors_[i].push_back({&b, b.interior_point, reach * reach, deep, seam, rounding});
+      neighbors_[i].push_back(
+          {&b, b.interior_point, reach * reach, deep, seam, rounding, facing(b, a.interior_point)});
     }
   }
 }
@@ -59,7 +77,8 @@ bool Seams::hides(int geometry, const Vector3& p, const Vector3& n) const {
   const ConvexMesh& mesh = *meshes_[geometry];
   for (const Neighbor& near : neighbors_[geometry]) {
     const ConvexMesh& other = *near.mesh;
-    if ((p - near.center).squaredNorm() > near.reach || !is_within(other, p, near.seam) ||
+    if ((p - near.center).squaredNorm() > near.reach ||
+        !is_behind(other, near.facing, p, near.seam) || !is_within(other, p, near.seam) ||
         !rises_to(other, n, n.dot(p) + near.rounding))
       continue;
     // The neighbour rises beyond p. A feature that leads away from it may touch all the same: in a

@@ -33,6 +33,7 @@ class Seams {
     // Depth from which on a face is covered, distance at which surfaces meet at a seam, and
     // accuracy of corners [m].
     double deep, seam, rounding;
+    int facing;  // its face towards the piece: the first to be tested
   };
   std::vector<const ConvexMesh*> meshes_;  // a mesh or null for each geometry
   std::vector<std::vector<Neighbor>> neighbors_;

@@ -85,9 +85,9 @@ INSTANTIATE_TEST_SUITE_P(Family, Plan,
                                            Family{"wild_coulomb", true, true}),
                          [](const auto& test) { return std::string(test.param.name); });
 
-// The 12,000 problems of six seeds in each Coulomb family. In 80 seeds 17 extreme ones stay unsolved,
-// since the continuation from softer laws turns back, and 2 or 3 others: 1.3 and 0.2 are expected
-// here, and more than 4 and 1 have a chance of 1 in 100.
+// The 12,000 problems of six seeds in each Coulomb family. In 80 seeds 17 extreme ones stay
+// unsolved, since the continuation from softer laws turns back, and 2 or 3 others: 1.3 and 0.2 are
+// expected here, and more than 4 and 1 have a chance of 1 in 100.
 TEST(PlanOfSixSeeds, LeavesFewProblemsUnsolved) {
   Solver solver;
   for (const bool wild : {false, true}) {
