@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
@@ -96,8 +97,9 @@ struct Collider::Impl {
   std::vector<Bounds> group_boxes;
   std::vector<char> placed;  // for each group
   std::vector<std::pair<int, int>> pairs, near_groups;
-  std::vector<int> awake;                                      // indices of groups
-  std::vector<std::pair<int, int>> solid_pairs, ground_pairs;  // not yet merged into `pairs`
+  std::vector<int> awake;                         // indices of groups
+  std::vector<std::uint64_t> solid_pairs;         // keys of pairs of solids
+  std::vector<std::pair<int, int>> ground_pairs;  // not yet merged into `pairs`
   TerrainContacts terrain_contacts;
   Manifold manifold;
   PatchFaces patch_faces;

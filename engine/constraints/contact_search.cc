@@ -134,8 +134,11 @@ bool ContactSearch::spread_travel(const Model& model, std::span<const std::pair<
   bool changed = false;
   for (bool again = true; again;) {
     again = false;
+    std::pair last(-1, -1);  // solids of the same two bodies follow each other
     for (const auto& [a, b] : close) {
       const int bodies[2] = {model.geometries()[a].body, model.geometries()[b].body};
+      if (last == std::pair(bodies[0], bodies[1])) continue;
+      last = {bodies[0], bodies[1]};
       const double travel = std::max(travel_[bodies[0]], travel_[bodies[1]]);
       if (travel < threshold) continue;
       const int fast = travel_[bodies[0]] >= travel_[bodies[1]] ? bodies[0] : bodies[1];
