@@ -74,13 +74,15 @@ bool FrictionLanes::add(const Law& law, double inverse_mass, int row, int hessia
   if (lane == 0) kind.fours.emplace_back();
   ConeFour& c = kind.fours.back();
   c.live[lane] = 1.0;
+  const double rho = normal_regularizer(law), rho_T = friction_regularizer(law);
+  const double slip = scaled_slip_speed(law);
   for (int i = lane; i < (lane == 0 ? 4 : lane + 1); ++i) {
     c.row[i] = row;
     c.hessian[i] = hessian;
-    c.rho[i] = normal_regularizer(law);
-    c.rho_T[i] = friction_regularizer(law);
+    c.rho[i] = rho;
+    c.rho_T[i] = rho_T;
     c.k[i] = law.smoothing;
-    c.slip[i] = scaled_slip_speed(law);
+    c.slip[i] = slip;
     c.inverse_mass[i] = inverse_mass;
     for (int r = 0; r < kRows; ++r) c.scale[r][i] = r > 0 ? law.friction[r - 1] : 1.0;
   }

@@ -309,7 +309,7 @@ Vector3 ContactFinder::make_contact(const StepContext& at, const Kinematics& dat
   contact.gap_bias = gap_bias(options.contact, h, gap);
   const Bounce bounce = find_bounce(model, options, at.effects, data, {material, contact, gap, v});
   if (bounce.happens && gap > 0.0) contact.impact_time = bounce.time;
-  set_contact_law(law_options(options, is_wedged(contact)), h,
+  set_contact_law(law_options_[is_wedged(contact) ? 1 : 0], h,
                   {material, alpha, gap, candidate.area, v, bounce, is_round(model, a, b)},
                   contact.law);
   if (contact.law.rows >= 3)
@@ -327,6 +327,7 @@ void ContactFinder::find(const StepContext& at, const Kinematics& data, SleepMas
   const bool parks = parks_contacts(at.options);
   std::fill(turn_known_.begin(), turn_known_.end(), 0);
   material_of_ = {-1, -1};
+  law_options_ = {law_options(at.options, false), law_options(at.options, true)};
   const double near = parking_gap(at.options.contact, h);
   for (collision::Candidate& candidate : candidates) {
     move_to_meeting(model, candidate);

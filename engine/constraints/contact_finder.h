@@ -2,10 +2,12 @@
 // contact, or part of a far pair (parked_contacts.h).
 #pragma once
 
+#include <array>
 #include <utility>
 #include <vector>
 
 #include "counterpoint/engine/constraints/bounce.h"
+#include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/constraints/contact_search.h"
 #include "counterpoint/engine/constraints/friction_slip.h"
 #include "counterpoint/engine/state.h"
@@ -88,6 +90,7 @@ class ContactFinder {
   std::vector<Vector3> fall_;  ///< free_fall(model) [m/s^2]
   std::vector<double> speed_;  ///< initial sliding speed of each contact with rows [m/s]
   FrictionSlip friction_slip_;
+  std::array<LawOptions, 2> law_options_;    ///< of the step's contacts, and of wedged ones
   std::vector<Motion> V_;                    ///< body velocities at the end of a step
   std::pair<int, int> material_of_{-1, -1};  ///< pair of geometries that has material_
   Material material_;

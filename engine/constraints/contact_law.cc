@@ -38,6 +38,7 @@ std::array<FadingPart, 3> parts_of(double smoothing, const Fading& fading) {
 }  // namespace
 
 double faded_smoothing(double smoothing, double gap, const Fading& fading) {
+  if (!(gap > 0.0)) return smoothing;
   double sum = 0.0;
   for (const auto& [length, end] : parts_of(smoothing, fading)) {
     const double left = left_at(gap, end);

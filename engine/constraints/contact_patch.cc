@@ -48,6 +48,16 @@ bool is_round_face(const Model& model, const Kinematics& data, const collision::
   return false;
 }
 
+/// Whether no spin share of a patch can be positive: it turns about its normal too slowly for any
+/// radius that its contacts span.
+bool turns_too_slowly(const ContactPatch& patch) {
+  double square = 0.0;
+  for (int k = 1; k < patch.size; ++k)
+    square = std::max(square, (patch.place[k] - patch.place[0]).squaredNorm());
+  const double turn = patch.normal.dot(patch.motion.angular);
+  return 4.0 * square * turn * turn < kNoSpin * patch.at_rest * patch.at_rest;
+}
+
 /// Spin fraction sigma of a patch; radius: mean distance of its contacts from its middle [m].
 double spin_share(const ContactPatch& patch, const Vector3& middle, double radius) {
   const Vector3& n = patch.normal;
@@ -105,6 +115,7 @@ size_t find_patch(const StepContext& at, const Kinematics& data, const Constrain
 }
 
 bool find_friction(const ContactPatch& patch, PatchFriction& out) {
+  if (turns_too_slowly(patch)) return false;
   std::array<double, ContactPatch::kMost> weight;
   double sum = 0.0;
   int touching = 0;
