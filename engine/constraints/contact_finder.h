@@ -90,7 +90,7 @@ class ContactFinder {
   std::vector<Vector3> fall_;  ///< free_fall(model) [m/s^2]
   std::vector<double> speed_;  ///< initial sliding speed of each contact with rows [m/s]
   FrictionSlip friction_slip_;
-  std::array<LawOptions, 2> law_options_;    ///< of the step's contacts, and of wedged ones
+  std::array<LawOptions, 2> law_options_;    ///< for the step's contacts, and for wedged ones
   std::vector<Motion> V_;                    ///< body velocities at the end of a step
   std::pair<int, int> material_of_{-1, -1};  ///< pair of geometries that has material_
   Material material_;
