@@ -248,10 +248,9 @@ The measurements are of different versions, whose random variation differs:
 | kGateSteps | after this correction | 1.02 to 1.04, +7 to +18 |
 | kLittleSofter, kRaiseBelow | with Gauss-Seidel sweeps | 0.90 to 0.96, -10 to -26 |
 | the others from kPathSigma to kSofterSteps in contact/solve/island_solver.cc; the others from kNear to kRaise in contact/solve/mixed_newton.cc | with paths that begin at the result of sweeps | 1.01 to 1.12, +2 to +33 |
-| kFar | 2026-11-30, one run of each scene | |
 | kMostReused | 2026-11-27, with reused factors; only the tests of `contact_test` | |
 
-`scripts/constants.py count` counts the constants that steer a contact solve: 26. At commit f97f6684 it gave 62, and two
+`scripts/constants.py count` counts the constants that steer a contact solve: 25. At commit f97f6684 it gave 62, and two
 arrays held twelve more numbers.
 Rows of contact/solve were measured before that [reduction](../decisions/solver.md#25-constants-steer-a-solve). Cells in
 words are later: ratios of Newton steps of random and of recorded engine problems, with the change of unsolved and

@@ -7,13 +7,6 @@
 #include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact {
-namespace {
-
-// Relative residual above which velocities and momentum are continued along a step, in which they
-// are linear, and the scale is kept. Rounding errors, which would accumulate, are far smaller.
-constexpr double kFar = 1e-6;
-
-}  // namespace
 
 void MixedSystem::Point::reserve(const IslandSystem& system) {
   w.reserve(system.size());
@@ -137,13 +130,6 @@ double MixedSystem::trial(const Point& point, const Point& d, double step) {
 double MixedSystem::accept(const Point& d, Point& point) {
   std::swap(point.phi, phi_trial_);
   for (size_t i = 0; i < point.w.size(); ++i) point.w[i] += step_ * d.w[i];
-  const double left = 1.0 - step_, dual_square = left * left * dual_square_;
-  if (extra_smoothing == 0.0 && law_square_ + dual_square > kFar * kFar * scale_ * scale_) {
-    std::swap(y_, y_trial_);
-    for (double& x : dual_) x *= left;
-    dual_square_ = dual_square;
-    return std::sqrt(law_square_ + dual_square_);
-  }
   // Not y + step J d, whose rounding errors would accumulate over the steps.
   system_->constraint_velocity(point.w.data(), y_.data());
   return momentum_residual(point);

@@ -85,10 +85,9 @@ INSTANTIATE_TEST_SUITE_P(Family, Plan,
                                            Family{"wild_coulomb", true, true}),
                          [](const auto& test) { return std::string(test.param.name); });
 
-// The 12,000 problems of six seeds in each Coulomb family. In 80 seeds 17 extreme ones stay
-// unsolved, since the continuation from softer laws turns back, and 2 or 3 others: 1.3 and 0.2 are
-// expected here, and more than 4 and 1 have a chance of 1 in 100.
-TEST(PlanOfSixSeeds, LeavesFewProblemsUnsolved) {
+// The 12,000 problems of six seeds in each Coulomb family, of which contact/README.md reports the
+// unsolved. One extreme problem may stay unsolved: the continuation from softer laws turns back.
+TEST(PlanOfSixSeeds, LeavesAtMostOneProblemUnsolved) {
   Solver solver;
   for (const bool wild : {false, true}) {
     int unsolved = 0, steps = 0;
@@ -104,7 +103,7 @@ TEST(PlanOfSixSeeds, LeavesFewProblemsUnsolved) {
     const std::string name = wild ? "wild_" : "";
     RecordProperty(name + "unsolved", unsolved);
     RecordProperty(name + "steps", steps);
-    EXPECT_LE(unsolved, wild ? 4 : 1);
+    EXPECT_LE(unsolved, wild ? 1 : 0);
   }
 }
 
