@@ -15,10 +15,6 @@ std::uint64_t key_of(int first, int second) {
   return static_cast<std::uint64_t>(first) << 32 | static_cast<std::uint32_t>(second);
 }
 
-bool meet(const Bounds& a, const Bounds& b) {
-  return (a.low.array() <= b.high.array()).all() && (b.low.array() <= a.high.array()).all();
-}
-
 }  // namespace
 
 // Divides the solids of each body into groups of kGroup at most: where a body has more, at the
@@ -168,14 +164,11 @@ void Collider::Impl::list_group_pairs() {
   if (groups.size() > kFewGroups) return;
   for (int i = 0; i < static_cast<int>(groups.size()); ++i) {
     for (int j = i + 1; j < static_cast<int>(groups.size()); ++j) {
-      std::ptrdiff_t enabled = 0, all = 0;
-      for (const int k : members_of(groups[i])) {
-        for (const int l : members_of(groups[j])) {
-          enabled += filter.enabled(solids[k], solids[l]);
-          ++all;
-        }
-      }
-      if (enabled > 0) group_pairs.push_back({i, j, enabled == all});
+      const auto ours = members_of(groups[i]), theirs = members_of(groups[j]);
+      std::size_t enabled = 0;
+      for (const int k : ours)
+        for (const int l : theirs) enabled += filter.enabled(solids[k], solids[l]);
+      if (enabled > 0) group_pairs.push_back({i, j, enabled == ours.size() * theirs.size()});
     }
   }
   group_pairs_listed = true;

@@ -10,12 +10,11 @@ namespace {
 
 /// A box of the tree. FCL's templates are instantiated for it, so its library, which takes longer
 /// to load than a small scene takes to run, is not linked.
-struct Box {
+struct Box : Bounds {
   using S = double;
-  Vector3 low, high;
 
   Box operator+(const Box& other) const {
-    return {low.cwiseMin(other.low), high.cwiseMax(other.high)};
+    return {{low.cwiseMin(other.low), high.cwiseMax(other.high)}};
   }
   Box& operator+=(const Box& other) { return *this = *this + other; }
   double width() const { return high[0] - low[0]; }
@@ -25,9 +24,6 @@ struct Box {
   bool equal(const Box& other) const { return low == other.low && high == other.high; }
   bool contain(const Box& other) const {
     return (low.array() <= other.low.array()).all() && (high.array() >= other.high.array()).all();
-  }
-  bool overlap(const Box& other) const {
-    return (low.array() <= other.high.array()).all() && (high.array() >= other.low.array()).all();
   }
   Vector3 center() const { return 0.5 * (low + high); }
   /// Returns twice the distance of the centers, in the sum norm.
@@ -67,8 +63,7 @@ void BoundsTree::Impl::build(const std::vector<Bounds>& boxes) {
   tree.clear();
   leaves.clear();
   for (std::size_t i = 0; i < boxes.size(); ++i)
-    leaves.push_back(
-        tree.insert({boxes[i].low, boxes[i].high}, reinterpret_cast<void*>(std::uintptr_t{i})));
+    leaves.push_back(tree.insert({boxes[i]}, reinterpret_cast<void*>(std::uintptr_t{i})));
   tree.balanceTopdown();
 }
 
@@ -80,7 +75,7 @@ void BoundsTree::Impl::add_pairs_within(const Node& node) {
 }
 
 void BoundsTree::Impl::add_pairs_between(const Node& a, const Node& b) {
-  if (!a.bv.overlap(b.bv)) return;
+  if (!meet(a.bv, b.bv)) return;
   if (a.isLeaf() && b.isLeaf()) {
     const auto i = static_cast<int>(reinterpret_cast<std::uintptr_t>(a.data));
     const auto j = static_cast<int>(reinterpret_cast<std::uintptr_t>(b.data));
@@ -108,8 +103,7 @@ void BoundsTree::prepare(const std::vector<Bounds>& boxes) {
 void BoundsTree::find_pairs(const std::vector<Bounds>& boxes,
                             std::vector<std::pair<int, int>>& out) {
   prepare(boxes);
-  for (std::size_t i = 0; i < boxes.size(); ++i)
-    impl_->leaves[i]->bv = {boxes[i].low, boxes[i].high};
+  for (std::size_t i = 0; i < boxes.size(); ++i) impl_->leaves[i]->bv = {boxes[i]};
   impl_->tree.refit();
   // Rebalancing the whole tree would allocate; instead each call reinserts a share of the leaves.
   impl_->tree.balanceIncremental(static_cast<int>(boxes.size() / 16));

@@ -17,6 +17,11 @@ struct Bounds {
   Vector3 low, high;
 };
 
+/// Returns whether two boxes overlap or touch.
+inline bool meet(const Bounds& a, const Bounds& b) {
+  return (a.low.array() <= b.high.array()).all() && (b.low.array() <= a.high.array()).all();
+}
+
 /// Limit of coordinates [m] below which sums and differences do not overflow.
 constexpr double kFarthest = 1e100;
 

@@ -13,28 +13,24 @@ constexpr double kRounding = 2e-6;
 // pieces; the surfaces of two pieces meet at a seam if they are nearer than this.
 constexpr double kCovered = 1e-2;
 
+// Returns the height of p over the plane of a face [m].
+double height_over(const ConvexMesh& mesh, std::size_t face, const Vector3& p) {
+  return mesh.face_normals[face].dot(p) - mesh.face_offsets[face];
+}
+
 // Returns whether p is behind all faces, each moved outwards by `distance` [m].
 bool is_within(const ConvexMesh& mesh, const Vector3& p, double distance) {
   for (std::size_t f = 0; f < mesh.face_normals.size(); ++f)
-    if (mesh.face_normals[f].dot(p) - mesh.face_offsets[f] > distance) return false;
+    if (height_over(mesh, f, p) > distance) return false;
   return true;
 }
 
-bool is_behind(const ConvexMesh& mesh, int face, const Vector3& p, double distance) {
-  const auto f = static_cast<std::size_t>(face);
-  return !(mesh.face_normals[f].dot(p) - mesh.face_offsets[f] > distance);
-}
-
 // Returns the face of a mesh farthest in front of which p lies.
-int facing(const ConvexMesh& mesh, const Vector3& p) {
+std::size_t facing(const ConvexMesh& mesh, const Vector3& p) {
   std::size_t best = 0;
-  double most = -std::numeric_limits<double>::infinity();
-  for (std::size_t f = 0; f < mesh.face_normals.size(); ++f) {
-    const double height = mesh.face_normals[f].dot(p) - mesh.face_offsets[f];
-    if (height > most) best = f;
-    most = std::max(most, height);
-  }
-  return static_cast<int>(best);
+  for (std::size_t f = 1; f < mesh.face_normals.size(); ++f)
+    if (height_over(mesh, f, p) > height_over(mesh, best, p)) best = f;
+  return best;
 }
 
 // Returns whether a vertex reaches `height` [m] along n.
@@ -77,8 +73,8 @@ bool Seams::hides(int geometry, const Vector3& p, const Vector3& n) const {
   const ConvexMesh& mesh = *meshes_[geometry];
   for (const Neighbor& near : neighbors_[geometry]) {
     const ConvexMesh& other = *near.mesh;
-    if ((p - near.center).squaredNorm() > near.reach ||
-        !is_behind(other, near.facing, p, near.seam) || !is_within(other, p, near.seam) ||
+    if ((p - near.center).squaredNorm() > near.reach_square ||
+        height_over(other, near.facing, p) > near.seam || !is_within(other, p, near.seam) ||
         !rises_to(other, n, n.dot(p) + near.rounding))
       continue;
     // The neighbour rises beyond p. A feature that leads away from it may touch all the same: in a

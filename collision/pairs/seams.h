@@ -6,6 +6,7 @@
 // Therefore a body never catches on a seam between pieces (compare terrain_contacts.h).
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "counterpoint/model/geometry.h"
@@ -29,11 +30,12 @@ class Seams {
   struct Neighbor {
     const ConvexMesh* mesh;
     Vector3 center;
-    double reach;  // square of the distance from `center` beyond which it hides nothing [m^2]
+    double
+        reach_square;  // square of the distance from `center` beyond which it hides nothing [m^2]
     // Depth from which on a face is covered, distance at which surfaces meet at a seam, and
     // accuracy of corners [m].
     double deep, seam, rounding;
-    int facing;  // its face towards the piece: the first to be tested
+    std::size_t facing;  // its face towards the piece: the first to be tested
   };
   std::vector<const ConvexMesh*> meshes_;  // a mesh or null for each geometry
   std::vector<std::vector<Neighbor>> neighbors_;
