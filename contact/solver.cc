@@ -19,26 +19,27 @@ Status check(const Problem& problem, const Eigen::Ref<VectorX>& w) {
   return Status::kConverged;
 }
 
-// Number of softened islands in one solve for which memory is reserved.
+// Number of softened or unfinished islands in one solve for which memory is reserved.
 constexpr size_t kUsualSoftened = 16;
 
 }  // namespace
 
 const char* status_name(Status status) {
   constexpr const char* kNames[] = {
-      "converged",  "round-off floor",      "softened",    "iteration limit", "no progress",
-      "not finite", "singular mass matrix", "invalid law", "invalid state",   "diverged"};
+      "converged",   "round-off floor", "softened",   "unfinished",
+      "iteration limit", "no progress", "not finite", "singular mass matrix",
+      "invalid law", "invalid state",   "diverged"};
   return kNames[static_cast<int>(status)];
 }
 
 const char* method_name(Method method) {
-  constexpr const char* kNames[] = {"velocity", "mixed", "softer"};
+  constexpr const char* kNames[] = {"velocity", "mixed", "softer", "stop"};
   return kNames[static_cast<int>(method)];
 }
 
 bool succeeded(Status status) {
   return status == Status::kConverged || status == Status::kRoundoffFloor ||
-         status == Status::kSoftened;
+         status == Status::kSoftened || status == Status::kUnfinished;
 }
 
 struct Solver::Impl {
@@ -56,6 +57,7 @@ Solver::Solver() : impl_(std::make_unique<Impl>()) {
   // Reserves memory, so that a longer history than before does not allocate in the middle of a run.
   impl_->report.residual_history.reserve(kUsualHistory);
   impl_->report.softened.reserve(kUsualSoftened);
+  impl_->report.unfinished.reserve(kUsualSoftened);
 }
 Solver::~Solver() = default;
 Solver::Solver(Solver&&) noexcept = default;
@@ -92,6 +94,7 @@ void Solver::Impl::solve_island(const Problem& problem, const Settings& settings
   report.residual = std::max(report.residual, result.residual);
   if (result.softness.any())
     report.softened.push_back({islands.blocks(island)[0], result.softness});
+  if (result.status == Status::kUnfinished) report.unfinished.push_back(islands.blocks(island)[0]);
 }
 
 const Report& Solver::solve(const Problem& problem, const Settings& settings, Eigen::Ref<VectorX> w,
@@ -108,6 +111,7 @@ const Report& Solver::solve(const Problem& problem, const Settings& settings, Ei
   report.iterations = report.total_iterations = report.islands = report.line_search_evaluations = 0;
   report.residual = 0.0;
   report.softened.clear();
+  report.unfinished.clear();
   report.method = Method::kVelocity;
   report.residual_history.clear();
   if (!settings.warm) impulse.setConstant(std::numeric_limits<double>::quiet_NaN());

@@ -19,11 +19,12 @@ enum class Method {
   kVelocity,  ///< Newton's method on velocities, from the given velocity or w*
   kMixed,     ///< mixed Newton from the given impulses, alternating with Gauss-Seidel sweeps
   kSofter,    ///< with softer laws
+  kStop,      ///< none: sweeps, then the impulses found so far, see Settings::stop_after
 };
 const char* method_name(Method method);
 
-/// Settings of speed and accuracy. The physics is in the Problem; only soften_after can change its
-/// laws, which Report::softened tells.
+/// Settings of speed and accuracy. The physics is in the Problem; only soften_after and stop_after
+/// can change the laws obeyed, which Report::softened and Report::unfinished tell.
 struct Settings {
   /// Converged when Report::residual is at most this [-].
   double tolerance = 1e-12;
@@ -31,6 +32,10 @@ struct Settings {
   /// Newton steps after which an island is solved with softer laws (Status::kSoftened); 0: never,
   /// an unsolved island then fails.
   int soften_after = 160;
+  /// Newton steps after which an island ends with impulses that obey their laws only roughly
+  /// (Status::kUnfinished): within their friction cones, with w = w* + inv(M) J'f, and without gain
+  /// of energy, see contact/README.md. 0: never. It replaces soften_after, unless that is 0.
+  int stop_after = 0;
   bool warm = false;  ///< the impulses given to solve() are an initial guess
   /// For tests and measurements: a single method, all islands as one, storage of M + J'GJ.
   std::optional<Method> only;  ///< this method alone, refined by Newton's on velocities
@@ -44,6 +49,7 @@ enum class Status {
   kConverged,
   kRoundoffFloor,  ///< above the tolerance, but as accurate as doubles allow at this compliance
   kSoftened,       ///< solved with softer laws, see Report::softened
+  kUnfinished,     ///< stopped before it was solved, see Settings::stop_after
   kMaxIterations,
   kNoProgress,  ///< no method reduced the residual further, above the round-off floor
   kNotFinite,   ///< NaN or infinity in the problem
@@ -54,7 +60,7 @@ enum class Status {
   kDiverged,      ///< a velocity exceeds SimulationOptions::max_speed
 };
 const char* status_name(Status status);
-/// Returns whether the result may be used: converged, at the round-off floor, or softened.
+/// Returns whether the result may be used: converged, at the round-off floor, softened, unfinished.
 bool succeeded(Status status);
 
 /// Impulses are resolved to the tolerance times this share of the momentum, see Report.
@@ -80,6 +86,9 @@ struct Report {
     Softness softness;
   };
   std::vector<Softened> softened;
+  /// Unfinished islands: the lowest block of each. Their residual is that of momentum and laws for
+  /// velocities and impulses together, over the same scale.
+  std::vector<int> unfinished;
   double residual = 0.0;  ///< relative, at the end, the largest over the islands
   /// Relative residuals of Newton's method on velocities in the island with the most steps; steps
   /// of other methods are counted but not listed.

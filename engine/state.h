@@ -4,6 +4,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <limits>
 #include <string_view>
 #include <vector>
 
@@ -60,13 +61,17 @@ struct ExternalWrench {
   int frame = -1;
 };
 
-/// Softer laws of a step that could not be solved with its own laws (softening.h).
+/// Other laws of a step that could not be solved with its own laws (softening.h).
 struct Softening {
-  /// Multiplies every regularizer; if negative, |factor| does, and friction is convex.
+  /// Multiplies every regularizer; if negative, |factor| does, and friction is convex. Infinity:
+  /// the step is unfinished (SimulationOptions::step_budget), and no law tells its impulses.
   double factor = 1.0;
   int tree = -1;  ///< lowest tree of the island (Model::trees); -1: all moving islands
 
   bool any() const { return factor != 1.0; }
+  bool unfinished() const { return factor == std::numeric_limits<double>::infinity(); }
+  /// Whether the step was solved with softer laws.
+  bool softens() const { return any() && !unfinished(); }
   bool operator==(const Softening&) const = default;
 };
 

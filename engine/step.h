@@ -27,7 +27,8 @@ struct StepReport {
   double residual = 0.0;       ///< relative, see contact::Settings::tolerance [-]
   double max_penetration = 0;  ///< at the start of the step [m], 0 if nothing overlaps
   int sleeping_bodies = 0;     ///< bodies left out of the step (sleep.h)
-  /// Softening of the contact laws, where the step could not be solved otherwise (softening.h).
+  /// Softening of the contact laws, where the step could not be solved otherwise (softening.h), or
+  /// the mark of an unfinished step.
   Softening softening;
   int taut_links = 0;            ///< links with more rotational inertia in the step (taut_links.h)
   double largest_inertia = 1.0;  ///< largest factor of their inertia [-]

@@ -213,6 +213,10 @@ struct SimulationOptions {
   /// A closure or mimic joint that is far open and comes no closer for this time [s] is a fault (no
   /// progress, engine/simulator.h). Infinity: no such check.
   double closing_time = 1.0;
+  /// Newton steps [-] after which a step is left unfinished: its contact impulses then obey their
+  /// laws only roughly, as the step's report says, and its inverse counts them as applied. 0: no
+  /// bound. See docs/explanation/failures.md.
+  int step_budget = 0;
   ContactOptions contact;
   /// Effects that are computed if the scene needs them.
   EffectSet effects = kDefaultEffects;

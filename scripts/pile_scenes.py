@@ -229,9 +229,30 @@ def pile_name(count, friction, mass_range, overlap, seed, with_chain=False, in_b
     return f"{kind}_{count}_mu{num(friction)}_m{num(mass_range)}_o{num(overlap)}_s{seed}"
 
 
+def dominoes(count):
+    """A row of dominoes, of which the first leans towards the others and falls."""
+    half, lean, distance = (0.01, 0.025, 0.05), 0.25, 0.04
+    x = half[2] * math.sin(lean) - half[0] * math.cos(lean)  # of its centre, from the edge on which it stands
+    z = half[0] * math.sin(lean) + half[2] * math.cos(lean)
+    models = [free("domino0", "box", half, 0.1, (round(x - half[0], 6), 0, round(z, 6)), (0, lean, 0))]
+    models += [free(f"domino{i}", "box", half, 0.1, (round(distance * i, 6), 0, half[2])) for i in range(1, count)]
+    return scene(f"dominoes_{count}", f"{count} dominoes in a row; the first falls.", models, step=0.002, duration=3)
+
+
+def brick_wall(layers=8, length=8):
+    """A wall of bricks in running bond that a ball of five bricks' mass hits at 20 m/s."""
+    half, friction = (0.0995, 0.05, 0.04), 0.6
+    models = [free(f"brick{i}_{k}", "box", half, 2, (round(0.2 * k + 0.1 * (i % 2), 6), 0, round(0.08 * i + 0.04, 6)),
+                   friction=friction) for i in range(layers) for k in range(length)]
+    models.append(free("ball", "sphere", 0.1, 10, (0.8, -2, 0.4), friction=friction, velocity=(0, 20, 0)))
+    return scene("brick_wall", f"{layers * length} bricks, hit by a ball at 20 m/s.", models, ground=friction, step=0.002,
+                 duration=3)
+
+
 def bundled_pile_files():
     """Files of piles that make_data.py writes to data."""
-    files = {}
+    files = {f"scenes/piles/{name}.yaml": text.replace("make_data.py (hard_scenes.py)", "pile_scenes.py")
+             for name, text in {"dominoes_50": dominoes(50), "brick_wall": brick_wall()}.items()}
     for name, options in {
             "pile_16": {"count": 16},
             "pile_64": {"count": 64},

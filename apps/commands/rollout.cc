@@ -36,7 +36,7 @@ struct RolloutArguments {
 /// Result of one trajectory: its end, and the error of the forces that the inverse recovers.
 struct Rollout {
   State end;
-  long steps = 0, softened = 0;
+  long steps = 0, softened = 0, unfinished = 0;
   double force_error = 0.0, force_scale = 0.0;  ///< largest values [N, N m], with --invert
   std::string failure, failure_json;  ///< reason of a failed step (text, report), or empty
   bool begun = false,
@@ -45,7 +45,7 @@ struct Rollout {
 
   template <class Archive>
   void serialize(Archive& a) {
-    a(end.time, end.q, end.v, steps, softened, force_error, force_scale, failure, failure_json,
+    a(end.time, end.q, end.v, steps, softened, unfinished, force_error, force_scale, failure, failure_json,
       begun, stopped);
   }
 };
@@ -81,8 +81,9 @@ Rollout roll_out(const RolloutArguments& arguments, int index, Simulator& simula
       result.failure_json = json.dump();
       break;
     }
-    result.softened += step.softening.any() ? 1 : 0;
-    if (!arguments.invert) continue;
+    result.softened += step.softening.softens() ? 1 : 0;
+    result.unfinished += step.softening.unfinished() ? 1 : 0;
+    if (!arguments.invert || step.softening.unfinished()) continue;
     simulator.input().softening = step.softening;  // the laws that were solved
     find_taut_links(simulator.state(), simulator.input().taut_links);
     const Inverse& inverse =
@@ -129,13 +130,14 @@ const char* status_of(const Rollout& rollout) {
 
 /// Counts over all rollouts.
 struct Tally {
-  long steps = 0, softened = 0, failures = 0, stopped = 0, begun = 0;
+  long steps = 0, softened = 0, unfinished = 0, failures = 0, stopped = 0, begun = 0;
   double force_error = 0.0, force_scale = 0.0;
 
   explicit Tally(const std::vector<Rollout>& rollouts) {
     for (const Rollout& rollout : rollouts) {
       steps += rollout.steps;
       softened += rollout.softened;
+      unfinished += rollout.unfinished;
       failures += rollout.failed() ? 1 : 0;
       stopped += rollout.begun && rollout.stopped ? 1 : 0;
       begun += rollout.begun ? 1 : 0;
@@ -195,6 +197,7 @@ void fill_report(const RolloutArguments& arguments, const tasks::Results& result
   add_run(results, report);
   report["steps"] = tally.steps;
   report["softened_steps"] = tally.softened;
+  report["unfinished_steps"] = tally.unfinished;
   report["steps_per_second"] = rate;
   report["steps_per_second_and_thread"] = rate / (results.ranks * results.threads);
   if (arguments.invert) {
@@ -222,6 +225,8 @@ void print(const tasks::Results& results, const Tally& tally, const Report& repo
       ": {steps_per_second:.4g} steps a second, {steps_per_second_and_thread:.4g} a thread\n");
   if (tally.softened > 0)
     report.print_entries("{softened_steps} steps were solved with softer contacts\n");
+  if (tally.unfinished > 0)
+    report.print_entries("{unfinished_steps} steps were left unfinished by step_budget\n");
   if (report.has("force_error_max"))
     report.print("inverse: applied forces to {:.2g} of the largest force ({:.3g} N or N m)\n",
                  tally.force_scale > 0.0 ? tally.force_error / tally.force_scale : 0.0,

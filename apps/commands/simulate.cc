@@ -34,6 +34,7 @@ struct SimulateArguments {
   std::optional<double> event_tolerance, wall_limit;
   std::string output, contacts, sensors, save_state, resume;
   bool changed_scene = false, strict = false;
+  std::optional<int> step_budget;
   InputArguments inputs;
   view::ViewOption view;
   Report report;
@@ -116,6 +117,11 @@ void print_metrics(const Report& report, const Simulator& simulator, double simu
         "{} steps were solved with softer contacts, at most {:.3g} times, the first at {:.6g} "
         "s\n",
         tally.softened_steps, tally.softening_max, tally.softened_first);
+  if (tally.unfinished_steps > 0)
+    report.print(
+        "{} steps were left unfinished by step_budget, residual at most {:.2g}, the first at "
+        "{:.6g} s\n",
+        tally.unfinished_steps, tally.unfinished_residual, tally.unfinished_first);
   if (tally.stays_open > 0) {
     const FaultText text = describe(simulator.model(), tally.stays_open_first);
     report.print("seen at {:.6g} s: {}\n", tally.stays_open_time, text.reason);
@@ -156,6 +162,7 @@ int simulate(SimulateArguments& arguments) {
   Scene scene = arguments.scene.load();
   override_step_control(arguments.adaptive, arguments.event_tolerance, scene.options);
   override_times(arguments.duration, arguments.time_step, scene.options);
+  if (arguments.step_budget) scene.options.step_budget = *arguments.step_budget;
   for (const Note& note : collision::all_notes(scene.model)) {
     fmt::print(stderr, "note: {}: {}\n", note.where, note.message);
   }
@@ -227,6 +234,10 @@ void add_simulate(CommandLine& line) {
               "holds until the next (docs/reference/trajectory-format.md)");
   add_follow(command, arguments.inputs.follow);
   add_random_inputs(command, arguments.inputs);
+  command.add("--step-budget", arguments.step_budget,
+              "Newton steps after which a step ends with contact forces that obey their laws only "
+              "roughly; 0: no bound. Default: the scene's step_budget",
+              seldom);
   command.add("--strict", arguments.strict,
               "End at a step that cannot be solved, which else is solved with softer contacts, "
               "counted and recorded; and at a closure that stays open");

@@ -89,7 +89,11 @@ std::optional<FailedStep> run_controlled(Simulator& simulator, AppliedInputs& in
 }  // namespace
 
 void RunTally::add(const StepReport& step, double start_time, double seconds) {
-  if (step.softening.any()) {
+  if (step.softening.unfinished()) {
+    if (unfinished_steps++ == 0) unfinished_first = start_time;
+    unfinished_residual = std::max(unfinished_residual, step.residual);
+  }
+  if (step.softening.softens()) {
     if (softened_steps++ == 0) softened_first = start_time;
     softening_max = std::max(softening_max, std::abs(step.softening.factor));
   }
@@ -122,6 +126,9 @@ void RunTally::fill(double simulated_seconds, Json& out) const {
   out["softened_steps"] = softened_steps;
   out["softening_max"] = softening_max;
   if (softened_steps > 0) out["softened_first_time_s"] = softened_first;
+  out["unfinished_steps"] = unfinished_steps;
+  out["unfinished_residual_max"] = unfinished_residual;
+  if (unfinished_steps > 0) out["unfinished_first_time_s"] = unfinished_first;
   out["stays_open_reports"] = stays_open;
   if (stays_open > 0) out["stays_open_first_time_s"] = stays_open_time;
   out["max_penetration_m"] = max_penetration;

@@ -21,6 +21,8 @@ struct RunTally {
   StepStatistics statistics;
   long softened_steps = 0;
   double softening_max = 1.0, softened_first = 0.0;
+  long unfinished_steps = 0;
+  double unfinished_residual = 0.0, unfinished_first = 0.0;
   long stays_open = 0;           ///< reports of closures and mimic joints that stay open
   double stays_open_time = 0.0;  ///< time of the first such report [s]
   Fault stays_open_first;

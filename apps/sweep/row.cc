@@ -230,6 +230,7 @@ void check_metrics(const Study& study) {
         key.rfind("step_time_", 0) != 0)
       names.push_back(key);
   names.emplace_back("softened_first_time_s");
+  names.emplace_back("unfinished_first_time_s");
   for (const std::string& metric : study.record.metrics)
     if (std::find(names.begin(), names.end(), metric) == names.end())
       throw InputError(fmt::format("{}: record.figures: there is no '{}'; expected some of {}",

@@ -40,6 +40,10 @@ constexpr int kFinishSteps = 20;
 constexpr double kLittleSofter = 32.0, kSoftCompliance = 4e-3;
 constexpr double kSoftest = kLittleSofter * kLittleSofter * kLittleSofter;
 constexpr int kSofterSteps = 80;
+// An unfinished island ends with kLastSweeps sweeps. If less than kWholeShare of its impulses can be
+// kept without gain of energy, kSweepsFromRest sweeps from none are tried, too.
+constexpr int kLastSweeps = 8, kSweepsFromRest = 16;
+constexpr double kWholeShare = 0.9;
 // Shortest stage of the continuation back to the given laws, in the logarithm of the factor.
 constexpr double kLeastStage = 1e-3;
 
@@ -51,7 +55,8 @@ void IslandSolver::begin(IslandSystem& system, const Settings& settings,
   tolerance_ = settings.tolerance;
   exact_ = settings.soften_after == 0;
   max_iterations_ = settings.max_iterations;
-  budget_ = exact_ ? max_iterations_ : std::min(max_iterations_, settings.soften_after);
+  const int granted = settings.stop_after > 0 ? settings.stop_after : settings.soften_after;
+  budget_ = exact_ ? max_iterations_ : std::min(max_iterations_, granted);
   softness_ = {};
   mixed_system_.reserve(system);
   mixed_newton_.reserve(system);
@@ -284,6 +289,40 @@ void IslandSolver::walk_back() {
   }
 }
 
+// Evaluates the impulses of the point, whose velocities must be those that they lead to.
+MixedSystem::Dissipation IslandSolver::dissipation() {
+  mixed_system_.begin(*system_, 1.0);
+  residual();
+  return mixed_system_.dissipation(point_);
+}
+
+// Ends with impulses that obey their laws roughly. Each sweep leaves them in their cones and lowers
+// the cost that they minimize, from zero where they start from none, so that energy is lost; what
+// is left of an aborted Newton's method is scaled down until that holds.
+void IslandSolver::stop() {
+  sweep(kLastSweeps, 0.0);
+  MixedSystem::Dissipation found = dissipation();
+  if (found.share < kWholeShare) {
+    here_ = point_;
+    const double* free = system_->free_velocity();
+    point_.w.assign(free, free + system_->size());
+    std::fill(point_.phi.begin(), point_.phi.end(), 0.0);
+    sweep(kSweepsFromRest, 0.0);
+    const MixedSystem::Dissipation from_rest = dissipation();
+    if (from_rest.cost < found.cost) {
+      found = from_rest;
+    } else {
+      point_ = here_;
+    }
+  }
+  for (double& phi : point_.phi) phi *= found.share;
+  sweeps_.start(point_);
+  best_.status = Status::kUnfinished;
+  best_.residual = residual();
+  best_w_ = point_.w;
+  best_f_ = mixed_system_.impulses();
+}
+
 bool IslandSolver::run(Method method) {
   switch (method) {
     case Method::kVelocity:
@@ -292,17 +331,22 @@ bool IslandSolver::run(Method method) {
       return run_mixed();
     case Method::kSofter:
       return run_softer();
+    case Method::kStop:
+      stop();
+      return true;
   }
   return false;
 }
 
 IslandSolver::Result IslandSolver::solve(IslandSystem& system, const Settings& settings,
                                          std::vector<double>& w, std::vector<double>& f) {
-  constexpr Method kPlan[] = {Method::kVelocity, Method::kMixed, Method::kSofter};
   begin(system, settings, w, f);
+  const bool stops = settings.stop_after > 0 && !exact_;
+  const Method plan[] = {Method::kVelocity, Method::kMixed,
+                         stops ? Method::kStop : Method::kSofter};
   Result result;
   bool arrived = false;
-  for (const Method method : kPlan) {
+  for (const Method method : plan) {
     if (settings.only && *settings.only != method) continue;
     result.method = method;
     arrived = run(method);

@@ -42,6 +42,8 @@ class IslandSolver {
   bool run_path(int max_iterations);
   bool sweeps_pay() const;
   bool run_softer();
+  void stop();
+  MixedSystem::Dissipation dissipation();
   void walk_back();
   double softer_factor() const;
   bool solve_softer(double factor, int max_iterations);
@@ -66,7 +68,7 @@ class IslandSolver {
 
   IslandSystem* system_ = nullptr;
   double tolerance_ = 0.0;
-  bool exact_ = false;      ///< softer laws are not allowed
+  bool exact_ = false;      ///< neither softer laws nor an unfinished solution are allowed
   int budget_ = 0;          ///< Newton steps granted so far, in all
   int max_iterations_ = 0;  ///< limit of budget_
   Softness softness_;

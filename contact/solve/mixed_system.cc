@@ -95,6 +95,17 @@ double MixedSystem::residual(const Point& point) {
   return momentum_residual(point);
 }
 
+MixedSystem::Dissipation MixedSystem::dissipation(const Point& point) const {
+  const double* free = system_->free_velocity();
+  double square = 0.0, work = 0.0;  // |w - w*|_M^2 = f'J (w - w*), and f'(J w + b)
+  for (size_t i = 0; i < momentum_.size(); ++i) square += momentum_[i] * (point.w[i] - free[i]);
+  for (size_t i = 0; i < f_.size(); ++i) work += f_[i] * y_[i];
+  const double slope = work - square;  // f'(J w* + b)
+  if (!(slope < 0.0 && square > 0.0)) return {};
+  const double t = std::min(1.0, -slope / square);
+  return {t, t * slope + 0.5 * t * t * square};
+}
+
 bool MixedSystem::raise_loads(Point& point) const {
   bool raised = false;
   for (const auto& c : system_->constraints()) {

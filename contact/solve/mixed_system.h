@@ -62,6 +62,18 @@ class MixedSystem {
   double resmooth(const Point& point, double other_smoothing);
   /// Sum over constraints of sigma |F_sigma - phi|^2 [J], of the last residual.
   double law_square() const { return law_square_; }
+  /// Impulses f of the last residual, by rows [N s].
+  const std::vector<double>& impulses() const { return f_; }
+  /// Part of the impulses of the last residual() that dissipates most, for a point with
+  /// w = w* + inv(M) J'f. With t f the kinetic energy becomes that of w* plus D(t) - t f'b,
+  ///   D(t) = t f'(J w* + b) + t^2 / 2 |w - w*|_M^2.
+  /// The share t in [0, 1] with the least D has D <= 0: bodies gain no more energy than the biases
+  /// demand. Friction cones and bounds hold t f with f. D is the cost that rigid contacts minimize.
+  struct Dissipation {
+    double share = 0.0;
+    double cost = 0.0;  ///< D [J]
+  };
+  Dissipation dissipation(const Point& point) const;
   /// Scale of the terms of the last residual [sqrt J], as in Report.
   double scale() const { return scale_; }
   /// Number of constraints.

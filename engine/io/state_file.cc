@@ -330,6 +330,7 @@ std::uint64_t options_hash(const SimulationOptions& options) {
   if (!options.effects.has(Effect::kPrescribed)) hash.add(4);
   if (!options.mean_velocity_forces) hash.add(0);
   if (options.push_deep) hash.add(1);
+  if (options.step_budget > 0) hash.add(options.step_budget + 4);
   return hash.value();
 }
 

@@ -12,6 +12,10 @@
 namespace counterpoint {
 namespace {
 
+/// Value of kSofteningColumn of an unfinished step, whose factor is infinite: tables hold finite
+/// numbers.
+constexpr double kUnfinishedFactor = 0.0;
+
 /// Tolerance of times as a fraction of the step: times may be sums of steps, or rounded to a few
 /// digits; a missing row differs by a whole step.
 constexpr double kTimeTolerance = 1e-3;
@@ -182,7 +186,7 @@ void TrajectoryWriter::write_step(const State& state, const Input& input, double
   if (input.applied_force.size() == 0)
     for (int i = 0; i < model_.nv(); ++i) table_.number(0.0);
   for (const double x : columns_.values(model_, input)) table_.number(x);
-  table_.number(softening.factor);
+  table_.number(softening.unfinished() ? kUnfinishedFactor : softening.factor);
   table_.number(softening.tree);
   auto link = taut_links.begin();
   for (const int body : pulled_links_) {
@@ -214,11 +218,13 @@ std::vector<Softening> read_softening(const Table& table, const Model& model, in
   if (factor < 0) return out;
   const int tree = table.column(kSoftenedTreeColumn);
   for (int row = 0; row < steps; ++row) {
-    const double f = table.value(row, factor), t = table.value(row, tree);
+    double f = table.value(row, factor);
+    const double t = table.value(row, tree);
+    if (f == kUnfinishedFactor) f = std::numeric_limits<double>::infinity();
     if (std::abs(f) < 1.0)
       throw InputError(
-          fmt::format("{}: column '{}' is {}; 1 (none), or a factor above 1 or below -1 "
-                      "is expected",
+          fmt::format("{}: column '{}' is {}; 1 (none), a factor above 1 or below -1, or 0 "
+                      "(unfinished) is expected",
                       table.where(row), kSofteningColumn, f));
     if (t != std::floor(t) || t < -1.0 || t >= model.num_trees())
       throw InputError(

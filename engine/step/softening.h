@@ -4,6 +4,10 @@
 // The solver softens single islands (contact/solver.h). A step reports one Softening: that of the
 // island or, where several islands were softened, one factor for all trees. Trajectories record it,
 // so that the inverse evaluates the laws that were solved.
+//
+// A step with a budget (SimulationOptions::step_budget) does not soften laws. It ends with impulses
+// that obey them roughly, and a Softening with an infinite factor marks its islands. The inverse
+// does not know these impulses: it counts them as applied.
 #pragma once
 
 #include <vector>
@@ -16,8 +20,9 @@
 
 namespace counterpoint {
 
-/// Returns the softness of a law under a softening.
-contact::Softness softness_of(const Softening& softening);
+/// Returns the law of a constraint under a softening that covers it. That of an unfinished step
+/// gives no impulse worth counting.
+contact::Law soften(const contact::Law& law, const Softening& softening);
 
 /// The trees that a Softening covers. Scratch memory: one per thread.
 class SoftenedTrees {
@@ -38,5 +43,8 @@ class SoftenedTrees {
 /// empty).
 Softening combine(const Softening& before, const std::vector<contact::Report::Softened>& softened,
                   const std::vector<int>& block_of_tree);
+
+/// Returns the mark of a step that left these blocks (not empty) unfinished.
+Softening mark_unfinished(const std::vector<int>& blocks, const std::vector<int>& block_of_tree);
 
 }  // namespace counterpoint

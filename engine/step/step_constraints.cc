@@ -38,8 +38,15 @@ void move_impulses(const RowRange& before, const RowRange& now, VectorX& impulse
 /// of the impulses at eps = 0.1, and 1e-12 at eps <= 1e-5.
 constexpr double kToleranceShare = 1e-7;
 
-contact::Settings solver_settings(const StepArguments& step) {
+/// Newton steps of a solve whose step has spent its budget: a solve after the first starts from the
+/// solution before it, and usually needs no more.
+constexpr int kStepsBeyondBudget = 4;
+
+contact::Settings solver_settings(const StepArguments& step, const StepReport& report) {
   contact::Settings settings = step.settings;
+  const int budget = step.options.step_budget;
+  if (budget > 0 && !report.softening.softens())
+    settings.stop_after = std::max(budget - report.newton_iterations, kStepsBeyondBudget);
   const double usual = contact::Settings().tolerance;
   if (settings.tolerance == usual)
     settings.tolerance = std::max(usual, kToleranceShare * step.options.contact.compliance);
@@ -56,7 +63,7 @@ constexpr int kLastSoftenings = 8;
 
 /// In the first rounds only contacts that w+ reaches get rows, afterwards all parked contacts: an
 /// impact that travels from body to body is not followed contact by contact.
-constexpr int kMostOverruns = 2;
+constexpr int kMostOverruns = 4;
 
 bool is_unsolved(contact::Status status) {
   return status == contact::Status::kMaxIterations || status == contact::Status::kNoProgress;
@@ -89,14 +96,13 @@ void ConstraintStage::report_failure() {
 /// Softens the laws of the problem that the softening in the report covers.
 void ConstraintStage::soften_problem() {
   const Softening& softening = report_.softening;
-  if (!softening.any()) return;
+  if (!softening.softens()) return;
   const Model& model = in_.step.model;
   solution_.softened_trees.find(model, constraints_, softening);
-  const contact::Softness softness = softness_of(softening);
   int c = 0;
   for_each_constraint(model, constraints_, [&](int tree_a, int tree_b) {
     contact::Law& law = solution_.problem.law(c++);
-    if (solution_.softened_trees.holds(tree_a, tree_b)) law = contact::soften(law, softness);
+    if (solution_.softened_trees.holds(tree_a, tree_b)) law = soften(law, softening);
   });
 }
 
@@ -108,7 +114,7 @@ const contact::Report& ConstraintStage::pose_and_solve(const VectorX& free, cons
   const Model& model = in_.step.model;
   const Kinematics& at = in_.start.kinematics();
   contact::Problem& problem = solution_.problem;
-  contact::Settings settings = solver_settings(in_.step);
+  contact::Settings settings = solver_settings(in_.step, report_);
   if (as_posed) settings.soften_after = 0;
   const RowRange before = row_range(solution_);
   assemble_problem(model, constraints_, free, motion_.forces.diagonal,
@@ -136,6 +142,7 @@ const contact::Report& ConstraintStage::pose_and_solve(const VectorX& free, cons
 /// extended: rows were added after the first solve. The inverse may miss those that the final w
 /// does not reach; they carry no force but join islands, so a softening must cover all trees.
 void ConstraintStage::solve_problem(const VectorX& free, Guess from, bool extended, VectorX& w) {
+  if (report_.softening.unfinished()) report_.softening = {};  // by an earlier solve
   for (int i = 0;; ++i) {
     if (extended) report_.softening.tree = -1;
     const bool as_posed = i >= kMostSoftenings;
@@ -149,6 +156,10 @@ void ConstraintStage::solve_problem(const VectorX& free, Guess from, bool extend
       report_.softening.factor *= kSofterAgain;
       continue;
     }
+    if (!solved.unfinished.empty()) {
+      report_.softening = mark_unfinished(solved.unfinished, solution_.block_of_tree);
+      break;
+    }
     if (solved.softened.empty()) break;
     const bool first = !report_.softening.any();
     report_.softening = combine(report_.softening, solved.softened, solution_.block_of_tree);
@@ -159,7 +170,7 @@ void ConstraintStage::solve_problem(const VectorX& free, Guess from, bool extend
       break;
     }
   }
-  if (report_.softening.any() && contact::succeeded(report_.status))
+  if (report_.softening.softens() && contact::succeeded(report_.status))
     report_.status = contact::Status::kSoftened;
   if (extended) report_.softening.tree = -1;
   report_failure();
@@ -190,7 +201,7 @@ void ConstraintStage::solve_overruns(bool solved, VectorX& w) {
   const auto add_rows = [&] {
     const bool reached =
         finder_.find_overrun(context, {w}, at, constraints_, in_.sleepers.sleep_mask());
-    return (report_.softening.any() && ContactFinder::activate_all(constraints_)) || reached;
+    return (report_.softening.softens() && ContactFinder::activate_all(constraints_)) || reached;
   };
   for (int round = 0; report_.succeeded() && add_rows(); ++round) {
     if (round >= kMostOverruns) finder_.contacts().unpark_all(context, at, constraints_);
@@ -206,12 +217,12 @@ void ConstraintStage::solve_overruns(bool solved, VectorX& w) {
 void ConstraintStage::solve(VectorX& w) {
   const StepArguments& step = in_.step;
   const Softening given = report_.softening;
-  if (!given.any())
+  if (!given.softens())
     finder_.contacts().set_inactive(step.context(), in_.start.kinematics(), step.state.memory,
                                     constraints_);
   const bool any = !constraints_.empty();
   if (any) solve_problem(w, Guess::kLastStep, false, w);
-  if (report_.softening.any() && ContactFinder::activate_all(constraints_)) {
+  if (report_.softening.softens() && ContactFinder::activate_all(constraints_)) {
     // The inverse softens the trees that all contacts join.
     report_.softening = given;
     restore_free_velocity(w);
@@ -224,7 +235,7 @@ void ConstraintStage::solve(VectorX& w) {
 bool ConstraintStage::find_displacement(OverlapCorrection& correction, const VectorX& w,
                                         VectorX& displacement) {
   const OverlapCorrection::Found found = correction.find(
-      constraints_, solution_.problem, in_.step.h(), solver_settings(in_.step),
+      constraints_, solution_.problem, in_.step.h(), solver_settings(in_.step, report_),
       solution_.velocities(), solution_.impulses(),
       in_.prescribed != nullptr ? in_.prescribed->shifts() : std::span<const double>());
   if (!found.needed) return false;
@@ -244,7 +255,7 @@ const VectorX& ConstraintStage::correct_overlaps(OverlapCorrection& correction,
     // Contacts that the displacement reaches get rows as well. The velocity w does not reach them,
     // so they carry no force, w changes by the solver's tolerance only (parked_contacts.h), and the
     // inverse need not know of them. Softer laws act at a distance: with them no rows are added.
-    if (report_.softening.any() ||
+    if (report_.softening.softens() ||
         !finder_.contacts().find_reached(in_.step.context(), {displacement}, in_.start.kinematics(),
                                          constraints_))
       return displacement;

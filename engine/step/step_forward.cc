@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 #include <string>
@@ -32,6 +34,16 @@ void check_time_step(double h) {
 }
 
 namespace {
+
+void check_budget(const SimulationOptions& options, const contact::Settings& settings) {
+  if (options.step_budget < 0)
+    throw InputError(
+        fmt::format("step_budget is {} Newton steps; 0 (none) or more is expected", options.step_budget));
+  if (options.step_budget > 0 && settings.soften_after == 0)
+    throw InputError(
+        "step_budget lets steps end unfinished, and strict steps (soften_after 0) fail instead: "
+        "leave one of them out");
+}
 
 /// The integrate stage: finds the islands and sets next.q and next.time by moving the awake bodies
 /// from `state` by h times the displacement velocity (nv), except islands whose motion is lost in
@@ -177,6 +189,8 @@ void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepR
   if (report.succeeded()) remember(step, ws, next);
   if (may_sleep(step) && report.succeeded()) {
     ws.sleepers.end(step.model, step.state, step.input, ws.constraints, next);
+    if (report.softening.unfinished())
+      ws.solution.softened_trees.find(step.model, ws.constraints, report.softening);
     keep_awake(step.model, report.softening.any() ? &ws.solution.softened_trees : nullptr,
                ws.finder.contacts().search().in_reach_of_fast(), ws.taut_links.links(),
                ws.sleepers);
@@ -310,6 +324,7 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
   const StepArguments step{model, options, settings, state, input, effects, ws.z};
   StepReport report;
   check_time_step(options.time_step);
+  check_budget(options, settings);
   if (!ws.check.accepts(model, state, input)) {
     report.softening = input.softening;
     report_invalid_input(step, ws.check, report);

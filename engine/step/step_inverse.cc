@@ -110,13 +110,12 @@ void soften_constraints(const Model& model, const Softening& softening, Softened
                         ConstraintSet& constraints) {
   if (!softening.any()) return;
   softened.find(model, constraints, softening);
-  const contact::Softness softness = softness_of(softening);
   for (PairConstraint& pair : constraints.pairs)
     if (softened.holds(model.body(pair.body_a).tree, model.body(pair.body_b).tree))
-      pair.law = contact::soften(pair.law, softness);
+      pair.law = soften(pair.law, softening);
   for (JointConstraint& row : constraints.joints)
     if (softened.holds(model.tree_of_velocity(constraints.terms(row)[0].v_index), -1))
-      row.law = contact::soften(row.law, softness);
+      row.law = soften(row.law, softening);
 }
 
 /// Takes the forces of servos over h [s] at velocities w (nv) out of the applied force.

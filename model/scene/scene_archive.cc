@@ -8,7 +8,7 @@ namespace counterpoint {
 namespace {
 
 /// Mark with the version of the format; increase it with every change of the content.
-constexpr std::string_view kMark = "counterpoint scene 8\n";
+constexpr std::string_view kMark = "counterpoint scene 9\n";
 constexpr const char* kWhat = "scene archive";
 
 }  // namespace
@@ -227,10 +227,10 @@ void visit(A& a, StepControlOptions& x) {
 }
 template <class A>
 void visit(A& a, SimulationOptions& x) {
-  auto& [h, integrator, duration, max_speed, closing_time, contact, effects, mean_forces, push_deep,
-         control] = x;
-  a(h, integrator, duration, max_speed, closing_time, contact, effects, mean_forces, push_deep,
-    control);
+  auto& [h, integrator, duration, max_speed, closing_time, budget, contact, effects, mean_forces,
+         push_deep, control] = x;
+  a(h, integrator, duration, max_speed, closing_time, budget, contact, effects, mean_forces,
+    push_deep, control);
 }
 
 }  // namespace archive

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/scene/scene_actuators.h"
@@ -104,7 +105,8 @@ class SceneReader {
                      "groups",       "hull_vertices",   "meshes",          "closures",
                      "effects",      "max_speed",       "closing_time",    "integrator",
                      "step_control", "velocity_forces", "repair_joints",   "fill_inertia",
-                     "pairs",        "tendons",         "actuators",       "sensors"});
+                     "pairs",        "tendons",         "actuators",       "sensors",
+                     "step_budget"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
   }
@@ -116,12 +118,18 @@ class SceneReader {
     take("duration", [&](const YamlValue& in) { o.duration = in.number(0.0, kInfinity); });
     take("max_speed", [&](const YamlValue& in) { o.max_speed = read_bound(in); });
     take("closing_time", [&](const YamlValue& in) { o.closing_time = read_bound(in); });
+    take("step_budget", [&](const YamlValue& in) { o.step_budget = read_budget(in); });
     take("velocity_forces",
          [&](const YamlValue& in) { o.mean_velocity_forces = read_velocity_forces(in); });
     take("effects", [&](const YamlValue& in) { read_effects(in, o.effects); });
     take("step_control", [&](const YamlValue& in) { o.step_control = read_step_control(in); });
     take("contact", [&](const YamlValue& in) { read_contact(in, o.contact); });
     return o;
+  }
+
+  static int read_budget(const YamlValue& in) {
+    if (in.is_text("none")) return 0;
+    return in.integer(1, std::numeric_limits<int>::max());
   }
 
   static Integrator read_integrator(const YamlValue& in) {

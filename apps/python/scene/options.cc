@@ -178,6 +178,8 @@ Parameters
       .def_readwrite("closing_time", &O::closing_time,
                      "A closure that stays open, and comes no closer, this long [s] is named in "
                      "the step's report.")
+      .def_readwrite("step_budget", &O::step_budget,
+                     "Newton steps after which a step is left unfinished; 0: no bound.")
       .def_readwrite("contact", &O::contact, "ContactOptions.")
       .def_readwrite("mean_velocity_forces", &O::mean_velocity_forces,
                      "Velocity-dependent forces are those in the middle of the step; False: those "
@@ -193,8 +195,8 @@ Parameters
           "copy", [](const O& o) { return O(o); }, "A copy of its own.")
       .def("__repr__", [](const py::object& self) {
         return repr("SimulationOptions", self,
-                    {"time_step", "integrator", "duration", "max_speed", "closing_time", "contact",
-                     "mean_velocity_forces", "step_control"});
+                    {"time_step", "integrator", "duration", "max_speed", "closing_time", "step_budget",
+                     "contact", "mean_velocity_forces", "step_control"});
       });
 }
 
