@@ -8,6 +8,7 @@
 #include "counterpoint/contact/solve/island_solver.h"
 #include "counterpoint/contact/solve/island_system.h"
 #include "counterpoint/contact/solve/islands.h"
+#include "counterpoint/contact/thread_pool.h"
 
 namespace counterpoint::contact {
 namespace {
@@ -19,6 +20,8 @@ Status check(const Problem& problem, const Eigen::Ref<VectorX>& w) {
   return Status::kConverged;
 }
 
+// Parts of the islands that a thread takes one after the other, if all take equally long.
+constexpr int kPartsOfAThread = 16;
 // Number of softened or unfinished islands in one solve for which memory is reserved.
 constexpr size_t kUsualSoftened = 16;
 
@@ -42,15 +45,34 @@ bool succeeded(Status status) {
          status == Status::kSoftened || status == Status::kUnfinished;
 }
 
-struct Solver::Impl {
-  Islands islands;
+/// Scratch memory of one thread, and the history of the first of its islands with the most steps.
+struct Worker {
+  using Rank = std::pair<int, int>;  ///< steps, negated, and island: the least is kept
+  static constexpr Rank kNone{1, 0};
+
   IslandSystem system;
   IslandSolver island_solver;
-  std::vector<double> w, f;
+  std::vector<double> w, f, history;
+  Rank rank = kNone;
+
+  Worker() { history.reserve(kUsualHistory); }
+  IslandSolver::Result solve(const Problem& problem, const Settings& settings,
+                             const Islands& islands, int island, Eigen::Ref<VectorX> w_all,
+                             Eigen::Ref<VectorX> impulse);
+};
+
+struct Solver::Impl {
+  Islands islands;
+  ThreadPool* pool = nullptr;
+  std::vector<std::unique_ptr<Worker>> workers;  ///< one per thread
+  /// Per island: what its solve returned, and the evaluations of its line searches.
+  std::vector<IslandSolver::Result> results;
+  std::vector<int> evaluations;
   Report report;
 
-  void solve_island(const Problem& problem, const Settings& settings, int island,
-                    Eigen::Ref<VectorX> w_all, Eigen::Ref<VectorX> impulse);
+  void solve_islands(const Problem& problem, const Settings& settings, Eigen::Ref<VectorX> w,
+                     Eigen::Ref<VectorX> impulse);
+  void add_to_report(int island);
 };
 
 Solver::Solver() : impl_(std::make_unique<Impl>()) {
@@ -59,12 +81,15 @@ Solver::Solver() : impl_(std::make_unique<Impl>()) {
   impl_->report.softened.reserve(kUsualSoftened);
   impl_->report.unfinished.reserve(kUsualSoftened);
 }
+void Solver::use(ThreadPool* pool) { impl_->pool = pool; }
+
 Solver::~Solver() = default;
 Solver::Solver(Solver&&) noexcept = default;
 Solver& Solver::operator=(Solver&&) noexcept = default;
 
-void Solver::Impl::solve_island(const Problem& problem, const Settings& settings, int island,
-                                Eigen::Ref<VectorX> w_all, Eigen::Ref<VectorX> impulse) {
+IslandSolver::Result Worker::solve(const Problem& problem, const Settings& settings,
+                                   const Islands& islands, int island, Eigen::Ref<VectorX> w_all,
+                                   Eigen::Ref<VectorX> impulse) {
   system.load(problem, islands.blocks(island), islands.constraints(island), settings.factorization);
   w.resize(system.size());
   f.resize(system.num_rows());
@@ -74,6 +99,10 @@ void Solver::Impl::solve_island(const Problem& problem, const Settings& settings
   IslandSolver::Result result;
   if (system.diagonal_positive()) {
     result = island_solver.solve(system, settings, w, f);
+    if (const Rank own{-result.iterations, island}; own < rank) {
+      rank = own;
+      history = island_solver.totals().residual_history;
+    }
   } else {
     result.status = Status::kSingular;
     std::fill(f.begin(), f.end(), 0.0);
@@ -82,15 +111,44 @@ void Solver::Impl::solve_island(const Problem& problem, const Settings& settings
   for (const auto& c : system.constraints()) {
     std::copy(f.data() + c.row, f.data() + c.row + c.law.rows, impulse.data() + c.global_row);
   }
-  report.status = std::max(report.status, result.status);  // the later in the enum, the worse
-  const Newton::Totals& totals = island_solver.totals();
-  if (report.residual_history.empty() || result.iterations > report.iterations) {
-    report.iterations = result.iterations;
-    report.residual_history = totals.residual_history;
+  return result;
+}
+
+void Solver::Impl::solve_islands(const Problem& problem, const Settings& settings,
+                                 Eigen::Ref<VectorX> w, Eigen::Ref<VectorX> impulse) {
+  const int count = islands.count();
+  const size_t threads = pool != nullptr ? pool->size() : 1;
+  while (workers.size() < threads) workers.push_back(std::make_unique<Worker>());
+  for (const auto& worker : workers) worker->rank = Worker::kNone;
+  results.resize(count);
+  evaluations.resize(count);
+  const auto solve = [&](int island, int thread) {
+    Worker& worker = *workers[thread];
+    results[island] = worker.solve(problem, settings, islands, island, w, impulse);
+    evaluations[island] = worker.island_solver.totals().line_search_evaluations;
+  };
+  if (threads > 1) {
+    // Few parts, since taking one costs as much as solving an island at rest.
+    const int parts = std::min(count, kPartsOfAThread * pool->size());
+    pool->run(parts, [&](int part, int thread) {
+      for (int island = part; island < count; island += parts) solve(island, thread);
+    });
+  } else {
+    for (int island = 0; island < count; ++island) solve(island, 0);
   }
+  for (int island = 0; island < count; ++island) add_to_report(island);
+  const auto longest = std::min_element(
+      workers.begin(), workers.end(), [](const auto& a, const auto& b) { return a->rank < b->rank; });
+  if ((*longest)->rank != Worker::kNone) report.residual_history = (*longest)->history;
+}
+
+void Solver::Impl::add_to_report(int island) {
+  const IslandSolver::Result& result = results[island];
+  report.status = std::max(report.status, result.status);  // the later in the enum, the worse
+  report.iterations = std::max(report.iterations, result.iterations);
   report.total_iterations += result.iterations;
   report.method = std::max(report.method, result.method);
-  report.line_search_evaluations += totals.line_search_evaluations;
+  report.line_search_evaluations += evaluations[island];
   report.residual = std::max(report.residual, result.residual);
   if (result.softness.any())
     report.softened.push_back({islands.blocks(island)[0], result.softness});
@@ -122,9 +180,7 @@ const Report& Solver::solve(const Problem& problem, const Settings& settings, Ei
 
   m.islands.compute(problem, settings.split_islands);
   report.islands = m.islands.count();
-  for (int island = 0; island < m.islands.count(); ++island) {
-    m.solve_island(problem, settings, island, w, impulse);
-  }
+  m.solve_islands(problem, settings, w, impulse);
   // Blocks without constraints move freely, w+ = w*.
   for (int b = 0; b < problem.num_blocks(); ++b) {
     if (m.islands.constrained(b)) continue;

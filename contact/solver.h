@@ -10,6 +10,8 @@
 
 namespace counterpoint::contact {
 
+class ThreadPool;
+
 /// Storage and factorization of M + J'GJ: one dense matrix per island, or sparse by velocity
 /// blocks.
 enum class Factorization { kAutomatic, kDense, kSparse };
@@ -103,6 +105,11 @@ class Solver {
   ~Solver();
   Solver(Solver&&) noexcept;
   Solver& operator=(Solver&&) noexcept;
+
+  /// Lets the threads of a pool, which must outlive this solver, solve islands side by side, to the
+  /// same bits; null, as at first: the calling thread alone. Memory of a thread grows at the largest
+  /// island that it has solved.
+  void use(ThreadPool* pool);
 
   /// Solves the problem. w (num_velocities): start on entry, for instance the last velocity; w+ on
   /// return, also if not converged. impulse (num_rows): f on return; with Settings::warm a guess on

@@ -46,7 +46,7 @@ Batch::Batch(const Scene& scene, int num_threads) {
   if (num_threads < 0)
     throw InputError("number of threads: expected 0 (one for every core) or more, found " +
                      std::to_string(num_threads));
-  const int count = num_threads == 0 ? available_cores() : num_threads;
+  const int count = num_threads_of(num_threads);
   simulators_.reserve(static_cast<size_t>(count));
   for (int i = 0; i < count; ++i) simulators_.emplace_back(scene);
 }

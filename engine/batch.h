@@ -31,6 +31,8 @@ double cgroup_cores();  ///< Returns the value for this process.
 /// processors in the affinity mask, at most the whole processors that control groups grant; at
 /// least 1.
 int available_cores();
+/// Returns a number of threads: `wanted`, or available_cores() for 0.
+int num_threads_of(int wanted);
 
 // ---- Many independent problems of one scene, over all cores.
 

@@ -90,4 +90,6 @@ int available_cores() {
   return std::max(1, static_cast<int>(cores));
 }
 
+int num_threads_of(int wanted) { return wanted > 0 ? wanted : available_cores(); }
+
 }  // namespace counterpoint

@@ -121,6 +121,9 @@ class Simulator {
   /// Applied generalized forces and wrenches, used until changed; zero at first.
   Input& input() { return input_; }
 
+  /// Lets threads share each step (Workspace::set_threads).
+  void set_threads(int count) { workspace_.set_threads(count); }
+
   /// Does one step. If it fails (see the report) the state is unchanged. Unlike step_forward it
   /// also detects closures and mimic joints that stay open (StalledClosureDetector): the fault in
   /// the report names one, once in closing_time; with settings().soften_after = 0 (strict) the step

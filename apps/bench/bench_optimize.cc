@@ -106,7 +106,7 @@ void inverse_evaluations(benchmark::State& state, int threads) {
     configuration_difference(model, q[t], q[t + 1], v.back());
     v.back() /= problem.h();
   }
-  opt::ThreadPool pool(threads);
+  contact::ThreadPool pool(threads);
   std::vector<Workspace> workspaces;
   std::vector<Inverse> inverses(static_cast<std::size_t>(threads));
   for (int i = 0; i < threads; ++i) workspaces.emplace_back(model);

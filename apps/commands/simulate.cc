@@ -35,6 +35,7 @@ struct SimulateArguments {
   std::string output, contacts, sensors, save_state, resume;
   bool changed_scene = false, strict = false;
   std::optional<int> step_budget;
+  int threads = 1;
   InputArguments inputs;
   view::ViewOption view;
   Report report;
@@ -173,6 +174,7 @@ int simulate(SimulateArguments& arguments) {
                                    arguments.changed_scene ? SceneCheck::kAny : SceneCheck::kSame));
     if (const auto step = read_next_step(arguments.resume)) simulator.set_next_step(*step);
   }
+  if (arguments.threads > 1) simulator.set_threads(arguments.threads);
   if (arguments.strict) simulator.settings().soften_after = 0;
   AppliedInputs inputs(arguments.inputs, simulator);
   if (inputs.follower() != nullptr) follow(arguments, *inputs.follower(), simulator);
@@ -238,6 +240,10 @@ void add_simulate(CommandLine& line) {
               "Newton steps after which a step ends with contact forces that obey their laws only "
               "roughly; 0: no bound. Default: the scene's step_budget",
               seldom);
+  command.add("--threads N", arguments.threads,
+              "Threads that share each step, to the same bits; pays for many robots or bodies that "
+              "do not touch",
+              positive, seldom);
   command.add("--strict", arguments.strict,
               "End at a step that cannot be solved, which else is solved with softer contacts, "
               "counted and recorded; and at a closure that stays open");

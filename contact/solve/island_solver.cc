@@ -41,8 +41,8 @@ constexpr double kLittleSofter = 32.0, kSoftCompliance = 4e-3;
 constexpr double kSoftest = kLittleSofter * kLittleSofter * kLittleSofter;
 constexpr int kSofterSteps = 80;
 // An unfinished island ends with kLastSweeps sweeps. If less than kWholeShare of its impulses can be
-// kept without gain of energy, kSweepsFromRest sweeps from none are tried, too.
-constexpr int kLastSweeps = 8, kSweepsFromRest = 16;
+// kept without gain of energy, kSweepsFromGuess sweeps from the given impulses are tried, too.
+constexpr int kLastSweeps = 8, kSweepsFromGuess = 16;
 constexpr double kWholeShare = 0.9;
 // Shortest stage of the continuation back to the given laws, in the logarithm of the factor.
 constexpr double kLeastStage = 1e-3;
@@ -296,21 +296,18 @@ MixedSystem::Dissipation IslandSolver::dissipation() {
   return mixed_system_.dissipation(point_);
 }
 
-// Ends with impulses that obey their laws roughly. Each sweep leaves them in their cones and lowers
-// the cost that they minimize, from zero where they start from none, so that energy is lost; what
-// is left of an aborted Newton's method is scaled down until that holds.
+// Ends with impulses that obey their laws roughly. Sweeps leave them in their cones; the part of
+// them that dissipates most is kept.
 void IslandSolver::stop() {
   sweep(kLastSweeps, 0.0);
   MixedSystem::Dissipation found = dissipation();
   if (found.share < kWholeShare) {
     here_ = point_;
-    const double* free = system_->free_velocity();
-    point_.w.assign(free, free + system_->size());
-    std::fill(point_.phi.begin(), point_.phi.end(), 0.0);
-    sweep(kSweepsFromRest, 0.0);
-    const MixedSystem::Dissipation from_rest = dissipation();
-    if (from_rest.cost < found.cost) {
-      found = from_rest;
+    start_mixed();
+    sweep(kSweepsFromGuess, 0.0);
+    const MixedSystem::Dissipation from_guess = dissipation();
+    if (from_guess.cost < found.cost) {
+      found = from_guess;
     } else {
       point_ = here_;
     }

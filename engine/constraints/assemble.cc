@@ -150,20 +150,38 @@ void find_chain(const Model& model, int a, int b, PairChain& chain) {
   while (a != b) a > b ? follow(a, false) : follow(b, true);
 }
 
-void add_pair(const Model& model, const PairConstraint& pair, const Kinematics& data,
-              const std::vector<int>& block_of_tree, contact::Problem& problem) {
+void add_pair(const Model& model, const PairConstraint& pair, const std::vector<int>& block_of_tree,
+              contact::Problem& problem) {
   const int tree_a = model.body(pair.body_a).tree, tree_b = model.body(pair.body_b).tree;
   const int block_a = tree_a < 0 ? -1 : block_of_tree[tree_a];
   const int block_b = tree_b < 0 ? -1 : block_of_tree[tree_b];
   // Two bodies of one tree share one block.
   const int first = block_a >= 0 ? block_a : block_b;
   const int second = block_a >= 0 && block_b != block_a ? block_b : -1;
-  const int constraint = problem.add_constraint(pair.law, first, second);
+  problem.add_constraint(pair.law, first, second);
+}
+
+void fill_pair(const Model& model, const PairConstraint& pair, const Kinematics& data,
+               const std::vector<int>& block_of_tree, int constraint, contact::Problem& problem) {
+  const int tree_a = model.body(pair.body_a).tree, tree_b = model.body(pair.body_b).tree;
   const PairRows rows{model, pair, data};
-  if (block_a >= 0) fill_pair_jacobian(rows, pair.body_a, -1.0, problem.jacobian(constraint, 0));
-  if (block_b >= 0)
-    fill_pair_jacobian(rows, pair.body_b, 1.0,
-                       problem.jacobian(constraint, block_b == first ? 0 : 1));
+  if (tree_a >= 0) fill_pair_jacobian(rows, pair.body_a, -1.0, problem.jacobian(constraint, 0));
+  if (tree_b < 0) return;
+  const bool first = block_of_tree[tree_b] == problem.block(constraint, 0);
+  fill_pair_jacobian(rows, pair.body_b, 1.0, problem.jacobian(constraint, first ? 0 : 1));
+}
+
+/// Calls task(i) for i = 0 ... count - 1, on the threads of the pool if it is not null.
+template <class Task>
+void share(int count, contact::ThreadPool* pool, const Task& task) {
+  constexpr int kAtOnce = 8;
+  if (pool == nullptr || pool->size() == 1) {
+    for (int i = 0; i < count; ++i) task(i);
+    return;
+  }
+  pool->run((count + kAtOnce - 1) / kAtOnce, [&](int part, int) {
+    for (int i = kAtOnce * part; i < std::min(count, kAtOnce * (part + 1)); ++i) task(i);
+  });
 }
 
 void add_joint_row(const Model& model, const contact::Law& law, std::span<const RowTerm> terms,
@@ -191,22 +209,29 @@ void mark_touched_trees(const Model& model, const ConstraintSet& constraints,
 
 void assemble_problem(const Model& model, const ConstraintSet& constraints, const VectorRef& w_free,
                       const VectorRef& mass_diagonal, const BodyState& bodies,
-                      std::vector<int>& block_of_tree, contact::Problem& problem) {
+                      std::vector<int>& block_of_tree, contact::Problem& problem,
+                      contact::ThreadPool* pool) {
   problem.clear();
   mark_touched_trees(model, constraints, block_of_tree);
   for (int t = 0; t < model.num_trees(); ++t) {
     if (block_of_tree[t] < 0) continue;
     const Tree& tree = model.trees()[t];
+    block_of_tree[t] = problem.add_block(tree.v_end - tree.v_begin);
+  }
+  share(model.num_trees(), pool, [&](int t) {
+    if (block_of_tree[t] < 0) return;
+    const Tree& tree = model.trees()[t];
     const int size = tree.v_end - tree.v_begin;
-    block_of_tree[t] = problem.add_block(size);
     contact::MatrixMap M = problem.mass(block_of_tree[t]);
     crba_tree(model, tree, bodies, M);
     M.diagonal() += mass_diagonal.segment(tree.v_begin, size);
     problem.free_velocity().segment(problem.block_start(block_of_tree[t]), size) =
         w_free.segment(tree.v_begin, size);
-  }
-  for (const PairConstraint& pair : constraints.pairs)
-    add_pair(model, pair, bodies.at, block_of_tree, problem);
+  });
+  for (const PairConstraint& pair : constraints.pairs) add_pair(model, pair, block_of_tree, problem);
+  share(static_cast<int>(constraints.pairs.size()), pool, [&](int i) {
+    fill_pair(model, constraints.pairs[i], bodies.at, block_of_tree, i, problem);
+  });
   for (const JointConstraint& j : constraints.joints)
     add_joint_row(model, j.law, constraints.terms(j), block_of_tree, problem);
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "counterpoint/contact/problem.h"
+#include "counterpoint/contact/thread_pool.h"
 #include "counterpoint/engine/constraints/constraint_set.h"
 
 namespace counterpoint {
@@ -10,10 +11,11 @@ namespace counterpoint {
 /// Fills `problem` with one block for each tree that a constraint touches, and with all
 /// constraints: pairs first, then joint rows, in their order. `block_of_tree` (num_trees) is -1 for
 /// the other trees, which move freely. mass_diagonal (nv) is added to M: h D of implicit damping.
-/// Requires compute_poses and compute_inertias.
+/// pool: threads that share trees and pairs, to the same bits; may be null. Requires compute_poses and compute_inertias.
 void assemble_problem(const Model& model, const ConstraintSet& constraints, const VectorRef& w_free,
                       const VectorRef& mass_diagonal, const BodyState& bodies,
-                      std::vector<int>& block_of_tree, contact::Problem& problem);
+                      std::vector<int>& block_of_tree, contact::Problem& problem,
+                      contact::ThreadPool* pool = nullptr);
 
 /// The bodies whose joints change the relative motion of two bodies, kept for the next contact of
 /// that pair: from both bodies up to the common ancestor; the chain of A follows that of B if they

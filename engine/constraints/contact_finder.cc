@@ -103,22 +103,22 @@ void ContactFinder::forget() {
 }
 
 bool ContactFinder::find_reached(const StepContext& at, const Reached& w, const Kinematics& data,
-                                 ConstraintSet& out) {
+                                 ConstraintSet& out, double ahead) {
   if (out.parked.empty() && out.far.empty() && out.inactive.empty()) return false;
   const ContactOptions& options = at.options.contact;
-  const double h = at.h();
+  const double h = at.h(), time = ahead * h;
   if (w.of_bodies == nullptr) compute_body_velocities(at.model, w.velocity, data, V_);
   const std::vector<Motion>& V = w.of_bodies != nullptr ? *w.of_bodies : V_;
   std::erase_if(out.far, [&](const FarPair& far) {
-    if (stays_far(far, options, h, V, data)) return false;
+    if (stays_far(far, options, time, V, data)) return false;
     park_contacts_of(at, far, data, out);
     return true;
   });
   const auto reached = std::erase_if(out.parked, [&](const ParkedContact& parked) {
-    if (!is_reached(parked, options, h, V, data)) return false;
+    if (!is_reached(parked, options, time, V, data)) return false;
     PairConstraint contact;
     make_contact(at, data, parked, contact);
-    if (!is_reached(by_law(parked, contact, h), options, h, V, data)) return false;
+    if (!is_reached(by_law(parked, contact, h), options, time, V, data)) return false;
     give_rows(at, parked, contact, out);
     return true;
   });

@@ -32,9 +32,10 @@ class ContactFinder {
   /// Gives rows to all inactive contacts. Returns false if there were none.
   static bool activate_all(ConstraintSet& out);
   /// Gives rows to the parked and inactive contacts that the end velocity w reaches. Returns false
-  /// if none was added. Requires the poses of find().
+  /// if none was added. Requires the poses of find(). ahead: parked contacts count as reached if
+  /// they would be at w after this many steps [-].
   bool find_reached(const StepContext& at, const Reached& w, const Kinematics& data,
-                    ConstraintSet& out);
+                    ConstraintSet& out, double ahead = 1.0);
   /// Gives rows to all parked contacts, including those of far pairs, and to the inactive ones.
   /// Same requirements as find().
   void unpark_all(const StepContext& at, const Kinematics& data, ConstraintSet& out);

@@ -182,11 +182,12 @@ bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
     scratch.IA[parent].add_shifted(scratch.IA[i], at.arm[i]);
     scratch.pA[parent] += shift(scratch.pA[i], at.arm[i]);
   }
-  scratch.A[0] = {Vector3::Zero(), -gravity};
+  const Motion of_world{Vector3::Zero(), -gravity};
   for (int i = range.begin; i < range.end; ++i) {
     const Body& body = model.body(i);
     double* a_i = a.data() + body.v_index;
-    const Motion A = shift(scratch.A[body.parent], at.arm[i]) + velocity_product(at, velocity, i);
+    const Motion& of_parent = body.parent == 0 ? of_world : scratch.A[body.parent];
+    const Motion A = shift(of_parent, at.arm[i]) + velocity_product(at, velocity, i);
     switch (body.joint_type) {
       case JointType::kRevolute:
       case JointType::kPrismatic:

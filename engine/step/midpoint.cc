@@ -51,8 +51,8 @@ void solve_middle(const StepArguments& step, Workspace::Impl& ws, VectorX& middl
   double last = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kMaxIterations; ++i) {
     const Vector3 gravity = set_middle(at, middle, input.wrenches, ws);
-    accelerate(model, half, gravity, state.v, ws.sleepers.awake(), ws.stage.at, ws.stage.velocity,
-               ws.motion, next_middle, report);
+    accelerate(model, half, gravity, state.v, ws.sleepers.awake(), ws.pool.get(), ws.stage.at,
+               ws.stage.velocity, ws.motion, next_middle, report);
     if (!report.succeeded()) return;
     const double size = next_middle.lpNorm<Eigen::Infinity>();
     const double change = (next_middle - middle).lpNorm<Eigen::Infinity>();
@@ -96,7 +96,8 @@ void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
     const PhaseTimer timer(ws.times, &PhaseTimes::constraints);
     ws.start.find_inertias(model);
     widen_diagonal(ws.start.rotor_inertia(model, effects), ws.motion.forces.diagonal);
-    const StageInput in{step, ws.start, ws.sleepers, ws.taut_links, ws.counts, nullptr};
+    const StageInput in{step, ws.start, ws.sleepers, ws.taut_links, ws.counts, nullptr,
+                        ws.pool.get()};
     ConstraintStage(in, ws.motion, ws.finder, ws.constraints, ws.solution, report).solve(next.v);
   }
   integrate_configuration(model, state.q, next.v, h, next.q);

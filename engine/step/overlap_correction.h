@@ -49,6 +49,9 @@ class OverlapCorrection {
              const contact::Settings& settings, const VectorRef& w, const VectorRef& impulse,
              std::span<const double> shifts = {});
 
+  /// Lets threads share the islands (contact::Solver::use).
+  void use(contact::ThreadPool* pool) { solver_.use(pool); }
+
   /// The displacement velocity p [m/s, rad/s].
   VectorRef velocity() const { return p_.head(problem_.num_velocities()); }
   /// Whether a block of the problem may be displaced.

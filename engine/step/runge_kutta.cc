@@ -58,7 +58,7 @@ void compute_acceleration(const StepContext& at, const Input& input, Workspace::
   const Vector3 gravity = set_forces_at(at.model, at.effects, at.q, at.v, input.wrenches,
                                         ws.taut_links, ws.stage, ws.motion.external, ws.counts);
   ws.displacement.setZero();
-  accelerate(at.model, 1.0, gravity, ws.displacement, ws.sleepers.awake(), ws.stage.at,
+  accelerate(at.model, 1.0, gravity, ws.displacement, ws.sleepers.awake(), nullptr, ws.stage.at,
              ws.stage.velocity, ws.motion, acceleration, report);
 }
 

@@ -61,9 +61,11 @@ constexpr int kMostSoftenings = 4;
 constexpr double kSofterAgain = 1024.0;
 constexpr int kLastSoftenings = 8;
 
-/// In the first rounds only contacts that w+ reaches get rows, afterwards all parked contacts: an
-/// impact that travels from body to body is not followed contact by contact.
-constexpr int kMostOverruns = 4;
+/// In the first rounds only contacts that w+ reaches get rows. In each later one, those that it
+/// would reach in kAhead times as many steps as in the round before get them, too: an impact that
+/// travels from body to body is not followed contact by contact.
+constexpr int kFirstOverruns = 2;
+constexpr double kAhead = 4.0;
 
 bool is_unsolved(contact::Status status) {
   return status == contact::Status::kMaxIterations || status == contact::Status::kNoProgress;
@@ -119,7 +121,7 @@ const contact::Report& ConstraintStage::pose_and_solve(const VectorX& free, cons
   const RowRange before = row_range(solution_);
   assemble_problem(model, constraints_, free, motion_.forces.diagonal,
                    BodyState(at, in_.start.velocity_forces(), motion_.external, motion_.scratch),
-                   solution_.block_of_tree, problem);
+                   solution_.block_of_tree, problem, in_.pool);
   solution_.num_contacts = constraints_.contacts.size();
   soften_problem();
   if (in_.prescribed != nullptr) in_.prescribed->eliminate(model, solution_.block_of_tree, problem);
@@ -198,13 +200,15 @@ void ConstraintStage::solve_again(VectorX& w) {
 void ConstraintStage::solve_overruns(bool solved, VectorX& w) {
   const StepContext context = in_.step.context();
   const Kinematics& at = in_.start.kinematics();
-  const auto add_rows = [&] {
+  double ahead = 1.0;
+  const auto add_rows = [&](int round) {
     const bool reached =
         finder_.find_overrun(context, {w}, at, constraints_, in_.sleepers.sleep_mask());
+    if (reached && round >= kFirstOverruns)
+      finder_.contacts().find_reached(context, {w}, at, constraints_, ahead *= kAhead);
     return (report_.softening.softens() && ContactFinder::activate_all(constraints_)) || reached;
   };
-  for (int round = 0; report_.succeeded() && add_rows(); ++round) {
-    if (round >= kMostOverruns) finder_.contacts().unpark_all(context, at, constraints_);
+  for (int round = 0; report_.succeeded() && add_rows(round); ++round) {
     if (solved) {
       solve_again(w);
     } else {

@@ -1,6 +1,7 @@
 #include "counterpoint/engine/step/step_forces.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "counterpoint/engine/diagnosis/failure_cause.h"
 #include "counterpoint/engine/dynamics.h"
@@ -9,6 +10,7 @@
 #include "counterpoint/engine/forces/drag.h"
 #include "counterpoint/engine/forces/joint_forces.h"
 #include "counterpoint/engine/forces/servos.h"
+#include "counterpoint/engine/step/tree_parts.h"
 
 namespace counterpoint {
 namespace {
@@ -108,23 +110,27 @@ void set_motor_forces(const StepContext& at, double h, const Input& input, Sleep
 }
 
 void accelerate(const Model& model, double h, const Vector3& gravity, const VectorRef& w,
-                std::span<const BodyRange> awake, const Kinematics& at,
+                std::span<const BodyRange> awake, contact::ThreadPool* pool, const Kinematics& at,
                 const VelocityForces& velocity, FreeMotion& motion, VectorX& w_free,
                 StepReport& report) {
   const auto& [tau, diagonal] = motion.forces;
   w_free = w;
-  for (const BodyRange& bodies : awake) {
-    int singular = 0;
+  std::atomic<int> singular{0};  // the last body that moves no inertia, whichever thread finds it
+  for_each_part(model, awake, pool, [&](const BodyRange& bodies) {
+    int body = 0;
     if (!aba(model, tau, diagonal, gravity, bodies,
              BodyState(at, velocity, motion.external, motion.scratch), motion.acceleration,
-             &singular)) {
-      report.status = contact::Status::kSingular;
-      report.fault = singular_inertia_fault(model, singular, diagonal, at, motion.scratch);
+             &body)) {
+      for (int last = singular; last < body && !singular.compare_exchange_weak(last, body);) {
+      }
       return;
     }
     const VelocityRange v = velocities(model, bodies);
     w_free.segment(v.begin, v.size) += h * motion.acceleration.segment(v.begin, v.size);
-  }
+  });
+  if (singular == 0) return;
+  report.status = contact::Status::kSingular;
+  report.fault = singular_inertia_fault(model, singular, diagonal, at, motion.scratch);
 }
 
 void find_free_velocity(const StageInput& in, FreeMotion& motion, ConstraintSet& constraints,
@@ -144,8 +150,8 @@ void find_free_velocity(const StageInput& in, FreeMotion& motion, ConstraintSet&
     add_drag(model, h, in.start.gravity(), at, velocity, motion.velocity_acceleration,
              motion.external);
   if (in.prescribed != nullptr) in.prescribed->lock(h, state.v, diagonal, tau);
-  accelerate(model, h, in.start.gravity(), state.v, in.sleepers.awake(), at, velocity, motion,
-             w_free, report);
+  accelerate(model, h, in.start.gravity(), state.v, in.sleepers.awake(), in.pool, at,
+             velocity, motion, w_free, report);
 }
 
 }  // namespace counterpoint

@@ -18,6 +18,7 @@ struct StageInput {
   const TautLinks& taut_links;
   EffectCounts& counts;          ///< stages write how often an effect ran
   PrescribedMotion* prescribed;  ///< found for the step; null where it does not act
+  contact::ThreadPool* pool;     ///< shares the work; may be null
 };
 
 /// Forces on single coordinates. Their part that is implicit in the velocity, h times the slope, is
@@ -77,10 +78,10 @@ void set_motor_forces(const StepContext& at, double h, const Input& input, Sleep
 
 /// w_free = w + h inv(M + motion.forces.diagonal) (motion.forces.tau + gravity, velocity-dependent
 /// forces and motion.external) of the awake trees, and w elsewhere. Overwrites motion.acceleration
-/// and motion.scratch. Where M is singular, sets status and fault of the report; w_free is then
-/// invalid.
+/// and motion.scratch. pool: threads that share the trees; may be null. Where M is singular, sets
+/// status and fault of the report; w_free is then invalid.
 void accelerate(const Model& model, double h, const Vector3& gravity, const VectorRef& w,
-                std::span<const BodyRange> awake, const Kinematics& at,
+                std::span<const BodyRange> awake, contact::ThreadPool* pool, const Kinematics& at,
                 const VelocityForces& velocity, FreeMotion& motion, VectorX& w_free,
                 StepReport& report);
 

@@ -24,6 +24,14 @@ Workspace& Workspace::operator=(Workspace&&) noexcept = default;
 
 const EffectCounts& Workspace::effect_counts() const { return impl_->counts; }
 
+void Workspace::set_threads(int count) {
+  if (count < 1)
+    throw InputError(fmt::format("{} threads; a step needs 1 or more", count));
+  impl_->pool = count > 1 ? std::make_unique<contact::ThreadPool>(count) : nullptr;
+  impl_->solution.solver.use(impl_->pool.get());
+  impl_->overlap_correction.use(impl_->pool.get());
+}
+
 std::span<const int> Workspace::free_trees() const { return impl_->free_groups.trees(); }
 
 void measure_phases(Workspace& workspace, PhaseTimes* times) { workspace.impl().times = times; }
@@ -85,11 +93,12 @@ PrescribedMotion* find_prescribed(const StepArguments& step, Workspace::Impl& ws
 /// step.
 void step_euler(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report) {
   PrescribedMotion* prescribed = find_prescribed(step, ws);
-  const StageInput in{step, ws.start, ws.sleepers, ws.taut_links, ws.counts, prescribed};
+  const StageInput in{step, ws.start, ws.sleepers, ws.taut_links, ws.counts, prescribed,
+                      ws.pool.get()};
   ConstraintStage constraints(in, ws.motion, ws.finder, ws.constraints, ws.solution, report);
   {
     const PhaseTimer timer(ws.times, &PhaseTimes::dynamics);
-    ws.start.find_inertias(step.model, ws.sleepers.awake());
+    ws.start.find_inertias(step.model, ws.sleepers.awake(), in.pool);
     find_free_velocity(in, ws.motion, ws.constraints, next.v, report);
   }
   if (report.succeeded()) {

@@ -7,6 +7,7 @@
 #include "counterpoint/engine/forces/driven/closure_switches.h"
 #include "counterpoint/engine/step/step_forces.h"
 #include "counterpoint/engine/step/step_workspace.h"
+#include "counterpoint/engine/step/tree_parts.h"
 
 namespace counterpoint {
 
@@ -23,8 +24,10 @@ StepStart::StepStart(const Model& model)
                                   [](const Actuator& a) { return a.tendon >= 0; });
 }
 
-void StepStart::find_inertias(const Model& model, std::span<const BodyRange> ranges) {
-  for (const BodyRange& bodies : ranges) compute_inertias(model, bodies, data_);
+void StepStart::find_inertias(const Model& model, std::span<const BodyRange> ranges,
+                              contact::ThreadPool* pool) {
+  for_each_part(model, ranges, pool,
+                [&](const BodyRange& bodies) { compute_inertias(model, bodies, data_); });
 }
 
 void StepStart::find_inertias(const Model& model) { compute_inertias(model, data_); }
@@ -32,13 +35,14 @@ void StepStart::find_inertias(const Model& model) { compute_inertias(model, data
 /// Computes the kinematics of the awake trees and finds the constraints on them; wakes every tree
 /// that these touch, and repeats until none is left.
 void StepStart::find_constraints(const StepContext& at, ConstraintFinder& finder,
-                                 Sleepers& sleepers, EffectCounts& counts) {
+                                 Sleepers& sleepers, EffectCounts& counts,
+                                 contact::ThreadPool* pool) {
   if (sleepers.awake().empty()) return constraints_.clear();
   const auto find = [&](std::span<const BodyRange> ranges) {
-    for (const BodyRange& bodies : ranges) {
+    for_each_part(at.model, ranges, pool, [&](const BodyRange& bodies) {
       compute_poses(at.model, at.q, bodies, data_);
       compute_velocities(at.model, at.v, bodies, data_);
-    }
+    });
     finder.find(at, data_, constraints_, counts, sleepers.sleep_mask());
     const bool pulled = at.effects.has(Effect::kActuators) && actuates_tendons_;
     if (at.effects.has(Effect::kTendons) || pulled)
@@ -119,7 +123,7 @@ const StepStart& prepare_step(const StepContext& at, Workspace::Impl& ws) {
   ws.motion.external.added.clear();
   const auto find_constraints = [&] {
     const PhaseTimer timer(ws.times, &PhaseTimes::contacts);
-    start.find_constraints(at, ws.finder, ws.sleepers, ws.counts);
+    start.find_constraints(at, ws.finder, ws.sleepers, ws.counts, ws.pool.get());
     start.gravity_ = set_body_forces(at.model, at.effects, start.data_, ws.counts);
   };
   switch (at.options.integrator) {

@@ -79,8 +79,10 @@ class StepStart {
     return effects.has(Effect::kArmature) ? model.armature() : no_rotors_;
   }
 
-  /// Completes kinematics() with the inertias of ranges of bodies.
-  void find_inertias(const Model& model, std::span<const BodyRange> ranges);
+  /// Completes kinematics() with the inertias of ranges of whole trees, which the threads of the
+  /// pool share, if it is not null.
+  void find_inertias(const Model& model, std::span<const BodyRange> ranges,
+                     contact::ThreadPool* pool);
   void find_inertias(const Model& model);
   /// The relative accuracy to which energy projection scales speeds [-].
   void set_projection_tolerance(double tolerance) { energy_projection_.set_tolerance(tolerance); }
@@ -88,7 +90,7 @@ class StepStart {
  private:
   friend const StepStart& prepare_step(const StepContext&, Workspace::Impl&);
   void find_constraints(const StepContext& at, ConstraintFinder& finder, Sleepers& sleepers,
-                        EffectCounts& counts);
+                        EffectCounts& counts, contact::ThreadPool* pool);
   void set_mean_forces(const StepContext& at, std::span<const BodyRange> awake);
   void predict_equalities(const StepContext& at, std::span<const BodyRange> awake);
   void add_unprojected_forces(const Model& model, const VectorRef& v, int tree, double share);

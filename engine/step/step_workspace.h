@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "counterpoint/contact/laws/cone_lanes.h"
+#include "counterpoint/contact/thread_pool.h"
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/diagnosis/state_check.h"
@@ -95,6 +96,7 @@ struct Workspace::Impl {
   }
 
   PhaseTimes* times = nullptr;  ///< forward steps add to it, unless it is null
+  std::unique_ptr<contact::ThreadPool> pool;  ///< shares the work of forward steps; may be null
   StateCheck check;
   ConstraintFinder finder;
   Sleepers sleepers;

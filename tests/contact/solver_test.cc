@@ -9,6 +9,7 @@
 #include "contact/trials.h"
 #include "counterpoint/contact/inverse.h"
 #include "counterpoint/contact/problem.h"
+#include "counterpoint/contact/thread_pool.h"
 
 namespace counterpoint::contact::solver_test {
 namespace {
@@ -43,6 +44,34 @@ TEST(Solver, WithoutActiveConstraintOneStepIsEnough) {
     seen += problem.num_constraints();
   }
   EXPECT_GT(seen, 300);
+}
+
+// Islands are solved by any thread, in any order, to the same bits and the same report.
+TEST(Solver, ThreadsChangeNothing) {
+  Random random(4);
+  ThreadPool pool(3);
+  Solver one, many;
+  many.use(&pool);
+  int islands = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    RandomOptions options;
+    options.max_blocks = 30;
+    options.max_constraints = 20;
+    options.coulomb = true;
+    const Problem problem = random_problem(random, options);
+    VectorX w1 = zero_start(problem), w2 = w1, f1, f2;
+    const Report a = one.solve(problem, Settings{}, w1, f1);
+    const Report b = many.solve(problem, Settings{}, w2, f2);
+    EXPECT_EQ(w1, w2);
+    EXPECT_EQ(f1, f2);
+    EXPECT_EQ(a.status, b.status);
+    EXPECT_EQ(a.total_iterations, b.total_iterations);
+    EXPECT_EQ(a.line_search_evaluations, b.line_search_evaluations);
+    EXPECT_EQ(a.residual, b.residual);
+    EXPECT_EQ(a.residual_history, b.residual_history);
+    islands += a.islands;
+  }
+  EXPECT_GT(islands, 600);
 }
 
 TEST(Solver, BlocksWithoutConstraintsFlyExactly) {

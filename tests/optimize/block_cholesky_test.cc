@@ -33,7 +33,7 @@ MatrixX fill(BlockCholesky& system, bool periodic) {
 }
 
 void compare(int n, bool periodic, int width = 2) {
-  ThreadPool one(1), two(2);
+  contact::ThreadPool one(1), two(2);
   BlockCholesky system(n, kSize, periodic, width);
   MatrixX dense = fill(system, periodic);
   const MatrixX shift = MatrixX::Ones(kSize, n), b = MatrixX::Random(kSize, n);
@@ -67,7 +67,7 @@ TEST(BlockCholesky, SolvesWiderBands) {
 
 TEST(BlockCholesky, SaysWhatIsNotPositiveDefinite) {
   for (const int n : {4, 9}) {  // found in the chains, or in the root alone
-    ThreadPool pool(2);
+    contact::ThreadPool pool(2);
     BlockCholesky system(n, kSize, false);
     fill(system, false);
     EXPECT_FALSE(system.factor(-100.0, MatrixX::Ones(kSize, n), pool));

@@ -224,6 +224,10 @@ void bind_simulator(py::module_& m) {
       .def_property_readonly(
           "settings", [](S& s) -> contact::Settings& { return s.simulator.settings(); },
           py::return_value_policy::reference_internal, "contact.Settings, live.")
+      .def(
+          "set_threads", [](S& s, int count) { s.simulator.set_threads(count); }, py::arg("count"),
+          "Threads that share each step, to the same bits; 1 at first. Pays for many robots or "
+          "bodies that do not touch.")
       .def_property(
           "state", [](const S& s) { return s.state; }, &set_state,
           "The State: its arrays show every step, read-only. Assign a State to set it.")

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/engine/batch.h"
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"
 #include "counterpoint/engine/estimate/sensors/motion_filter.h"
 #include "counterpoint/model/special_values.h"
@@ -29,7 +30,7 @@ constexpr double kTowards = 0.5;
 MotionWindow::MotionWindow(MotionProblem problem, const WindowOptions& options)
     : options_(options),
       problem_(std::move(problem)),
-      pool_(options.threads),
+      pool_(num_threads_of(options.threads)),
       model_(problem_.model),
       instants_(index_of(options.frames)),
       equations_(index_of(options.frames)),

@@ -69,7 +69,7 @@ class MotionWindow {
 
   WindowOptions options_;
   MotionProblem problem_;
-  optimization::ThreadPool pool_;
+  contact::ThreadPool pool_;
   Model model_;
   std::vector<SimulationOptions> laws_;  ///< indexed by age
   int age_ = 0;                          ///< added to all ages

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "counterpoint/engine/batch.h"
 #include "counterpoint/model/special_values.h"
 
 namespace counterpoint::estimation {
@@ -20,7 +21,7 @@ std::size_t size(int i) { return static_cast<std::size_t>(i); }
 
 MotionFit::MotionFit(const MotionProblem& problem, MotionPoint start, int threads)
     : problem_(&problem),
-      pool_(threads),
+      pool_(num_threads_of(threads)),
       options_(problem.options),
       model_(problem.model),
       point_(std::move(start)),

@@ -52,7 +52,7 @@ class MotionFit {
   const SimulationOptions& options() const { return options_; }
   /// The model with the current parameters.
   const Model& model() const { return model_; }
-  optimization::ThreadPool& pool() { return pool_; }
+  contact::ThreadPool& pool() { return pool_; }
   /// Normal equations at the point, factored with the least damping that makes them positive
   /// definite.
   /// @throws std::runtime_error where forces at the point are not finite.
@@ -75,7 +75,7 @@ class MotionFit {
   bool try_step(const MatrixX& frames, const VectorX& parameters);
 
   const MotionProblem* problem_;
-  optimization::ThreadPool pool_;
+  contact::ThreadPool pool_;
   SimulationOptions options_;
   Model model_;
   MotionPoint point_, before_;

@@ -61,7 +61,7 @@ void MotionSystem::add_prior(int index, double weight2, double deviation) {
   parameter_gradient_[index] += weight2 * deviation;
 }
 
-bool MotionSystem::reduce(double mu, optimization::ThreadPool& pool) {
+bool MotionSystem::reduce(double mu, contact::ThreadPool& pool) {
   for (int i = 0; i < band_.num_blocks(); ++i)
     shift_.col(i) = band_.block(i, i).diagonal().cwiseMax(kLeastDiagonal);
   if (!band_.factor(mu, shift_, pool)) return false;
@@ -83,7 +83,7 @@ bool MotionSystem::reduce(double mu, optimization::ThreadPool& pool) {
   return true;
 }
 
-bool MotionSystem::factor(double mu, optimization::ThreadPool& pool) {
+bool MotionSystem::factor(double mu, contact::ThreadPool& pool) {
   if (!reduce(mu, pool)) return false;
   if (parameters_ == 0) return true;
   const Eigen::LLT<MatrixX> factor(schur_);

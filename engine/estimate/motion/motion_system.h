@@ -32,14 +32,14 @@ class MotionSystem {
   void add_prior(int index, double weight2, double deviation);
 
   /// Factors J'J + mu diag(J'J). Returns false if it is not positive definite.
-  bool factor(double mu, optimization::ThreadPool& pool);
+  bool factor(double mu, contact::ThreadPool& pool);
   /// Computes the step -(J'J + mu diag) \ J'r of frames (nv x frames) and parameters. Needs
   /// factor().
   void solve(MatrixX& frames, VectorX& parameters) const;
 
   /// First half of factor(), for systems that share their parameters: eliminates the frames, which
   /// leaves schur() and reduced_gradient() of the parameters.
-  bool reduce(double mu, optimization::ThreadPool& pool);
+  bool reduce(double mu, contact::ThreadPool& pool);
   const MatrixX& schur() const { return schur_; }
   const VectorX& reduced_gradient() const { return reduced_gradient_; }
   /// Step of the frames (nv x frames) for a given step of the parameters. Needs reduce().

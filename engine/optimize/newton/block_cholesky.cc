@@ -140,7 +140,7 @@ void BlockCholesky::add_update(const Chain& chain) {
   }
 }
 
-bool BlockCholesky::factor(double scale, const MatrixX& shift, ThreadPool& pool) {
+bool BlockCholesky::factor(double scale, const MatrixX& shift, contact::ThreadPool& pool) {
   pool.run(static_cast<int>(chains_.size()),
            [&](int i, int) { eliminate(chains_[size(i)], scale, shift); });
   const int m = block_size_, count = static_cast<int>(separators_.size());
@@ -185,7 +185,7 @@ void BlockCholesky::substitute(Chain& chain, MatrixX& x) const {
   }
 }
 
-void BlockCholesky::solve(MatrixX& x, ThreadPool& pool) {
+void BlockCholesky::solve(MatrixX& x, contact::ThreadPool& pool) {
   const int m = block_size_;
   pool.run(static_cast<int>(chains_.size()), [&](int i, int) { reduce(chains_[size(i)], x); });
   for (std::size_t a = 0; a < separators_.size(); ++a)

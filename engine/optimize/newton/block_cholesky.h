@@ -12,7 +12,7 @@
 #include <Eigen/Cholesky>
 #include <vector>
 
-#include "counterpoint/engine/optimize/newton/thread_pool.h"
+#include "counterpoint/contact/thread_pool.h"
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint::optimization {
@@ -35,9 +35,9 @@ class BlockCholesky {
 
   /// Factors this + scale diag(shift), shift: m x n. Returns false if it is not positive definite.
   /// The result does not depend on the threads of the pool.
-  bool factor(double scale, const MatrixX& shift, ThreadPool& pool);
+  bool factor(double scale, const MatrixX& shift, contact::ThreadPool& pool);
   /// Solves A x = b in place; x: m x n, one column per block. Needs factor().
-  void solve(MatrixX& x, ThreadPool& pool);
+  void solve(MatrixX& x, contact::ThreadPool& pool);
 
  private:
   /// Blocks eliminated one after the other. Their front has `width` slots for the next blocks,

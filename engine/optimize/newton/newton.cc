@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/engine/batch.h"
 #include "counterpoint/engine/clocks.h"
 #include "counterpoint/model/special_values.h"
 
@@ -43,7 +44,7 @@ Newton::Newton(const Problem& problem, const std::vector<VectorX>& frames, int n
     : problem_(&problem),
       layout_(problem),
       frames_(problem, frames),
-      pool_(num_threads),
+      pool_(num_threads_of(num_threads)),
       system_(frames_.num_slots(), problem.model->nv(), problem.periodic) {
   for (int i = 0; i < pool_.size(); ++i)
     evaluators_.push_back(std::make_unique<Evaluator>(problem));

@@ -19,9 +19,9 @@
 #include <memory>
 #include <vector>
 
+#include "counterpoint/contact/thread_pool.h"
 #include "counterpoint/engine/optimize/newton/block_cholesky.h"
 #include "counterpoint/engine/optimize/newton/damping.h"
-#include "counterpoint/engine/optimize/newton/thread_pool.h"
 #include "counterpoint/engine/optimize/optimize.h"
 #include "counterpoint/engine/optimize/terms/evaluator.h"
 
@@ -87,7 +87,7 @@ class Newton {
   Layout layout_;
   Frames frames_;
   Stage stage_;
-  ThreadPool pool_;
+  contact::ThreadPool pool_;
   std::vector<std::unique_ptr<Evaluator>> evaluators_;  ///< one per thread
   std::vector<InstantValues> values_, trial_values_;    ///< one per instant
   std::vector<NormalEquations> normal_;                 ///< one per instant

@@ -1,8 +1,6 @@
-#include "counterpoint/engine/optimize/newton/thread_pool.h"
+#include "counterpoint/contact/thread_pool.h"
 
-#include "counterpoint/engine/batch.h"
-
-namespace counterpoint::optimization {
+namespace counterpoint::contact {
 namespace {
 
 constexpr std::uint64_t kRound = std::uint64_t{1} << 32;
@@ -29,8 +27,7 @@ void wait_for_change(const std::atomic<Number>& value, Number old) {
 }  // namespace
 
 ThreadPool::ThreadPool(int num_threads) {
-  const int count = num_threads > 0 ? num_threads : available_cores();
-  for (int i = 1; i < count; ++i) threads_.emplace_back([this, i] { work(i); });
+  for (int i = 1; i < num_threads; ++i) threads_.emplace_back([this, i] { work(i); });
 }
 
 ThreadPool::~ThreadPool() {
@@ -82,4 +79,4 @@ void ThreadPool::work(int thread) {
   }
 }
 
-}  // namespace counterpoint::optimization
+}  // namespace counterpoint::contact

@@ -8,11 +8,11 @@
 #include <thread>
 #include <vector>
 
-namespace counterpoint::optimization {
+namespace counterpoint::contact {
 
 class ThreadPool {
  public:
-  /// num_threads: 0 for one per core. The calling thread is one of them.
+  /// num_threads: at least 1. The calling thread is one of them.
   explicit ThreadPool(int num_threads);
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;
@@ -47,4 +47,4 @@ class ThreadPool {
   std::exception_ptr error_;
 };
 
-}  // namespace counterpoint::optimization
+}  // namespace counterpoint::contact
