@@ -29,9 +29,9 @@ constexpr size_t kUsualSoftened = 16;
 
 const char* status_name(Status status) {
   constexpr const char* kNames[] = {
-      "converged",   "round-off floor", "softened",   "unfinished",
-      "iteration limit", "no progress", "not finite", "singular mass matrix",
-      "invalid law", "invalid state",   "diverged"};
+      "converged",       "round-off floor", "softened",   "unfinished",
+      "iteration limit", "no progress",     "not finite", "singular mass matrix",
+      "invalid law",     "invalid state",   "diverged"};
   return kNames[static_cast<int>(status)];
 }
 
@@ -137,8 +137,9 @@ void Solver::Impl::solve_islands(const Problem& problem, const Settings& setting
     for (int island = 0; island < count; ++island) solve(island, 0);
   }
   for (int island = 0; island < count; ++island) add_to_report(island);
-  const auto longest = std::min_element(
-      workers.begin(), workers.end(), [](const auto& a, const auto& b) { return a->rank < b->rank; });
+  const auto longest =
+      std::min_element(workers.begin(), workers.end(),
+                       [](const auto& a, const auto& b) { return a->rank < b->rank; });
   if ((*longest)->rank != Worker::kNone) report.residual_history = (*longest)->history;
 }
 

@@ -107,8 +107,8 @@ class Solver {
   Solver& operator=(Solver&&) noexcept;
 
   /// Lets the threads of a pool, which must outlive this solver, solve islands side by side, to the
-  /// same bits; null, as at first: the calling thread alone. Memory of a thread grows at the largest
-  /// island that it has solved.
+  /// same bits; null, as at first: the calling thread alone. Memory of a thread grows at the
+  /// largest island that it has solved.
   void use(ThreadPool* pool);
 
   /// Solves the problem. w (num_velocities): start on entry, for instance the last velocity; w+ on

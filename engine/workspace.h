@@ -62,8 +62,8 @@ class Workspace {
   /// (docs/explanation/integrators.md, Momentum).
   std::span<const int> free_trees() const;
 
-  /// Lets this number of threads share the trees and islands of each forward step, to the same bits;
-  /// 1 at first. It pays from some ten islands on; explicit integrators do not share. @throws
+  /// Lets this number of threads share the trees and islands of each forward step, to the same
+  /// bits; 1 at first. It pays from some ten islands on; explicit integrators do not share. @throws
   /// InputError unless it is positive.
   void set_threads(int count);
 

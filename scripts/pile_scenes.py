@@ -232,7 +232,7 @@ def pile_name(count, friction, mass_range, overlap, seed, with_chain=False, in_b
 def dominoes(count):
     """A row of dominoes, of which the first leans towards the others and falls."""
     half, lean, distance = (0.01, 0.025, 0.05), 0.25, 0.04
-    x = half[2] * math.sin(lean) - half[0] * math.cos(lean)  # of its centre, from the edge on which it stands
+    x = half[2] * math.sin(lean) - half[0] * math.cos(lean)  # the centre's distance from the edge below it
     z = half[0] * math.sin(lean) + half[2] * math.cos(lean)
     models = [free("domino0", "box", half, 0.1, (round(x - half[0], 6), 0, round(z, 6)), (0, lean, 0))]
     models += [free(f"domino{i}", "box", half, 0.1, (round(distance * i, 6), 0, half[2])) for i in range(1, count)]

@@ -45,8 +45,8 @@ struct Rollout {
 
   template <class Archive>
   void serialize(Archive& a) {
-    a(end.time, end.q, end.v, steps, softened, unfinished, force_error, force_scale, failure, failure_json,
-      begun, stopped);
+    a(end.time, end.q, end.v, steps, softened, unfinished, force_error, force_scale, failure,
+      failure_json, begun, stopped);
   }
 };
 

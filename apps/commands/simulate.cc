@@ -239,7 +239,7 @@ void add_simulate(CommandLine& line) {
   command.add("--step-budget", arguments.step_budget,
               "Newton steps after which a step ends with contact forces that obey their laws only "
               "roughly; 0: no bound. Default: the scene's step_budget",
-              seldom);
+              not_negative, seldom);
   command.add("--threads N", arguments.threads,
               "Threads that share each step, to the same bits; pays for many robots or bodies that "
               "do not touch",

@@ -40,8 +40,8 @@ constexpr int kFinishSteps = 20;
 constexpr double kLittleSofter = 32.0, kSoftCompliance = 4e-3;
 constexpr double kSoftest = kLittleSofter * kLittleSofter * kLittleSofter;
 constexpr int kSofterSteps = 80;
-// An unfinished island ends with kLastSweeps sweeps. If less than kWholeShare of its impulses can be
-// kept without gain of energy, kSweepsFromGuess sweeps from the given impulses are tried, too.
+// An unfinished island ends with kLastSweeps sweeps. If less than kWholeShare of its impulses can
+// be kept without gain of energy, kSweepsFromGuess sweeps from the given impulses are tried, too.
 constexpr int kLastSweeps = 8, kSweepsFromGuess = 16;
 constexpr double kWholeShare = 0.9;
 // Shortest stage of the continuation back to the given laws, in the logarithm of the factor.
@@ -296,8 +296,8 @@ MixedSystem::Dissipation IslandSolver::dissipation() {
   return mixed_system_.dissipation(point_);
 }
 
-// Ends with impulses that obey their laws roughly. Sweeps leave them in their cones; the part of
-// them that dissipates most is kept.
+// Ends with impulses that obey their laws roughly. Sweeps leave them in their cones; the share that
+// dissipates most is kept.
 void IslandSolver::stop() {
   sweep(kLastSweeps, 0.0);
   MixedSystem::Dissipation found = dissipation();

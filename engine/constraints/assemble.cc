@@ -228,7 +228,8 @@ void assemble_problem(const Model& model, const ConstraintSet& constraints, cons
     problem.free_velocity().segment(problem.block_start(block_of_tree[t]), size) =
         w_free.segment(tree.v_begin, size);
   });
-  for (const PairConstraint& pair : constraints.pairs) add_pair(model, pair, block_of_tree, problem);
+  for (const PairConstraint& pair : constraints.pairs)
+    add_pair(model, pair, block_of_tree, problem);
   share(static_cast<int>(constraints.pairs.size()), pool, [&](int i) {
     fill_pair(model, constraints.pairs[i], bodies.at, block_of_tree, i, problem);
   });

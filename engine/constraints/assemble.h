@@ -11,7 +11,8 @@ namespace counterpoint {
 /// Fills `problem` with one block for each tree that a constraint touches, and with all
 /// constraints: pairs first, then joint rows, in their order. `block_of_tree` (num_trees) is -1 for
 /// the other trees, which move freely. mass_diagonal (nv) is added to M: h D of implicit damping.
-/// pool: threads that share trees and pairs, to the same bits; may be null. Requires compute_poses and compute_inertias.
+/// pool: threads that share trees and pairs, to the same bits; may be null. Requires compute_poses
+/// and compute_inertias.
 void assemble_problem(const Model& model, const ConstraintSet& constraints, const VectorRef& w_free,
                       const VectorRef& mass_diagonal, const BodyState& bodies,
                       std::vector<int>& block_of_tree, contact::Problem& problem,

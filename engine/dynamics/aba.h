@@ -9,8 +9,8 @@ namespace counterpoint {
 /// diagonal (nv) holds what acts on single coordinates: rotor inertia, h D of implicit damping.
 /// Needs compute_poses, compute_velocities, compute_inertias; velocity-dependent forces
 /// and external wrenches are those of `bodies`. `range` must be whole trees; the other coordinates
-/// of a are left alone, so that several threads may work on ranges of their own. Returns false, with the body in `singular_body` if given, where the inertia
-/// seen by a joint is not positive.
+/// of a are left alone, so that several threads may work on ranges of their own. Returns false,
+/// with the body in `singular_body` if given, where the inertia seen by a joint is not positive.
 bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
          const Vector3& gravity, BodyRange range, const BodyState& bodies, VectorOut a,
          int* singular_body = nullptr);

@@ -96,8 +96,8 @@ void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
     const PhaseTimer timer(ws.times, &PhaseTimes::constraints);
     ws.start.find_inertias(model);
     widen_diagonal(ws.start.rotor_inertia(model, effects), ws.motion.forces.diagonal);
-    const StageInput in{step, ws.start, ws.sleepers, ws.taut_links, ws.counts, nullptr,
-                        ws.pool.get()};
+    const StageInput in{step,      ws.start, ws.sleepers,  ws.taut_links,
+                        ws.counts, nullptr,  ws.pool.get()};
     ConstraintStage(in, ws.motion, ws.finder, ws.constraints, ws.solution, report).solve(next.v);
   }
   integrate_configuration(model, state.q, next.v, h, next.q);

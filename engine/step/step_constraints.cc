@@ -144,7 +144,7 @@ const contact::Report& ConstraintStage::pose_and_solve(const VectorX& free, cons
 /// extended: rows were added after the first solve. The inverse may miss those that the final w
 /// does not reach; they carry no force but join islands, so a softening must cover all trees.
 void ConstraintStage::solve_problem(const VectorX& free, Guess from, bool extended, VectorX& w) {
-  if (report_.softening.unfinished()) report_.softening = {};  // by an earlier solve
+  if (report_.softening.unfinished()) report_.softening = {};  // this solve may finish
   for (int i = 0;; ++i) {
     if (extended) report_.softening.tree = -1;
     const bool as_posed = i >= kMostSoftenings;

@@ -150,8 +150,8 @@ void find_free_velocity(const StageInput& in, FreeMotion& motion, ConstraintSet&
     add_drag(model, h, in.start.gravity(), at, velocity, motion.velocity_acceleration,
              motion.external);
   if (in.prescribed != nullptr) in.prescribed->lock(h, state.v, diagonal, tau);
-  accelerate(model, h, in.start.gravity(), state.v, in.sleepers.awake(), in.pool, at,
-             velocity, motion, w_free, report);
+  accelerate(model, h, in.start.gravity(), state.v, in.sleepers.awake(), in.pool, at, velocity,
+             motion, w_free, report);
 }
 
 }  // namespace counterpoint

@@ -25,8 +25,7 @@ Workspace& Workspace::operator=(Workspace&&) noexcept = default;
 const EffectCounts& Workspace::effect_counts() const { return impl_->counts; }
 
 void Workspace::set_threads(int count) {
-  if (count < 1)
-    throw InputError(fmt::format("{} threads; a step needs 1 or more", count));
+  if (count < 1) throw InputError(fmt::format("{} threads; a step needs 1 or more", count));
   impl_->pool = count > 1 ? std::make_unique<contact::ThreadPool>(count) : nullptr;
   impl_->solution.solver.use(impl_->pool.get());
   impl_->overlap_correction.use(impl_->pool.get());
@@ -45,8 +44,8 @@ namespace {
 
 void check_budget(const SimulationOptions& options, const contact::Settings& settings) {
   if (options.step_budget < 0)
-    throw InputError(
-        fmt::format("step_budget is {} Newton steps; 0 (none) or more is expected", options.step_budget));
+    throw InputError(fmt::format("step_budget is {} Newton steps; 0 (none) or more is expected",
+                                 options.step_budget));
   if (options.step_budget > 0 && settings.soften_after == 0)
     throw InputError(
         "step_budget lets steps end unfinished, and strict steps (soften_after 0) fail instead: "
@@ -93,8 +92,8 @@ PrescribedMotion* find_prescribed(const StepArguments& step, Workspace::Impl& ws
 /// step.
 void step_euler(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report) {
   PrescribedMotion* prescribed = find_prescribed(step, ws);
-  const StageInput in{step, ws.start, ws.sleepers, ws.taut_links, ws.counts, prescribed,
-                      ws.pool.get()};
+  const StageInput in{step,      ws.start,   ws.sleepers,  ws.taut_links,
+                      ws.counts, prescribed, ws.pool.get()};
   ConstraintStage constraints(in, ws.motion, ws.finder, ws.constraints, ws.solution, report);
   {
     const PhaseTimer timer(ws.times, &PhaseTimes::dynamics);
@@ -246,7 +245,7 @@ namespace {
 /// Advances the awake trees from `state` to `next` with one of the integrators.
 void advance(const StepArguments& given, Workspace::Impl& ws, State& next, StepReport& report) {
   report = {};
-  report.softening = given.input.softening;
+  if (given.input.softening.softens()) report.softening = given.input.softening;
   ws.constraints = prepare_step(given.context(), ws).constraints();
   const StepArguments step = actuate(given, ws);
   if (step.effects.has(Effect::kTendons))

@@ -95,7 +95,7 @@ struct Workspace::Impl {
     no_velocity_forces.has_coriolis = false;
   }
 
-  PhaseTimes* times = nullptr;  ///< forward steps add to it, unless it is null
+  PhaseTimes* times = nullptr;                ///< forward steps add to it, unless it is null
   std::unique_ptr<contact::ThreadPool> pool;  ///< shares the work of forward steps; may be null
   StateCheck check;
   ConstraintFinder finder;

@@ -99,14 +99,13 @@ class SceneReader {
   }
 
   static Vector3 read_gravity(const YamlValue& root) {
-    root.expect_map({"name",         "gravity",         "time_step",       "duration",
-                     "contact",      "packages",        "repair_inertias", "defaults",
-                     "models",       "ground",          "environment",     "exclude",
-                     "groups",       "hull_vertices",   "meshes",          "closures",
-                     "effects",      "max_speed",       "closing_time",    "integrator",
-                     "step_control", "velocity_forces", "repair_joints",   "fill_inertia",
-                     "pairs",        "tendons",         "actuators",       "sensors",
-                     "step_budget"});
+    root.expect_map(
+        {"name",         "gravity",         "time_step",     "duration",      "contact",
+         "packages",     "repair_inertias", "defaults",      "models",        "ground",
+         "environment",  "exclude",         "groups",        "hull_vertices", "meshes",
+         "closures",     "effects",         "max_speed",     "closing_time",  "integrator",
+         "step_control", "velocity_forces", "repair_joints", "fill_inertia",  "pairs",
+         "tendons",      "actuators",       "sensors",       "step_budget"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
   }

@@ -47,8 +47,9 @@ class KineticEnergyAdapter : public SteppingAdapter {
     const StepArguments arguments{model_, setting_.options, setting_.solver,         state,
                                   none,   effects,          given_z(model_, state.z)};
     ws.start.find_inertias(model_);
-    find_free_velocity({arguments, ws.start, ws.sleepers, ws.taut_links, ws.counts, nullptr, nullptr},
-                       ws.motion, ws.constraints, next.v, report);
+    find_free_velocity(
+        {arguments, ws.start, ws.sleepers, ws.taut_links, ws.counts, nullptr, nullptr}, ws.motion,
+        ws.constraints, next.v, report);
     if (report.succeeded() && !ws.constraints.empty()) solve(next.v, report);
     next.q = state.q;
     integrate_configuration(model_, state.q, next.v, h, next.q);

@@ -195,8 +195,8 @@ Parameters
           "copy", [](const O& o) { return O(o); }, "A copy of its own.")
       .def("__repr__", [](const py::object& self) {
         return repr("SimulationOptions", self,
-                    {"time_step", "integrator", "duration", "max_speed", "closing_time", "step_budget",
-                     "contact", "mean_velocity_forces", "step_control"});
+                    {"time_step", "integrator", "duration", "max_speed", "closing_time",
+                     "step_budget", "contact", "mean_velocity_forces", "step_control"});
       });
 }
 

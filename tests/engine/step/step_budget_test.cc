@@ -104,8 +104,9 @@ TEST(StepBudgetOption, ChangesNoStepThatNeedsLess) {
 TEST(StepBudgetOption, IsReadFromScenes) {
   const test::TempFolder folder;
   const auto read = [&](const std::string& value) {
-    return load_scene(folder.write("s.yaml", "step_budget: " + value +
-                                                 "\nmodels:\n  - {name: b, sphere: 0.1, mass: 1}\n"))
+    return load_scene(
+               folder.write("s.yaml", "step_budget: " + value +
+                                          "\nmodels:\n  - {name: b, sphere: 0.1, mass: 1}\n"))
         .options.step_budget;
   };
   EXPECT_EQ(read("16"), 16);

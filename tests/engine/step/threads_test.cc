@@ -30,7 +30,7 @@ void expect_same_steps(const Scene& scene, int threads, int steps) {
 }
 
 TEST(Threads, ChangeNoBitOfHumanoids) {
-  const Scene scene = scene_named("humanoids_100");
+  const Scene scene = scene_named("piles/humanoids_100");
   for (const int threads : {2, 5}) expect_same_steps(scene, threads, 120);
 }
 
