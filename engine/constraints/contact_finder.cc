@@ -111,9 +111,10 @@ bool ContactFinder::find_reached(const StepContext& at, const Reached& w, const 
   const std::vector<Motion>& V = w.of_bodies != nullptr ? *w.of_bodies : V_;
   std::erase_if(out.far, [&](const FarPair& far) {
     if (stays_far(far, options, time, V, data)) return false;
-    park_contacts_of(at, far, data, out);
+    park_contacts_of(at, far, data);
     return true;
   });
+  merge_parked(out);
   const auto reached = std::erase_if(out.parked, [&](const ParkedContact& parked) {
     if (!is_reached(parked, options, time, V, data)) return false;
     PairConstraint contact;
@@ -175,7 +176,8 @@ bool ContactFinder::activate_all(ConstraintSet& out) {
 }
 
 void ContactFinder::unpark_all(const StepContext& at, const Kinematics& data, ConstraintSet& out) {
-  for (const FarPair& far : out.far) park_contacts_of(at, far, data, out);
+  for (const FarPair& far : out.far) park_contacts_of(at, far, data);
+  merge_parked(out);
   out.far.clear();
   for (const ParkedContact& parked : out.parked) {
     PairConstraint contact;
@@ -186,18 +188,30 @@ void ContactFinder::unpark_all(const StepContext& at, const Kinematics& data, Co
   activate_all(out);
 }
 
-/// Inserts the contacts of a far pair into the parked ones, in the order they would have had from
-/// the start.
+/// Appends the contacts of a far pair to newly_parked_.
 void ContactFinder::park_contacts_of(const StepContext& at, const FarPair& far,
-                                     const Kinematics& data, ConstraintSet& out) {
-  const auto behind = [&](const ParkedContact& parked) {
-    const collision::Candidate& c = parked.candidate;
-    return std::pair(c.geometry_a, c.geometry_b) > far.geometries;
-  };
-  auto place = std::find_if(out.parked.begin(), out.parked.end(), behind) - out.parked.begin();
+                                     const Kinematics& data) {
   for (collision::Candidate& candidate : search_.find_pair(at, data, far.geometries)) {
     move_to_meeting(at.model, candidate);
-    out.parked.insert(out.parked.begin() + place++, describe(at, data, candidate));
+    newly_parked_.push_back(describe(at, data, candidate));
+  }
+}
+
+/// Moves newly_parked_ to the parked contacts, in the order they would have had from the start:
+/// that of their pairs. Both lists are sorted, and have no pair in common. Merges from the end.
+void ContactFinder::merge_parked(ConstraintSet& out) {
+  const auto pair_of = [](const ParkedContact& parked) {
+    return std::pair(parked.candidate.geometry_a, parked.candidate.geometry_b);
+  };
+  size_t old = out.parked.size();
+  out.parked.resize(old + newly_parked_.size());
+  for (auto to = out.parked.rbegin(); !newly_parked_.empty(); ++to) {
+    if (old > 0 && pair_of(out.parked[old - 1]) > pair_of(newly_parked_.back())) {
+      *to = out.parked[--old];
+    } else {
+      *to = newly_parked_.back();
+      newly_parked_.pop_back();
+    }
   }
 }
 
@@ -356,6 +370,7 @@ void ContactFinder::find(const StepContext& at, const Kinematics& data, SleepMas
   // candidates only.
   const size_t later = out.parked.size() + out.far.size();
   out.parked.reserve(later);
+  newly_parked_.reserve(out.far.size());
   out.contacts.reserve(out.contacts.size() + later);
   speed_.reserve(candidates.size());
   out.pairs.reserve(out.pairs.size() + later + model.closures().size());

@@ -77,8 +77,8 @@ class ContactFinder {
                        PairConstraint& contact);
   void give_rows(const StepContext& at, const ParkedContact& parked, PairConstraint& contact,
                  ConstraintSet& out);
-  void park_contacts_of(const StepContext& at, const FarPair& far, const Kinematics& data,
-                        ConstraintSet& out);
+  void park_contacts_of(const StepContext& at, const FarPair& far, const Kinematics& data);
+  void merge_parked(ConstraintSet& out);
   double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
                          const Kinematics& data);
   double gap_less_turning(const PairConstraint& contact, double gap, double h,
@@ -92,6 +92,7 @@ class ContactFinder {
   std::vector<double> speed_;  ///< initial sliding speed of each contact with rows [m/s]
   FrictionSlip friction_slip_;
   std::array<LawOptions, 2> law_options_;    ///< for the step's contacts, and for wedged ones
+  std::vector<ParkedContact> newly_parked_;  ///< contacts of far pairs that w may reach
   std::vector<Motion> V_;                    ///< body velocities at the end of a step
   std::pair<int, int> material_of_{-1, -1};  ///< pair of geometries that has material_
   Material material_;

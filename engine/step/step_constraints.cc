@@ -180,6 +180,12 @@ void ConstraintStage::solve_problem(const VectorX& free, Guess from, bool extend
                    [&](auto in_tree, auto in_block) { w(in_tree) = solution_.velocity(in_block); });
 }
 
+/// Whether the step has a budget of Newton steps and has taken them.
+bool ConstraintStage::is_spent() const {
+  const int budget = in_.step.options.step_budget;
+  return budget > 0 && report_.newton_iterations >= budget;
+}
+
 /// Sets solution_.free_velocity to the free velocity of the solution w (nv).
 void ConstraintStage::restore_free_velocity(const VectorX& w) {
   solution_.free_velocity = w;
@@ -259,7 +265,8 @@ const VectorX& ConstraintStage::correct_overlaps(OverlapCorrection& correction,
     // Contacts that the displacement reaches get rows as well. The velocity w does not reach them,
     // so they carry no force, w changes by the solver's tolerance only (parked_contacts.h), and the
     // inverse need not know of them. Softer laws act at a distance: with them no rows are added.
-    if (report_.softening.softens() ||
+    // Where the budget is spent, such contacts overlap until the next step.
+    if (report_.softening.softens() || is_spent() ||
         !finder_.contacts().find_reached(in_.step.context(), {displacement}, in_.start.kinematics(),
                                          constraints_))
       return displacement;

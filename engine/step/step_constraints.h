@@ -66,6 +66,7 @@ class ConstraintStage {
                                         bool as_posed);
   void soften_problem();
   void solve_problem(const VectorX& free, Guess from, bool extended, VectorX& w);
+  bool is_spent() const;
   void restore_free_velocity(const VectorX& w);
   void solve_again(VectorX& w);
   void solve_overruns(bool solved, VectorX& w);
