@@ -113,7 +113,7 @@ void accelerate(const Model& model, double h, const Vector3& gravity, const Vect
                 std::span<const BodyRange> awake, contact::ThreadPool* pool, const Kinematics& at,
                 const VelocityForces& velocity, FreeMotion& motion, VectorX& w_free,
                 StepReport& report) {
-  const auto& [tau, diagonal] = motion.forces;
+  const VectorX &tau = motion.forces.tau, &diagonal = motion.forces.diagonal;
   w_free = w;
   std::atomic<int> singular{0};  // the last body that moves no inertia, whichever thread finds it
   for_each_part(model, awake, pool, [&](const BodyRange& bodies) {
