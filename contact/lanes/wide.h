@@ -3,9 +3,10 @@
 // folder contact/lanes lies below all libraries: each may include it.
 #pragma once
 
-// Not with the address sanitizer, initialized after the choice, nor clang-tidy (scripts/lint.sh).
+// Not with sanitizers, initialized after the choice, nor clang-tidy (scripts/lint.sh).
 #if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__AVX2__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__clang_analyzer__)
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) &&     \
+    !defined(__clang_analyzer__)
 #define COUNTERPOINT_WIDE __attribute__((target_clones("avx2", "default")))
 #else
 #define COUNTERPOINT_WIDE
