@@ -20,8 +20,6 @@ Status check(const Problem& problem, const Eigen::Ref<VectorX>& w) {
   return Status::kConverged;
 }
 
-// Parts of the islands that a thread takes one after the other, if all take equally long.
-constexpr int kPartsOfAThread = 16;
 // Number of softened or unfinished islands in one solve for which memory is reserved.
 constexpr size_t kUsualSoftened = 16;
 
@@ -127,15 +125,7 @@ void Solver::Impl::solve_islands(const Problem& problem, const Settings& setting
     results[island] = worker.solve(problem, settings, islands, island, w, impulse);
     evaluations[island] = worker.island_solver.totals().line_search_evaluations;
   };
-  if (threads > 1) {
-    // Few parts, since taking one costs as much as solving an island at rest.
-    const int parts = std::min(count, kPartsOfAThread * pool->size());
-    pool->run(parts, [&](int part, int thread) {
-      for (int island = part; island < count; island += parts) solve(island, thread);
-    });
-  } else {
-    for (int island = 0; island < count; ++island) solve(island, 0);
-  }
+  share(pool, count, solve);
   for (int island = 0; island < count; ++island) add_to_report(island);
   const auto longest =
       std::min_element(workers.begin(), workers.end(),

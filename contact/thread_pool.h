@@ -1,6 +1,7 @@
 // Worker threads that are kept waiting, since starting a thread takes longer than an inverse step.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <exception>
@@ -46,5 +47,22 @@ class ThreadPool {
   std::mutex mutex_;
   std::exception_ptr error_;
 };
+
+/// Calls task(i, thread) for i = 0 ... count - 1: in order where the pool is null, else on its
+/// threads, which take runs of numbers, since taking one costs as much as a small task.
+template <class Task>
+void share(ThreadPool* pool, int count, const Task& task) {
+  constexpr int kPartsOfAThread = 16;
+  const int parts = pool == nullptr ? 1 : std::min(count, kPartsOfAThread * pool->size());
+  const auto part_of = [&](int part, int thread) {
+    const auto begin = [&](int p) { return static_cast<int>(std::int64_t{count} * p / parts); };
+    for (int i = begin(part); i < begin(part + 1); ++i) task(i, thread);
+  };
+  if (pool == nullptr) {
+    part_of(0, 0);
+  } else {
+    pool->run(parts, part_of);
+  }
+}
 
 }  // namespace counterpoint::contact

@@ -30,8 +30,7 @@ class Seams {
   struct Neighbor {
     const ConvexMesh* mesh;
     Vector3 center;
-    double
-        reach_square;  // square of the distance from `center` beyond which it hides nothing [m^2]
+    double reach_square;  // squared distance from `center` beyond which it hides nothing [m^2]
     // Depth from which on a face is covered, distance at which surfaces meet at a seam, and
     // accuracy of corners [m].
     double deep, seam, rounding;

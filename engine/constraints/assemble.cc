@@ -171,19 +171,6 @@ void fill_pair(const Model& model, const PairConstraint& pair, const Kinematics&
   fill_pair_jacobian(rows, pair.body_b, 1.0, problem.jacobian(constraint, first ? 0 : 1));
 }
 
-/// Calls task(i) for i = 0 ... count - 1, on the threads of the pool if it is not null.
-template <class Task>
-void share(int count, contact::ThreadPool* pool, const Task& task) {
-  constexpr int kAtOnce = 8;
-  if (pool == nullptr || pool->size() == 1) {
-    for (int i = 0; i < count; ++i) task(i);
-    return;
-  }
-  pool->run((count + kAtOnce - 1) / kAtOnce, [&](int part, int) {
-    for (int i = kAtOnce * part; i < std::min(count, kAtOnce * (part + 1)); ++i) task(i);
-  });
-}
-
 void add_joint_row(const Model& model, const contact::Law& law, std::span<const RowTerm> terms,
                    const std::vector<int>& block_of_tree, contact::Problem& problem) {
   const auto [first, second] = trees_of(model, terms);
@@ -218,7 +205,7 @@ void assemble_problem(const Model& model, const ConstraintSet& constraints, cons
     const Tree& tree = model.trees()[t];
     block_of_tree[t] = problem.add_block(tree.v_end - tree.v_begin);
   }
-  share(model.num_trees(), pool, [&](int t) {
+  contact::share(pool, model.num_trees(), [&](int t, int) {
     if (block_of_tree[t] < 0) return;
     const Tree& tree = model.trees()[t];
     const int size = tree.v_end - tree.v_begin;
@@ -230,7 +217,7 @@ void assemble_problem(const Model& model, const ConstraintSet& constraints, cons
   });
   for (const PairConstraint& pair : constraints.pairs)
     add_pair(model, pair, block_of_tree, problem);
-  share(static_cast<int>(constraints.pairs.size()), pool, [&](int i) {
+  contact::share(pool, static_cast<int>(constraints.pairs.size()), [&](int i, int) {
     fill_pair(model, constraints.pairs[i], bodies.at, block_of_tree, i, problem);
   });
   for (const JointConstraint& j : constraints.joints)
