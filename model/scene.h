@@ -235,6 +235,11 @@ struct SimulationOptions {
   bool operator==(const SimulationOptions&) const = default;
 };
 
+/// Sets an option by its key in scene files, such as "time_step", "contact.smoothing" or
+/// "effects.drag", and the text of its value. @throws InputError, and changes nothing, if there is
+/// no such option or the value is not valid.
+void set_option(const std::string& key, const std::string& value, SimulationOptions& options);
+
 /// A scene; by default an empty one. scene_of makes one from a model.
 struct Scene {
   std::string name;

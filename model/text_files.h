@@ -128,6 +128,10 @@ class YamlValue {
   /// Loads a file as load_yaml_file does.
   static YamlValue load(const std::filesystem::path& file);
 
+  /// Returns the map {a: {b: value}} for the key "a.b" and the text of a value. Errors name the
+  /// key.
+  static YamlValue setting(const std::string& key, const std::string& value);
+
   bool has(const char* key) const { return node_.IsMap() && node_[key].IsDefined(); }
   /// Returns the value under a key of a map; an error if it is missing.
   YamlValue at(const char* key) const;

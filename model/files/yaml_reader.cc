@@ -93,6 +93,26 @@ YamlValue YamlValue::load(const std::filesystem::path& file) {
   return {load_yaml_file(file, "there is no such file"), file.string(), ""};
 }
 
+YamlValue YamlValue::setting(const std::string& key, const std::string& value) {
+  YAML::Node node;
+  try {
+    node = YAML::Load(value);
+  } catch (const YAML::Exception& exception) {
+    throw InputError(fmt::format("{}: malformed value: {}", key, exception.msg));
+  }
+  size_t count = 0;
+  check_extent(node, key, 0, count);
+  for (size_t end = key.size(), dot = key.rfind('.'); end != std::string::npos;
+       end = dot, dot = dot == std::string::npos || dot == 0 ? std::string::npos
+                                                             : key.rfind('.', dot - 1)) {
+    const size_t begin = dot == std::string::npos ? 0 : dot + 1;
+    YAML::Node outer;
+    outer[key.substr(begin, end - begin)] = node;
+    node = outer;
+  }
+  return {node, "option " + key, ""};
+}
+
 std::string YamlValue::where() const {
   const YAML::Mark mark = node_.Mark();
   const std::string at = mark.is_null() ? file_ : fmt::format("{}:{}", file_, mark.line + 1);

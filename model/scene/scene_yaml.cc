@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/scene/scene_actuators.h"
 #include "counterpoint/model/scene/scene_closures.h"
 #include "counterpoint/model/scene/scene_models.h"
+#include "counterpoint/model/scene/scene_options.h"
 #include "counterpoint/model/scene/scene_sensors.h"
 #include "counterpoint/model/scene/scene_shapes.h"
 #include "counterpoint/model/scene/scene_tendons.h"
@@ -57,7 +57,8 @@ class SceneReader {
   }
 
   Scene read() {
-    const SimulationOptions options = read_options();
+    SimulationOptions options;
+    read_options(root_, faults_, options);
     take_each("models",
               [&](const YamlValue& in, std::size_t count) { models_.read(in, count == 1); });
     take("ground", [&](const YamlValue& in) { read_ground(in); });
@@ -100,107 +101,12 @@ class SceneReader {
 
   static Vector3 read_gravity(const YamlValue& root) {
     root.expect_map(
-        {"name",         "gravity",         "time_step",     "duration",      "contact",
-         "packages",     "repair_inertias", "defaults",      "models",        "ground",
-         "environment",  "exclude",         "groups",        "hull_vertices", "meshes",
-         "closures",     "effects",         "max_speed",     "closing_time",  "integrator",
-         "step_control", "velocity_forces", "repair_joints", "fill_inertia",  "pairs",
-         "tendons",      "actuators",       "sensors",       "step_budget"});
+        {"name", "gravity", "packages", "repair_inertias", "defaults", "models", "ground",
+         "environment", "exclude", "groups", "hull_vertices", "meshes", "closures", "repair_joints",
+         "fill_inertia", "pairs", "tendons", "actuators", "sensors"},
+        kOptionKeys);
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
-  }
-
-  SimulationOptions read_options() {
-    SimulationOptions o;
-    take("time_step", [&](const YamlValue& in) { o.time_step = in.positive(); });
-    take("integrator", [&](const YamlValue& in) { o.integrator = read_integrator(in); });
-    take("duration", [&](const YamlValue& in) { o.duration = in.number(0.0, kInfinity); });
-    take("max_speed", [&](const YamlValue& in) { o.max_speed = read_bound(in); });
-    take("closing_time", [&](const YamlValue& in) { o.closing_time = read_bound(in); });
-    take("step_budget", [&](const YamlValue& in) { o.step_budget = read_budget(in); });
-    take("velocity_forces",
-         [&](const YamlValue& in) { o.mean_velocity_forces = read_velocity_forces(in); });
-    take("effects", [&](const YamlValue& in) { read_effects(in, o.effects); });
-    take("step_control", [&](const YamlValue& in) { o.step_control = read_step_control(in); });
-    take("contact", [&](const YamlValue& in) { read_contact(in, o.contact); });
-    return o;
-  }
-
-  static int read_budget(const YamlValue& in) {
-    if (in.is_text("none")) return 0;
-    return in.integer(1, std::numeric_limits<int>::max());
-  }
-
-  static Integrator read_integrator(const YamlValue& in) {
-    const auto integrator = integrator_from_name(in.text());
-    if (!integrator)
-      in.fail("'" + in.text() +
-              "' is not one of semi_implicit_euler, implicit_midpoint, runge_kutta_4");
-    return *integrator;
-  }
-
-  static StepControlOptions read_step_control(const YamlValue& in) {
-    in.expect_map({"tolerance", "relative_tolerance", "event_tolerance", "min_step", "max_step",
-                   "interval", "strict"});
-    StepControlOptions out;
-    if (in.has("tolerance")) out.tolerance = in.at("tolerance").positive();
-    if (in.has("relative_tolerance"))
-      out.relative_tolerance = in.at("relative_tolerance").number(0.0, kInfinity);
-    if (in.has("event_tolerance")) out.event_tolerance = in.at("event_tolerance").positive();
-    if (in.has("min_step")) out.min_step = in.at("min_step").positive();
-    if (in.has("max_step")) out.max_step = in.at("max_step").positive();
-    if (in.has("interval")) out.interval = in.at("interval").number(0.0, kInfinity);
-    if (in.has("strict")) out.strict = in.at("strict").boolean();
-    if (const std::string flaw = step_control_flaw(out); !flaw.empty()) in.fail(flaw);
-    return out;
-  }
-
-  static bool read_velocity_forces(const YamlValue& in) {
-    if (!in.is_text("mean") && !in.is_text("start")) in.fail("mean or start is expected");
-    return in.is_text("mean");
-  }
-
-  static double read_bound(const YamlValue& in) {
-    return in.is_text("none") ? kInfinity : in.positive();
-  }
-
-  /// Reads `effects: {NAME: on or off}`.
-  static void read_effects(const YamlValue& in, EffectSet& effects) {
-    for (const auto& [name, value] : in.entries()) {
-      const auto effect = effect_from_name(name);
-      if (!effect) value.fail("'" + name + "' is no effect; known: " + effect_names());
-      effects.set(*effect, value.boolean());
-    }
-  }
-
-  static void read_preset(const YamlValue& value, ContactOptions& contact) {
-    const auto preset = contact_preset_from_name(value.text());
-    if (!preset) value.fail("'" + value.text() + "' is not one of fast, default, hard");
-    apply_contact_preset(*preset, contact);
-  }
-
-  /// Reads `contact: fast`, or `contact: {preset: fast, ...}`; other keys override the preset.
-  static void read_contact(const YamlValue& in, ContactOptions& contact) {
-    if (!in.is_map()) return read_preset(in, contact);
-    in.expect_map({"preset", "friction_model", "compliance", "smoothing", "stabilization",
-                   "max_recovery_speed", "margin", "reach_acceleration", "slip_time"});
-    if (in.has("preset")) read_preset(in.at("preset"), contact);
-    if (in.has("friction_model")) {
-      const YamlValue value = in.at("friction_model");
-      const auto model = friction_model_from_name(value.text());
-      if (!model) value.fail("'" + value.text() + "' is not one of convex, lagged, coulomb");
-      contact.friction_model = *model;
-    }
-    if (in.has("compliance")) contact.compliance = in.at("compliance").positive();
-    if (in.has("smoothing")) contact.smoothing = in.at("smoothing").number(0.0, kInfinity);
-    if (in.has("stabilization")) contact.stabilization = in.at("stabilization").number(0.0, 1.0);
-    if (in.has("max_recovery_speed")) {
-      contact.max_recovery_speed = in.at("max_recovery_speed").number(0.0, kInfinity);
-    }
-    if (in.has("margin")) contact.margin = in.at("margin").number(0.0, kInfinity);
-    if (in.has("reach_acceleration"))
-      contact.reach_acceleration = in.at("reach_acceleration").number(0.0, kInfinity);
-    if (in.has("slip_time")) contact.slip_time = in.at("slip_time").positive();
   }
 
   static Matrix3 read_normal(const YamlValue& in) {
