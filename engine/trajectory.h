@@ -44,10 +44,11 @@ struct InputColumns {
     return !targets && links.empty() && !tendons && !actuators && !closures && !prescribed;
   }
   std::vector<std::string> names(const Model& model) const;
-  /// Sets the parts of `input` that it has columns of, and replaces its wrenches.
+  /// Sets the parts of `input` that it has columns of, and replaces its wrenches by those that are
+  /// not zero.
   void set(const Model& model, const VectorRef& values, Input& input) const;
-  /// Returns the vector of values of `input`, the inverse of set(); input.wrenches must be in the
-  /// order of `links`. The model's targets replace missing ones.
+  /// Returns the vector of values of `input`, the inverse of set(). Wrenches name their link
+  /// (ExternalWrench::frame), one for each link at most. The model's targets replace missing ones.
   VectorX values(const Model& model, const Input& input) const;
 };
 

@@ -154,7 +154,8 @@ void InputColumns::set(const Model& model, const VectorRef& values, Input& input
     wrench.point = frame.X_BF.translation;
     wrench.frame = link;
     wrench.wrench = {values.segment<3>(next + 3), values.segment<3>(next)};
-    input.wrenches.push_back(wrench);
+    // A wrench, even of zero, would keep its body awake.
+    if (!values.segment<6>(next).isZero(0.0)) input.wrenches.push_back(wrench);
     next += 6;
   }
   if (tendons) {
@@ -193,8 +194,10 @@ VectorX InputColumns::values(const Model& model, const Input& input) const {
     add(input.servo_position, i, servo.position);
     add(input.servo_velocity, i++, servo.velocity);
   }
-  for (size_t k = 0; k < links.size(); ++k) {
-    const Force wrench = k < input.wrenches.size() ? input.wrenches[k].wrench : Force();
+  for (const int link : links) {
+    const auto found = std::find_if(input.wrenches.begin(), input.wrenches.end(),
+                                    [&](const ExternalWrench& w) { return w.frame == link; });
+    const Force wrench = found != input.wrenches.end() ? found->wrench : Force();
     values.insert(values.end(), wrench.force.begin(), wrench.force.end());
     values.insert(values.end(), wrench.torque.begin(), wrench.torque.end());
   }
