@@ -91,7 +91,7 @@ export class Bodies {
     this.hidden = new Set(replay.dressed);  // instances that have visuals
     for (const shape of replay.shapes) this.addShape(shape);
     for (const kind of this.kinds.values()) this.finishKind(kind);
-    this.show({hull: false, visuals: true});
+    this.show({hull: false, visuals: true, wireframe: false});
   }
 
   addShape(shape) {
@@ -132,11 +132,13 @@ export class Bodies {
   }
 
   /// Selects meshes as given or as hulls, and robots by visuals or by collision shapes.
-  show({hull, visuals}) {
-    Object.assign(this, {hull, visuals});
-    for (const kind of this.kinds.values())
+  show({hull, visuals, wireframe}) {
+    Object.assign(this, {hull, visuals, wireframe});
+    for (const kind of this.kinds.values()) {
+      kind.mesh.material.wireframe = wireframe;
       kind.mesh.visible = (kind.only === 'always' || (kind.only === 'hull') === hull) &&
                           (kind.role === 'both' || (kind.role === 'visual') === visuals);
+    }
   }
 
   colorOf(shape) {
@@ -194,10 +196,10 @@ export class Bodies {
     return hidden.length / Math.max(1, list.length);
   }
 
-  /// The first shape that a ray hits.
-  pick(raycaster) {
-    const meshes = [...this.kinds.values()].map((kind) => kind.mesh).filter((mesh) => mesh.visible);
-    const [hit] = raycaster.intersectObjects(meshes, false);
-    return hit ? hit.object.userData.items[hit.instanceId].shape : null;
+  /// The first shape that a ray hits, and the point [m]; null if it hits none.
+  hit(raycaster) {
+    const [hit] = raycaster.intersectObjects(this.group.children.filter((mesh) => mesh.visible), false);
+    return hit ? {shape: hit.object.userData.items[hit.instanceId].shape, point: hit.point} : null;
   }
+  pick(raycaster) { return this.hit(raycaster)?.shape ?? null; }
 }

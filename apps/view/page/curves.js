@@ -7,6 +7,9 @@ const kColors = ['#2f7fe6', '#e4703c', '#2fa06a', '#a05bd0', '#c09a1c', '#c2476f
 /// A ghost's curve is dashed, in the colour of the curve that it is `like`.
 function colorOf(curve, i) { return kColors[(curve.like ?? i) % kColors.length]; }
 
+/// Value of a curve at a frame: stored, or read off the motion.
+function valueOf(curve, frame) { return curve.read ? curve.read(frame) : curve.values[frame]; }
+
 /// Curves by plot: those of the same group, or a curve without group by itself.
 function groups(curves) {
   const out = new Map();
@@ -65,13 +68,14 @@ class Chart {
 
   /// The smallest and largest value in view.
   bounds() {
-    const [from, to] = this.owner.range, {time} = this.owner;
+    const {time, range: [from, to], frames: [first, last]} = this.owner;
     let low = Infinity, high = -Infinity;
-    for (const {values} of this.group.curves.filter((curve) => this.isShown(curve))) {
-      for (let k = 0; k < values.length; ++k) {
+    for (const curve of this.group.curves.filter((curve) => this.isShown(curve))) {
+      for (let k = first; k <= last; ++k) {
         if (time[k] < from || time[k] > to) continue;
-        low = Math.min(low, values[k]);
-        high = Math.max(high, values[k]);
+        const value = valueOf(curve, k);
+        low = Math.min(low, value);
+        high = Math.max(high, value);
       }
     }
     if (!(low <= high)) [low, high] = [0, 1];
@@ -81,7 +85,7 @@ class Chart {
 
   /// Draws the curves without the cursor: needed only when the range or the size changes.
   drawCurves(context, width, height, style) {
-    const [from, to] = this.owner.range, {time} = this.owner, [low, high] = this.bounds();
+    const {time, range: [from, to], frames: [first, last]} = this.owner, [low, high] = this.bounds();
     const x = (t) => (t - from) / (to - from) * width, y = (v) => (high - v) / (high - low) * height;
     context.fillStyle = context.strokeStyle = style.getPropertyValue('--faint');
     context.font = '10px system-ui, sans-serif';
@@ -89,11 +93,10 @@ class Chart {
     context.lineWidth = 1.4;
     this.group.curves.forEach((curve, i) => {
       if (!this.isShown(curve)) return;
-      const {values} = curve;
       context.strokeStyle = colorOf(curve, i);
       context.setLineDash(curve.like === undefined ? [] : [4, 3]);
       context.beginPath();
-      for (let k = 0; k < values.length; ++k) context.lineTo(x(time[k]), y(values[k]));
+      for (let k = first; k <= last; ++k) context.lineTo(x(time[k]), y(valueOf(curve, k)));
       context.stroke();
     });
     context.setLineDash([]);
@@ -109,7 +112,8 @@ class Chart {
     const ratio = window.devicePixelRatio || 1;
     const width = this.canvas.clientWidth, height = this.canvas.clientHeight;
     if (!width) return;
-    const key = [width, height, ratio, ...this.owner.range, this.owner.ghost, document.documentElement.dataset.theme].join();
+    const key = [width, height, ratio, ...this.owner.range, this.owner.ghost, this.owner.version,
+                 document.documentElement.dataset.theme].join();
     const style = getComputedStyle(document.documentElement);
     if (key !== this.key) {
       this.key = key;
@@ -125,12 +129,12 @@ class Chart {
     context.clearRect(0, 0, this.canvas.width, this.canvas.height);
     context.drawImage(this.back, 0, 0);
     const [from, to] = this.owner.range;
-    const t = this.owner.time[at.frame] +
-              at.share * ((this.owner.time[at.frame + 1] ?? 0) - this.owner.time[at.frame] || 0);
+    const {time} = this.owner, start = time[at.frame];
+    const t = at.share > 0 ? start + at.share * (time[at.frame + 1] - start) : start;
     context.fillStyle = style.getPropertyValue('--ink');
     context.fillRect((t - from) / (to - from) * this.canvas.width, 0, Math.max(1, ratio), this.canvas.height);
     this.group.curves.forEach((curve, i) => {
-      const {values} = curve, a = values[at.frame], b = values[at.frame + 1] ?? a;
+      const a = valueOf(curve, at.frame), b = at.share > 0 ? valueOf(curve, at.frame + 1) : a;
       this.labels[i].entry.hidden = !this.isShown(curve);
       this.labels[i].value.textContent = text(a + at.share * (b - a));
     });
@@ -140,9 +144,8 @@ class Chart {
 export class Curves {
   constructor(replay, panel, seek) {
     this.replay = replay;
-    this.time = replay.motions[0].time;
-    this.all = [this.time[0], Math.max(this.time[this.time.length - 1], this.time[0] + 1e-9)];
-    this.range = this.all;
+    this.motion = replay.motions[0];
+    this.zoomed = null;  // the range of times in view [s], or all
     this.ghost = 0;
     this.seek = seek;
     this.groups = groups(replay.curves);
@@ -153,6 +156,16 @@ export class Curves {
                                    onchange: () => { this.add(this.input.value); this.input.value = ''; }});
     this.holder = element('div');
     panel.append(this.holder, this.input, this.list);
+  }
+
+  get time() { return this.motion.time; }
+  get all() { return [this.motion.start, Math.max(this.motion.end, this.motion.start + 1e-9)]; }
+  get range() { return this.zoomed ?? this.all; }
+
+  /// The frames to draw: the first and the last in range, and one beyond.
+  get frames() {
+    const [from, to] = this.range, {motion} = this;
+    return [motion.at(from).frame, Math.min(motion.at(to).frame + 1, motion.frames - 1)];
   }
 
   showGhost(index) {
@@ -182,14 +195,13 @@ export class Curves {
     const {name} = this.replay.bodies[body], [motion, ...ghosts] = this.replay.motions;
     const group = `${name}: position`;
     if (!this.groups.has(group)) {
-      const values = (axis) => Float64Array.from(
-        {length: motion.frames}, (_, k) => motion.poses[(k * motion.bodies + body) * 7 + axis]);
-      const curves = ['x', 'y', 'z'].map((label, axis) => ({label, values: values(axis)}));
+      const curves = ['x', 'y', 'z'].map((label, axis) => (
+        {label, read: (k) => motion.poses[(k * motion.bodies + body) * 7 + axis]}));
       const pose = new Float64Array(7);
       ghosts.forEach((ghost, index) => {
         for (let axis = 0; axis < 3; ++axis)
           curves.push({label: `${'xyz'[axis]} ${ghost.name}`, like: axis, ghost: index,
-                       values: this.time.map((t) => ghost.pose(body, ghost.at(t), pose)[axis])});
+                       read: (k) => ghost.pose(body, ghost.at(motion.time[k]), pose)[axis]});
       });
       this.groups.set(group, {name: group, unit: 'm', curves});
       this.list.append(element('option', {value: group}));
@@ -198,9 +210,9 @@ export class Curves {
   }
 
   zoom(range) {
-    const [a, b] = range ?? this.all;
-    if (!(b - a > 1e-6 * (this.all[1] - this.all[0]))) return;
-    this.range = [Math.max(a, this.all[0]), Math.min(b, this.all[1])];
+    const [start, end] = this.all, [a, b] = range ?? this.all;
+    if (!(b - a > 1e-6 * (end - start))) return;
+    this.zoomed = range && [Math.max(a, start), Math.min(b, end)];
     this.changed?.();
   }
 

@@ -117,7 +117,7 @@ export class Motion {
   }
 }
 
-/// Contact forces by frame: position [m] and force [N] of each, and the pair of shapes.
+/// Contact forces by frame: position [m] and force [N] of each, and the pair of shapes; `most` of a frame.
 export class Contacts {
   constructor(packed, frames) {
     this.pairs = packed.pairs;
@@ -145,6 +145,7 @@ export class Contacts {
       }
     }
     this.typical = typicalForce(this.values);
+    this.most = this.first.subarray(1).reduce((most, end, k) => Math.max(most, end - this.first[k]), 0);
   }
 }
 
@@ -169,9 +170,10 @@ function decodeCurves(packed, frames) {
   });
 }
 
-export function decode(packed) {
+/// Kind: the class of the motions.
+export function decode(packed, Kind = Motion) {
   const trees = packed.trees, bodies = packed.bodies.length;
-  const motions = packed.motions.map((motion) => new Motion(motion, bodies, trees));
+  const motions = packed.motions.map((motion) => new Kind(motion, bodies, trees));
   const frames = motions[0].frames;
   return {
     ...packed, motions,

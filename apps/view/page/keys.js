@@ -1,7 +1,7 @@
 // The keyboard (docs/reference/replay.md, Keys).
 
 const kToggles = {c: 'forces', p: 'points', o: 'com', a: 'frames', j: 'limits', z: 'sleep', n: 'names', m: 'hull',
-                  g: 'ghost', v: 'visuals', x: 'pulls', k: 'curves', i: 'legend'};
+                  g: 'ghost', v: 'visuals', x: 'pulls', k: 'curves', i: 'legend', w: 'wireframe'};
 
 export function listen(act) {
   const once = {
@@ -10,6 +10,7 @@ export function listen(act) {
     1: () => act.lookFrom(0, 8), 2: () => act.lookFrom(-90, 8), 3: () => act.lookFrom(-90, 89.9),
     '+': () => act.enlargeForces(1.25), '=': () => act.enlargeForces(1.25), '-': () => act.enlargeForces(0.8),
     d: () => act.toggleTheme(), h: () => act.nextGhost(), u: () => act.copyLink(), '?': () => act.toggleKeys(), Escape: () => act.escape(),
+    ...act.ownKeys,
   };
   document.addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;

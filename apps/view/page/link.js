@@ -1,7 +1,7 @@
 // The settings in the page's fragment: #t=1.25&follow=pelvis (docs/reference/replay.md, Links).
 
 export const kToggles = ['forces', 'points', 'com', 'frames', 'limits', 'closures', 'sleep', 'names', 'hull',
-                         'ghost', 'visuals', 'pulls', 'curves', 'legend'];
+                         'ghost', 'visuals', 'pulls', 'curves', 'legend', 'wireframe'];
 
 /// Parses numbers between commas; null if one is invalid.
 function numbers(value) {

@@ -6,9 +6,9 @@ export const kPull = ['#4a1fa8', '#9d86d8', '#2c1266'];
 const kUp = new THREE.Vector3(0, 0, 1);
 
 /// Length that scales the marks [m]: the radius of the scene, or less if its bodies are small.
-function markSize(replay) { return Math.min(replay.radius, 7 * replay.body_radius); }
+export function markSize(replay) { return Math.min(replay.radius, 7 * replay.body_radius); }
 
-function instanced(geometry, material, capacity, scene) {
+export function instanced(geometry, material, capacity, scene) {
   const mesh = new THREE.InstancedMesh(geometry, material, Math.max(1, capacity));
   mesh.frustumCulled = false;
   mesh.count = 0;
@@ -21,8 +21,10 @@ export class ForceScale {
   constructor(replay) {
     this.size = markSize(replay);
     this.enlarge = 1;
-    this.typical = (replay.contacts ?? replay.closureForces)?.typical;
+    this.forces = replay.contacts ?? replay.closureForces;
   }
+  /// A typical force [N]; it changes in a live simulation.
+  get typical() { return this.forces?.typical; }
   /// Scale [m/N].
   get scale() { return this.enlarge * 0.33 * this.size / this.typical; }
   /// Longer arrows are cut to this length [m] and drawn paler.
@@ -38,9 +40,7 @@ export class Forces {
     this.shown = [];
     if (!this.contacts) return;
     this.color = whole;
-    let most = 0;
-    const {first} = this.contacts;
-    for (let k = 0; k + 1 < first.length; ++k) most = Math.max(most, first[k + 1] - first[k]);
+    const {most} = this.contacts;
     const material = () => new THREE.MeshStandardMaterial({roughness: 0.5, emissive: point,
                                                            emissiveIntensity: 0.35});
     const many = most > 400;  // with many arrows each is drawn with fewer triangles
@@ -158,9 +158,14 @@ export class Sticks {
       this.rod(2 * slot + 1, parent, joint, matrix);
       this.balls.setMatrixAt(slot, matrix.makeTranslation(centre));
     });
-    this.rods.count = 2 * list.length;
-    this.balls.count = list.length;
-    this.rods.instanceMatrix.needsUpdate = this.balls.instanceMatrix.needsUpdate = true;
+    // Items as in bodies.js, so that the pointer finds these bodies too.
+    this.balls.userData.items = list.map(({i, name}) => ({shape: {body: i, name}}));
+    this.rods.userData.items = this.balls.userData.items.flatMap((item) => [item, item]);
+    for (const mesh of [this.rods, this.balls]) {
+      mesh.count = mesh.userData.items.length;
+      mesh.instanceMatrix.needsUpdate = true;
+      mesh.boundingSphere = null;
+    }
   }
 }
 

@@ -11,11 +11,12 @@ const kKeys = [
   ['C', 'contact forces'], ['+ −', 'longer, shorter arrows'], ['P', 'contact points'], ['O', 'centre of mass'],
   ['A', 'frames'], ['J', 'joints at limits'], ['Z', 'dim what sleeps'], ['N', 'names'], ['M', 'mesh or hull'],
   ['G', 'ghost'], ['H', 'next of several ghosts'], ['V', 'robots as they look, or as they collide'],
-  ['X', 'closure forces'], ['K', 'curves'], ['I', 'legend and menu'], ['D', 'dark, light'], ['U', 'copy a link to this view'], ['?', 'keys'],
+  ['X', 'closure forces'], ['W', 'wire frames'], ['K', 'curves'], ['I', 'legend and menu'], ['D', 'dark, light'], ['U', 'copy a link to this view'], ['?', 'keys'],
 ];
 
-/// [toggle, label, kind of mark] for each layer that the replay has data for.
+/// [toggle, label, kind of mark] for each layer that the replay has data for, or may get.
 function layers(replay) {
+  const {live} = replay, [motion] = replay.motions;
   const has = (shape) => replay.shapes.some(shape);
   const rows = [];
   if (replay.contacts) {
@@ -25,12 +26,13 @@ function layers(replay) {
   if (replay.closureForces) rows.push(['pulls', 'closure force on its second body', 'pull']);
   if (replay.motions[1]) rows.push(['ghost', replay.motions[2] ? 'ghost:' : `ghost: ${replay.motions[1].name}`, 'ghost']);
   rows.push(['com', 'centre of mass of all', 'com']);
-  if (replay.motions[0].atLimit.some(Boolean)) rows.push(['limits', 'joint at a limit', 'limit']);
+  if (live || motion.atLimit.some(Boolean)) rows.push(['limits', 'joint at a limit', 'limit']);
   if (replay.closures.length) rows.push(['closures', 'closure, between its anchors', 'closure']);
-  if (replay.motions[0].asleep.some(Boolean)) rows.push(['sleep', 'at rest: dimmed', 'sleep']);
+  if (live || motion.asleep.some(Boolean)) rows.push(['sleep', 'at rest: dimmed', 'sleep']);
   rows.push(['frames', 'body frames: x red, y green, z blue', 'frames'], ['names', 'names', 'names']);
   if (has((shape) => shape.visual)) rows.push(['visuals', 'robots as they look, not as they collide', 'names']);
   if (has((shape) => shape.given >= 0)) rows.push(['hull', 'meshes as their hulls', 'hull']);
+  rows.push(['wireframe', 'wire frames', 'names']);
   return rows;
 }
 
@@ -57,10 +59,9 @@ export class Panel {
   }
 
   makeBar() {
-    const {act} = this, {start, end} = this.replay.motions[0];
+    const {act} = this;
     this.play = this.button('▶', 'Play, pause (space)', () => act.togglePlay());
-    this.scrub = element('input', {type: 'range', min: start, max: Math.max(end, start + 1e-9), step: 'any',
-                                   class: 'scrub', 'aria-label': 'Time [s]'});
+    this.scrub = element('input', {type: 'range', step: 'any', class: 'scrub', 'aria-label': 'Time [s]'});
     this.scrub.oninput = () => act.seek(Number(this.scrub.value));
     this.scrub.onchange = () => this.scrub.blur();
     this.clock = element('output', {class: 'clock'});
@@ -73,13 +74,14 @@ export class Panel {
     this.follow.append(element('option', {value: ''}, 'follow …'));
     const bodies = this.replay.bodies.slice(1, 2001);  // a longer list is not usable
     this.follow.append(...bodies.map((body) => element('option', {value: body.name}, body.name)));
-    return element('nav', {class: 'bar'},
+    this.bar = element('nav', {class: 'bar'},
       this.play, this.button('◀|', 'One frame back (←)', () => act.step(-1)),
       this.button('|▶', 'One frame on (→)', () => act.step(1)), this.scrub, this.clock, this.speed, this.loop,
       this.follow, this.button('≣', 'Legend and menu (I)', () => act.toggle('legend')),
       this.button('∿', 'Curves (K)', () => act.toggle('curves')),
       this.button('◐', 'Dark, light (D)', () => act.toggleTheme()),
       this.button('?', 'Keys (?)', () => act.toggleKeys()));
+    return this.bar;
   }
 
   makeLegend() {
@@ -121,7 +123,7 @@ export class Panel {
   }
 
   makeKeys() {
-    const rows = kKeys.map(([key, what]) =>
+    const rows = [...kKeys, ...this.act.keyRows ?? []].map(([key, what]) =>
       element('tr', {}, element('td', {}, element('kbd', {}, key)), element('td', {}, what)));
     return element('div', {class: 'keys', hidden: true, onclick: () => this.act.toggleKeys()},
       element('table', {}, ...rows),
@@ -157,10 +159,11 @@ export class Panel {
 
   /// Updates the controls that depend on time and settings.
   update(state) {
-    const {end} = this.replay.motions[0];
+    const {start, end} = this.replay.motions[0];
     this.play.textContent = state.playing ? '❚❚' : '▶';
+    Object.assign(this.scrub, {min: start, max: Math.max(end, start + 1e-9)});
     if (document.activeElement !== this.scrub) this.scrub.value = state.time;
-    const digits = end - state.start < 0.1 ? 5 : 3;
+    const digits = end - start < 0.1 ? 5 : 3;
     this.clock.textContent = `${state.time.toFixed(digits)} s`;
     this.clock.title = `of ${text(end)} s, frame ${state.at.frame}`;
     this.speed.value = state.speed;
