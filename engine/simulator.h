@@ -123,6 +123,8 @@ class Simulator {
 
   /// Lets threads share each step (Workspace::set_threads).
   void set_threads(int count) { workspace_.set_threads(count); }
+  /// Lets each step add its times to `times` (workspace.h); null: no longer.
+  void measure_phases(PhaseTimes* times) { counterpoint::measure_phases(workspace_, times); }
 
   /// Does one step. If it fails (see the report) the state is unchanged. Unlike step_forward it
   /// also detects closures and mimic joints that stay open (StalledClosureDetector): the fault in

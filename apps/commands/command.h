@@ -19,6 +19,7 @@ namespace counterpoint::apps {
 enum ExitCode { kSuccess = 0, kFailed = 1, kBadInput = 2 };
 
 void add_simulate(CommandLine& line);
+void add_live(CommandLine& line);
 void add_rollout(CommandLine& line);
 void add_sweep(CommandLine& line);
 void add_merge(CommandLine& line);

@@ -14,6 +14,7 @@
 #include "counterpoint/engine/trajectory.h"
 #include "input/applied_inputs.h"
 #include "input/scene_arguments.h"
+#include "live/viewer.h"
 #include "measure/run.h"
 #include "measure/run_outputs.h"
 #include "report/contact_table.h"
@@ -33,7 +34,7 @@ struct SimulateArguments {
   std::string adaptive;  ///< tolerance, "off", or empty: keep the scene's setting
   std::optional<double> event_tolerance, wall_limit;
   std::string output, contacts, sensors, save_state, resume;
-  bool changed_scene = false, strict = false;
+  bool changed_scene = false, strict = false, live = false;
   std::optional<int> step_budget;
   int threads = 1;
   InputArguments inputs;
@@ -45,7 +46,17 @@ struct SimulateArguments {
 struct Outputs {
   RunOutputs steps;
   std::unique_ptr<ContactTable> contacts;  ///< if requested
+  std::unique_ptr<live::Viewer> viewer;    ///< if requested
 };
+
+/// Shows the simulator's state after a step to those who look.
+void show(Simulator& simulator, live::Viewer& viewer) {
+  if (!viewer.due()) return;
+  live::Shown shown{&simulator.input()};
+  if (simulator.options().integrator != Integrator::kRungeKutta4)
+    shown.forces = &simulator.last_forces();
+  viewer.show(simulator.state(), shown);
+}
 
 std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Outputs& outputs,
                               RunTally& tally) {
@@ -59,8 +70,11 @@ std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Outpu
                      const StepReport& report) {
       outputs.steps.step(before, input, h, after, report);
     };
-  if (outputs.contacts)
-    hooks.forces = [&](double time) { outputs.contacts->add_step(time, simulator.last_forces()); };
+  if (outputs.contacts || outputs.viewer)
+    hooks.forces = [&](double time) {
+      if (outputs.contacts) outputs.contacts->add_step(time, simulator.last_forces());
+      if (outputs.viewer) show(simulator, *outputs.viewer);
+    };
   const std::optional<FailedStep> failed = run_simulation(simulator, inputs, hooks, tally);
   // The trajectory ends with the last good state.
   if (outputs.steps.writer) outputs.steps.writer->write_end(simulator.state());
@@ -146,7 +160,9 @@ Outputs open_outputs(const SimulateArguments& arguments, const Simulator& simula
                      const AppliedInputs& inputs) {
   const Model& model = simulator.model();
   Outputs outputs{
-      RunOutputs(arguments.output, arguments.view, simulator.scene(), inputs.columns(model)), {}};
+      RunOutputs(arguments.output, arguments.view, simulator.scene(), inputs.columns(model)),
+      {},
+      {}};
   if (!arguments.contacts.empty() && simulator.options().integrator == Integrator::kRungeKutta4)
     throw InputError(
         "--contacts: forces are read off the motion, and runge_kutta_4 has no inverse");
@@ -155,6 +171,13 @@ Outputs open_outputs(const SimulateArguments& arguments, const Simulator& simula
   if (!arguments.sensors.empty())
     outputs.steps.sensors = std::make_unique<SensorLog>(arguments.sensors, model,
                                                         simulator.options(), arguments.inputs.seed);
+  if (arguments.live) {
+    Scene shown = simulator.scene();
+    shown.q = simulator.state().q;
+    shown.v = simulator.state().v;
+    outputs.viewer = std::make_unique<live::Viewer>(std::move(shown), arguments.scene.file);
+    fmt::print(stderr, "{}\n", outputs.viewer->address());
+  }
   return outputs;
 }
 
@@ -266,6 +289,8 @@ void add_simulate(CommandLine& line) {
   command.add("--wall-limit", arguments.wall_limit,
               "Stop (exit code 1) once the steps have taken this long [s]; default: never",
               positive);
+  command.add("--live", arguments.live,
+              "Show the run as it goes, at an address of this machine (docs/reference/live.md)");
   arguments.view.add_to(command);
   arguments.report.add_to(command);
 }

@@ -52,6 +52,10 @@ void SceneArguments::add_to(Command& command) {
   command.add("--contact fast|default|hard", contact,
               "Contacts as soft as MuJoCo's (fast), stiff (default) or stiffer (hard); default: "
               "the scene's");
+  command.add("--option KEY=VALUE", settings,
+              "An option of the scene by its key in scene files, such as contact.smoothing=1e-6, "
+              "effects.drag=off; may be repeated",
+              seldom, one_value_each);
   command.add("--repair-inertias", overrides.repair_inertias,
               "Make non-physical inertias physical; each change is listed", seldom);
   command.add("--repair-joints", overrides.repair_joints,
@@ -92,7 +96,36 @@ Scene SceneArguments::load() const {
   if (!integrator.empty()) scene.options.integrator = *integrator_from_name(integrator);
   if (!contact.empty())
     apply_contact_preset(*contact_preset_from_name(contact), scene.options.contact);
+  for (const std::string& setting : settings) {
+    const auto [key, value] = named_value("--option", setting, "KEY=VALUE");
+    set_option(key, value, scene.options);
+  }
   return scene;
+}
+
+std::vector<std::string> SceneArguments::words() const {
+  std::vector<std::string> out = {file};
+  const auto add = [&](const char* option, const std::string& value) {
+    if (!value.empty()) out.insert(out.end(), {option, value});
+  };
+  const auto flag = [&](const char* option, bool on) {
+    if (on) out.emplace_back(option);
+  };
+  add("--base", base);
+  flag("--ground", overrides.ground);
+  for (const std::string& package : packages) add("--package", package);
+  add("--srdf", srdf);
+  if (overrides.hull_vertices > 0) add("--hull-vertices", std::to_string(overrides.hull_vertices));
+  add("--meshes", meshes);
+  if (overrides.meshes.tolerance > 0.0)
+    add("--mesh-tolerance", fmt::format("{}", overrides.meshes.tolerance));
+  add("--integrator", integrator);
+  add("--contact", contact);
+  flag("--repair-inertias", overrides.repair_inertias);
+  flag("--repair-joints", overrides.repair_joints);
+  add("--fill-inertia", fill_inertia);
+  for (const std::string& setting : settings) add("--option", setting);
+  return out;
 }
 
 }  // namespace counterpoint::apps

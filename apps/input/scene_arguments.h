@@ -24,12 +24,15 @@ struct SceneArguments {
   std::string base, srdf, meshes, fill_inertia;  ///< a mass, with or without "kg"
   std::vector<std::string> packages;             ///< NAME=DIR
   std::string integrator, contact;
+  std::vector<std::string> settings;  ///< KEY=VALUE
 
   void add_to(Command& command);
   /// Folder of each package name. @throws InputError for an argument that is not NAME=DIR
   std::map<std::string, std::filesystem::path> package_folders() const;
   /// @throws InputError as load_scene does, and for a package that is not NAME=DIR
   Scene load() const;
+  /// The argument and its options as words of a command line.
+  std::vector<std::string> words() const;
 };
 
 }  // namespace counterpoint::apps

@@ -48,5 +48,6 @@ void bind_trajectory(py::module_& m);            ///< Trajectory, TrajectoryWrit
 void bind_recordings(py::module_& m);            ///< counterpoint.recordings
 void bind_optimization(py::module_& m);          ///< counterpoint.optimization
 void bind_view(py::module_& m);                  ///< counterpoint.view
+void bind_live(py::module_& m);                  ///< LiveView, live
 
 }  // namespace counterpoint::python

@@ -34,4 +34,5 @@ PYBIND11_MODULE(_core, m) {
   bind_recordings(m);
   bind_optimization(m);
   bind_view(m);
+  bind_live(m);
 }

@@ -3,9 +3,7 @@
 #include <cmath>
 
 namespace counterpoint::view {
-namespace {
 
-/// Returns for each tree whether the step left its q and v unchanged to the bit.
 std::vector<char> trees_at_rest(const Model& model, const State& before, const State& after) {
   std::vector<char> rest;
   for (const Tree& tree : model.trees()) {
@@ -17,8 +15,6 @@ std::vector<char> trees_at_rest(const Model& model, const State& before, const S
   }
   return rest;
 }
-
-}  // namespace
 
 /// Index of the frame at `time` [s]. Times are sums of steps: a frame counts as due up to a
 /// millionth of a frame early.

@@ -43,6 +43,9 @@ struct Clip {
   int num_frames() const { return static_cast<int>(states.size()); }
 };
 
+/// Returns for each tree whether q and v are the same, to the bit, before and after a step.
+std::vector<char> trees_at_rest(const Model& model, const State& before, const State& after);
+
 inline constexpr double kDefaultRate = 100.0;  ///< [frames/s]
 
 /// Chooses the frames of a clip among the states of a motion.

@@ -45,6 +45,8 @@ bool quiet_in_shell(char c) {
          std::string_view("_-./=,:+@%").find(c) != std::string_view::npos;
 }
 
+}  // namespace
+
 std::string shell_word(const std::string& word) {
   if (!word.empty() && std::all_of(word.begin(), word.end(), quiet_in_shell)) return word;
   std::string out = "'";
@@ -57,8 +59,6 @@ std::string shell_word(const std::string& word) {
   out += '\'';
   return out;
 }
-
-}  // namespace
 
 void InputFiles::add(const fs::path& file) {
   std::error_code error;

@@ -28,6 +28,8 @@ class InputFiles {
   std::vector<std::filesystem::path> seen_;
 };
 
+/// Quotes a word for a shell, if it needs that.
+std::string shell_word(const std::string& word);
 /// Command line of this process, quoted for a shell; empty if the system does not provide it.
 std::string command_line();
 

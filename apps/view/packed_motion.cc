@@ -67,23 +67,13 @@ std::string pack_asleep(const Clip& clip, int trees) {
   return stream.packed();
 }
 
-/// True if a joint is within a thousandth of its range of a limit.
-bool at_limit(const JointInfo& joint, double q) {
-  const double range = joint.upper - joint.lower;
-  const double slack = std::isfinite(range) ? 1e-3 * range : 1e-3;
-  return q <= joint.lower + slack || q >= joint.upper - slack;
-}
-
 /// Packs for each body and frame whether the joint to its parent is at a limit.
 std::string pack_limits(const Model& model, const Clip& clip) {
   IntegerStream stream;
   std::vector<std::int64_t> flags(clip.num_frames(), 0);
   stream.add_steps(flags);  // the world
   for (int b = 1; b < model.num_bodies(); ++b) {
-    const JointInfo& joint = model.joint(b - 1);
-    const bool single = joint_nq(model.body(b).joint_type) == 1 && joint.upper > joint.lower;
-    for (int k = 0; k < clip.num_frames(); ++k)
-      flags[k] = single && at_limit(joint, clip.states[k].q[model.body(b).q_index]);
+    for (int k = 0; k < clip.num_frames(); ++k) flags[k] = is_at_limit(model, b, clip.states[k].q);
     stream.add_steps(flags);
   }
   return stream.packed();
@@ -158,6 +148,14 @@ Json pack_arrows(const std::vector<Arrow>& arrows, const Resolution& resolution,
 }
 
 }  // namespace
+
+bool is_at_limit(const Model& model, int body, const VectorX& q) {
+  const JointInfo& joint = model.joint(body - 1);
+  if (joint_nq(model.body(body).joint_type) != 1 || !(joint.upper > joint.lower)) return false;
+  const double range = joint.upper - joint.lower, at = q[model.body(body).q_index];
+  const double slack = std::isfinite(range) ? 1e-3 * range : 1e-3;
+  return at <= joint.lower + slack || at >= joint.upper - slack;
+}
 
 Json pack_clip(const Model& model, const Clip& clip, const Resolution& resolution) {
   std::vector<double> time;

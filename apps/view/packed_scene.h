@@ -24,6 +24,9 @@ struct Ball {
 };
 Ball bounds(const Model& model, const Clip& clip);
 
+/// Whether the joint of a body, of one coordinate, is within a thousandth of its range of a limit.
+bool is_at_limit(const Model& model, int body, const VectorX& q);
+
 Json pack_clip(const Model& model, const Clip& clip, const Resolution& resolution);
 Json pack_contacts(const Model& model, const Clip& clip, const Resolution& resolution);
 Json pack_closure_forces(const Model& model, const Clip& clip, const Resolution& resolution);

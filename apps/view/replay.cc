@@ -102,8 +102,12 @@ std::string replay_data(const Replay& replay) {
   if (!replay.clip.closure_forces.empty())
     out["closure_forces"] = pack_closure_forces(model, replay.clip, resolution);
   std::vector<Curve> curves = replay.curves;
-  for (Curve& curve : curves_of(model, replay.clip, replay.ghosts))
-    curves.push_back(std::move(curve));
+  if (!replay.controls.empty()) {
+    out["live"] = Json::parse(replay.controls);
+  } else {
+    for (Curve& curve : curves_of(model, replay.clip, replay.ghosts))
+      curves.push_back(std::move(curve));
+  }
   out["curves"] = pack_curves(curves);
   out["shown_curves"] = first_groups(curves);
   out["inputs"] = pack_inputs(replay.inputs);
@@ -122,7 +126,9 @@ std::string replay_page(const Replay& replay) {
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src "
-         "'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:\">\n"
+         "'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:" +
+         (replay.connect_to.empty() ? "" : "; connect-src " + replay.connect_to) +
+         "\">\n"
          "<link rel=\"icon\" href=\"data:,\">\n<title>" +
          title + "</title>\n</head>\n<body>\n<noscript>This replay needs JavaScript.</noscript>\n" +
          "<script type=\"application/json\" id=\"replay-data\">" + replay_data(replay) +

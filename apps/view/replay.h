@@ -28,6 +28,9 @@ struct Replay {
   std::vector<std::pair<std::string, std::string>> made;  ///< keys and values on the replay's
                                                           ///< origin
   std::vector<InputFile> inputs;
+  /// Controls of a live page (apps/live) as JSON, and the sources to which it may connect. Such a
+  /// page has no curves but `curves`.
+  std::string controls, connect_to;
 };
 
 /// Units of the packed values; rounding errors are at most half of them.

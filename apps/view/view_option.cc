@@ -26,12 +26,13 @@ Replay make_replay(const Scene& scene, const Origin& origin, Clip clip, std::vec
   replay.title = scene.name;
   replay.clip = std::move(clip);
   replay.ghosts = std::move(ghosts);
-  replay.visuals = read_visuals(origin.scene_file, scene.model, origin.packages);
+  const bool from_file = !origin.scene_file.empty();
+  if (from_file) replay.visuals = read_visuals(origin.scene_file, scene.model, origin.packages);
   replay.made = made_by(origin.scene_file, scene, replay.clip);
   replay.made.insert(replay.made.end(), origin.remarks.begin(), origin.remarks.end());
   for (const std::string& note : replay.visuals.notes) replay.made.emplace_back("note", note);
   InputFiles files;
-  files.add_scene(origin.scene_file, scene.model);
+  if (from_file) files.add_scene(origin.scene_file, scene.model);
   for (const std::string& input : origin.inputs)
     if (!input.empty()) files.add(input);
   for (const std::string& name : files.left_out)

@@ -16,7 +16,8 @@ class Command;
 
 namespace counterpoint::view {
 
-/// Files from which a motion came: the scene's, and others, which need not exist.
+/// Files from which a motion came: the scene's (empty: it was built in memory), and others, which
+/// need not exist.
 struct Origin {
   std::string scene_file;
   std::vector<std::string> inputs;

@@ -120,7 +120,8 @@ auto selected_target() {
                                  {"npz", read_npz},
                                  {"trc", read_trc},
                                  {"column_map", read_column_map},
-                                 {"contact_problem", read_contact_problem}};
+                                 {"contact_problem", read_contact_problem},
+                                 {"live_message", read_live_message}};
   const char* name = std::getenv("FUZZ_TARGET");
   for (const Target& target : kTargets)
     if (name != nullptr && target.name == name) return target.read;

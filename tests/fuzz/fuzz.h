@@ -52,5 +52,6 @@ void read_npz(std::string_view input);
 void read_trc(std::string_view input);
 void read_column_map(std::string_view input);
 void read_contact_problem(std::string_view input);
+void read_live_message(std::string_view input);
 
 }  // namespace counterpoint::fuzz

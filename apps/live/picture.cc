@@ -1,0 +1,131 @@
+#include "live/picture.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "view/packed_scene.h"
+
+namespace counterpoint::live {
+namespace {
+
+constexpr const char* kEnergy = "energy";
+constexpr const char* kContactForce = "contact force";
+
+bool has_coordinates(const Model& model) {
+  return model.nq() + model.nv() <= view::kMaxCoordinates;
+}
+
+/// Force of a step on the moving one of two bodies: on B, or on A if B is the world.
+Vector3 on_moving(int body_b, const Vector3& force_on_b) {
+  return body_b == 0 ? Vector3(-force_on_b) : force_on_b;
+}
+
+}  // namespace
+
+void add_poses(const Model& model, const VectorX& q, Frame& out) {
+  out.poses = body_poses(model, q);
+  out.at_limit.assign(out.poses.size(), 0);
+  for (int b = 1; b < model.num_bodies(); ++b) out.at_limit[b] = view::is_at_limit(model, b, q);
+}
+
+Picture::Picture(const Model& model) : model_(model), dynamics_(model), surfaces_(model) {}
+
+std::vector<view::Curve> Picture::curves(const State& start) {
+  std::vector<view::Curve> out = {{kEnergy, "total", "J", {}},
+                                  {kEnergy, "kinetic", "J", {}},
+                                  {kEnergy, "potential, springs", "J", {}},
+                                  {kContactForce, "carried by the world", "N", {}},
+                                  {kContactForce, "largest", "N", {}},
+                                  {"hand", "", "N", {}},
+                                  {"Newton iterations", "", "1", {}}};
+  if (has_coordinates(model_)) {
+    for (int b = 1; b < model_.num_bodies(); ++b) {
+      const Body& body = model_.body(b);
+      const JointInfo& joint = model_.joint(b - 1);
+      const bool slides = body.joint_type == JointType::kPrismatic;
+      if (joint_nv(body.joint_type) == 1) {
+        out.push_back({joint.name + ": position", "", slides ? "m" : "rad", {}});
+        out.push_back({joint.name + ": velocity", "", slides ? "m/s" : "rad/s", {}});
+        out.push_back({joint.name + ": force", "", slides ? "N" : "N m", {}});
+      } else {
+        for (const char* axis : {"x", "y", "z"})
+          out.push_back({joint.link + ": velocity", axis, "m/s", {}});
+      }
+    }
+  }
+  Frame frame;
+  add_curves(start, {}, frame);
+  for (size_t i = 0; i < out.size(); ++i) out[i].values = {frame.curves[i]};
+  return out;
+}
+
+void Picture::add_coordinates(const State& state, const Input* input,
+                              std::vector<double>& out) const {
+  for (int b = 1; b < model_.num_bodies(); ++b) {
+    const Body& body = model_.body(b);
+    if (joint_nv(body.joint_type) == 1) {
+      const bool applied = input != nullptr && input->applied_force.size() > 0;
+      out.insert(out.end(), {state.q[body.q_index], state.v[body.v_index],
+                             applied ? input->applied_force[body.v_index] : 0.0});
+    } else {
+      const Vector3 v = dynamics_.frame(model_.find_frame(model_.joint(b - 1).link)).velocity;
+      out.insert(out.end(), v.begin(), v.end());
+    }
+  }
+}
+
+void Picture::add_curves(const State& state, const Shown& shown, Frame& out) {
+  dynamics_.set_state(state.q, state.v);
+  const double kinetic = dynamics_.kinetic_energy();
+  const double potential =
+      dynamics_.potential_energy() + spring_energy(model_, state.q) + surfaces_.energy(state.q);
+  energy_ = kinetic + potential;
+  const double g = model_.gravity().norm();
+  const Vector3 up = g > 0.0 ? Vector3(-model_.gravity() / g) : Vector3::UnitZ();
+  double carried = 0.0, largest = 0.0;
+  for (const Frame::Arrow& contact : out.contacts)
+    largest = std::max(largest, contact.force.norm());
+  for (const Vector3& force : world_forces_) carried += force.dot(up);
+  const double hand = shown.hand != nullptr ? shown.hand->force().norm() : 0.0;
+  out.curves = {energy_,
+                kinetic,
+                potential,
+                carried,
+                largest,
+                hand,
+                static_cast<double>(shown.newton_iterations)};
+  if (has_coordinates(model_)) add_coordinates(state, shown.input, out.curves);
+}
+
+void Picture::add_forces(const Inverse& forces, Frame& out) {
+  const auto& geometries = model_.geometries();
+  for (const ContactForce& c : forces.contacts) {
+    if (c.force.isZero(0.0)) continue;
+    const int a = geometries[c.contact.geometry_a].body, b = geometries[c.contact.geometry_b].body;
+    const Vector3 force = on_moving(b, c.force);
+    out.contacts.push_back({c.contact.position, force});
+    if (a == 0 || b == 0) world_forces_.push_back(force);
+  }
+  for (size_t i = 0; i < forces.closures.size(); ++i)
+    out.closures.push_back(
+        {forces.closures[i].position,
+         on_moving(model_.closures()[i].body_b, forces.closures[i].force.force)});
+}
+
+Frame Picture::frame(const State& state, const Shown& shown) {
+  Frame out;
+  out.time = state.time;
+  add_poses(model_, state.q, out);
+  world_forces_.clear();
+  if (shown.forces != nullptr && !shown.forces->fault.any()) add_forces(*shown.forces, out);
+  out.rests = shown.before != nullptr ? view::trees_at_rest(model_, *shown.before, state)
+                                      : std::vector<char>(model_.num_trees(), 0);
+  if (const Hand* hand = shown.hand; hand != nullptr && hand->body() != 0) {
+    out.held_body = hand->body();
+    out.hand = {hand->point(), hand->force()};
+  }
+  add_curves(state, shown, out);
+  return out;
+}
+
+}  // namespace counterpoint::live

@@ -1,0 +1,42 @@
+// Shows states in a browser while a program computes them: `simulate --live`, cp.live() of Python.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+
+#include "counterpoint/model/scene.h"
+#include "live/picture.h"
+#include "live/server.h"
+
+namespace counterpoint::live {
+
+class Viewer {
+ public:
+  /// Starts the server. scene_file: for the visuals of its robots; may be empty. @throws InputError
+  /// as Server does, and if this build has no pages.
+  explicit Viewer(Scene scene, const std::string& scene_file = "",
+                  const ServerOptions& server = {});
+  ~Viewer();
+
+  const std::string& address() const { return server_->address(); }
+  int pages() const { return pages_; }  ///< that look at present
+
+  /// Whether show() would send a frame: a page looks, and the last frame is kFrameInterval old.
+  bool due() const;
+  /// Sends a frame if one is due, and returns at once. A state that is not later than the last one
+  /// undoes what pages have from its time on.
+  void show(const State& state, const Shown& shown = {});
+  /// Sends a frame even if none is due, such as that of the last state.
+  void show_now(const State& state, const Shown& shown = {});
+
+ private:
+  const Scene scene_;
+  Picture picture_;
+  double next_frame_ = 0.0;  ///< wall clock [s]
+  std::atomic<int> pages_ = 0;
+  std::atomic<bool> came_ = false;  ///< a page has come since the last frame
+  std::unique_ptr<Server> server_;  ///< last, so that it ends first
+};
+
+}  // namespace counterpoint::live
