@@ -44,6 +44,10 @@ whole() {
 "$command" hard-cases --only gripper --no-peers --report "$work/hard" --views > /dev/null
 whole gripper "$work/hard/gripper.html" 't=2&cam=-82,16,0.55,0,0,1'
 
+node=$(command -v node)
+"$node" scripts/live_picture.mjs "$command" "$chromium" "$images/live_humanoid.png"
+echo "$images/live_humanoid.png"
+
 [ -n "$data" ] || { echo "without --data: the recorded toss is left as it is"; exit 0; }
 # The toss with the worst prediction among the available ones; the recording is the ghost.
 "$command" compare data/scenes/cube_toss.yaml "$data"/cube_toss/toss_*.csv --columns data/maps/cube_toss.yaml \

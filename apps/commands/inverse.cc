@@ -24,6 +24,7 @@ namespace {
 struct InverseArguments {
   SceneArguments scene;
   std::string trajectory, output, contacts, sensors;
+  bool unknown_wrenches = false;
   std::optional<double> time_step;
   view::ViewOption view;
   Report report;
@@ -211,6 +212,29 @@ void report_forces(const Scene& scene, const Trajectory& trajectory, int steps,
       "work, {applied_force_relative_to_applied_max:.3g} of the largest applied\n");
 }
 
+/// Takes the wrenches out of a motion, so that the inverse does not know them, and adds J' F at the
+/// start of each step to its applied forces, if it has any: there the inverse finds them again.
+void make_wrenches_unknown(const Model& model, Trajectory& trajectory) {
+  Dynamics dynamics(model);
+  MatrixX jacobian;
+  Input known;
+  for (int k = 0; trajectory.applied_force.size() > 0 && k < trajectory.num_steps(); ++k) {
+    trajectory.set_known(model, k, known);
+    if (known.wrenches.empty()) continue;
+    dynamics.set_configuration(trajectory.q.col(k));
+    for (const ExternalWrench& pull : known.wrenches) {
+      dynamics.frame_jacobian(pull.frame, jacobian);
+      trajectory.applied_force.col(k) += jacobian.topRows<3>().transpose() * pull.wrench.torque +
+                                         jacobian.bottomRows<3>().transpose() * pull.wrench.force;
+    }
+  }
+  InputColumns before;  // columns before those of the wrenches
+  before.targets = trajectory.columns.targets;
+  const auto first = static_cast<Eigen::Index>(before.names(model).size());
+  const auto count = static_cast<Eigen::Index>(6 * trajectory.columns.links.size());
+  trajectory.known.middleRows(first, count).setZero();
+}
+
 int inverse(InverseArguments& arguments) {
   arguments.view.check();
   const Scene scene = arguments.scene.load();
@@ -218,6 +242,7 @@ int inverse(InverseArguments& arguments) {
   const std::vector<double> steps =
       step_lengths(trajectory, arguments.time_step, scene.options.time_step);
   find_internal_states(scene.model, scene.options, steps, trajectory);
+  if (arguments.unknown_wrenches) make_wrenches_unknown(scene.model, trajectory);
   Extremes extremes;
   const MotionPass pass = recover(arguments, scene, trajectory, steps, extremes);
   if (arguments.view.wanted() && !pass.failed && !pass.stopped)
@@ -252,6 +277,9 @@ void add_inverse(CommandLine& line) {
               required);
   command.add("--timestep", arguments.time_step,
               "Time step [s] of a trajectory that does not say it; default: the scene's");
+  command.add("--unknown-wrenches", arguments.unknown_wrenches,
+              "Find the motion's wrenches on links too, as applied forces of the coordinates that "
+              "they move");
   command.add("--output", arguments.output, "Table to write: the applied force of every step");
   command.add("--contacts", arguments.contacts,
               "Table to write: every contact of every step and its force");

@@ -53,7 +53,7 @@ struct Outputs {
 void show(Simulator& simulator, live::Viewer& viewer) {
   if (!viewer.due()) return;
   live::Shown shown{&simulator.input()};
-  if (simulator.options().integrator != Integrator::kRungeKutta4)
+  if (live::has_closure_forces(simulator.model(), simulator.options()))
     shown.forces = &simulator.last_forces();
   viewer.show(simulator.state(), shown);
 }
@@ -287,10 +287,8 @@ void add_simulate(CommandLine& line) {
       "With --resume: the scene may have changed, and FILE may be a trajectory (its last row)",
       needs(resume), seldom);
   command.add("--wall-limit", arguments.wall_limit,
-              "Stop (exit code 1) once the steps have taken this long [s]; default: never",
-              positive);
-  command.add("--live", arguments.live,
-              "Show the run as it goes, at an address of this machine (docs/reference/live.md)");
+              "Stop, exit code 1, after this time in steps [s]; default: never", positive);
+  command.add("--live", arguments.live, "Show the run in the browser as it goes");
   arguments.view.add_to(command);
   arguments.report.add_to(command);
 }

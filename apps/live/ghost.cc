@@ -83,7 +83,8 @@ void Ghost::make_frame(const Task& task) {
   Frame frame;
   frame.kind = Frame::Kind::kGhost;
   frame.time = *task.time;
-  add_poses(simulator_.model(), simulator_.state().q, frame);
+  frame.poses = body_poses(simulator_.model(), simulator_.state().q);
+  add_limits(simulator_.model(), simulator_.state().q, frame);
   frame.rests.assign(simulator_.model().num_trees(), 0);
   double most = 0.0;
   for (size_t b = 1; b < frame.poses.size(); ++b)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/engine/sensors/sensor_table.h"
 #include "view/packed_scene.h"
 
 namespace counterpoint::live {
@@ -22,13 +23,21 @@ Vector3 on_moving(int body_b, const Vector3& force_on_b) {
 
 }  // namespace
 
-void add_poses(const Model& model, const VectorX& q, Frame& out) {
-  out.poses = body_poses(model, q);
-  out.at_limit.assign(out.poses.size(), 0);
+void add_limits(const Model& model, const VectorX& q, Frame& out) {
+  out.at_limit.assign(static_cast<size_t>(model.num_bodies()), 0);
   for (int b = 1; b < model.num_bodies(); ++b) out.at_limit[b] = view::is_at_limit(model, b, q);
 }
 
-Picture::Picture(const Model& model) : model_(model), dynamics_(model), surfaces_(model) {}
+Picture::Picture(const Model& model)
+    : model_(model),
+      num_sensor_curves_(
+          std::min(static_cast<int>(sensor_columns(model).size()), kMostSensorCurves)),
+      frames_(static_cast<size_t>(model.num_bodies()), -1),
+      dynamics_(model),
+      surfaces_(model) {
+  for (int b = 1; b < model.num_bodies(); ++b)
+    frames_[b] = model.find_frame(model.joint(b - 1).link);
+}
 
 std::vector<view::Curve> Picture::curves(const State& start) {
   std::vector<view::Curve> out = {{kEnergy, "total", "J", {}},
@@ -53,6 +62,16 @@ std::vector<view::Curve> Picture::curves(const State& start) {
       }
     }
   }
+  const std::vector<SensorColumn> sensors = sensor_columns(model_);
+  for (int i = 0; i < num_sensor_curves_; ++i) {
+    const SensorColumn& column = sensors[static_cast<size_t>(i)];
+    const size_t dot = std::min(column.name.rfind('.'), column.name.size());
+    out.push_back({"sensor " + column.name.substr(0, dot),
+                   column.name.substr(std::min(dot + 1, column.name.size())),
+                   column.unit,
+                   {}});
+  }
+  dynamics_.set_state(start.q, start.v);
   Frame frame;
   add_curves(start, {}, frame);
   for (size_t i = 0; i < out.size(); ++i) out[i].values = {frame.curves[i]};
@@ -68,14 +87,13 @@ void Picture::add_coordinates(const State& state, const Input* input,
       out.insert(out.end(), {state.q[body.q_index], state.v[body.v_index],
                              applied ? input->applied_force[body.v_index] : 0.0});
     } else {
-      const Vector3 v = dynamics_.frame(model_.find_frame(model_.joint(b - 1).link)).velocity;
+      const Vector3 v = dynamics_.frame(frames_[b]).velocity;
       out.insert(out.end(), v.begin(), v.end());
     }
   }
 }
 
 void Picture::add_curves(const State& state, const Shown& shown, Frame& out) {
-  dynamics_.set_state(state.q, state.v);
   const double kinetic = dynamics_.kinetic_energy();
   const double potential =
       dynamics_.potential_energy() + spring_energy(model_, state.q) + surfaces_.energy(state.q);
@@ -95,35 +113,46 @@ void Picture::add_curves(const State& state, const Shown& shown, Frame& out) {
                 hand,
                 static_cast<double>(shown.newton_iterations)};
   if (has_coordinates(model_)) add_coordinates(state, shown.input, out.curves);
+  for (int i = 0; i < num_sensor_curves_; ++i)
+    out.curves.push_back(shown.sensors != nullptr ? (*shown.sensors)[i] : 0.0);
 }
 
-void Picture::add_forces(const Inverse& forces, Frame& out) {
+/// The state remembers the contact forces of its last step; the arrows move along with the bodies.
+void Picture::add_contacts(const State& state, Frame& out) {
   const auto& geometries = model_.geometries();
-  for (const ContactForce& c : forces.contacts) {
-    if (c.force.isZero(0.0)) continue;
-    const int a = geometries[c.contact.geometry_a].body, b = geometries[c.contact.geometry_b].body;
-    const Vector3 force = on_moving(b, c.force);
-    out.contacts.push_back({c.contact.position, force});
+  for (const RememberedForce& r : state.memory) {
+    if (r.kind != RememberedForce::Kind::kContact || r.force.isZero(0.0)) continue;
+    const int a = geometries[r.a].body, b = geometries[r.b].body;
+    const Vector3 force = on_moving(b, r.force);
+    out.contacts.push_back({out.poses[b != 0 ? b : a] * r.at, force});
     if (a == 0 || b == 0) world_forces_.push_back(force);
   }
+}
+
+void Picture::add_closures(const Inverse& forces, Frame& out) {
   for (size_t i = 0; i < forces.closures.size(); ++i)
     out.closures.push_back(
         {forces.closures[i].position,
          on_moving(model_.closures()[i].body_b, forces.closures[i].force.force)});
 }
 
-Frame Picture::frame(const State& state, const Shown& shown) {
-  Frame out;
+const Frame& Picture::frame(const State& state, const Shown& shown) {
+  Frame& out = frame_;
   out.time = state.time;
-  add_poses(model_, state.q, out);
+  dynamics_.set_state(state.q, state.v);
+  out.poses.resize(frames_.size());
+  for (size_t b = 1; b < frames_.size(); ++b) out.poses[b] = dynamics_.frame_pose(frames_[b]);
+  add_limits(model_, state.q, out);
+  out.contacts.clear();
+  out.closures.clear();
   world_forces_.clear();
-  if (shown.forces != nullptr && !shown.forces->fault.any()) add_forces(*shown.forces, out);
+  add_contacts(state, out);
+  if (shown.forces != nullptr && !shown.forces->fault.any()) add_closures(*shown.forces, out);
   out.rests = shown.before != nullptr ? view::trees_at_rest(model_, *shown.before, state)
                                       : std::vector<char>(model_.num_trees(), 0);
-  if (const Hand* hand = shown.hand; hand != nullptr && hand->body() != 0) {
-    out.held_body = hand->body();
-    out.hand = {hand->point(), hand->force()};
-  }
+  const bool holds = shown.hand != nullptr && shown.hand->body() != 0;
+  out.held_body = holds ? shown.hand->body() : 0;
+  out.hand = holds ? Frame::Arrow{shown.hand->point(), shown.hand->force()} : Frame::Arrow{};
   add_curves(state, shown, out);
   return out;
 }

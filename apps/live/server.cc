@@ -91,6 +91,7 @@ class Client : public std::enable_shared_from_this<Client> {
   void accept(const Request& request) {
     socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
     socket_.read_message_max(kMaxMessage);
+    socket_.auto_fragment(false);  // one message, one write
     socket_.async_accept(request, [self = shared_from_this()](beast::error_code error) {
       if (error) return;
       self->site_.open[self->number_] = self;

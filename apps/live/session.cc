@@ -73,6 +73,7 @@ Session::Session(Scene scene, SessionOptions options)
   columns.set(model, columns.values(model, Input{}), simulator_.input());
   simulator_.measure_phases(&phases_);
   history_.add(simulator_.state());
+  begin_sensors();
   if (takes_.possible()) begin_take();
   server_ = std::make_unique<Server>(
       options_.server,
@@ -198,6 +199,32 @@ void Session::start_again() {
   set_playing(playing_);
   if (takes_.running()) begin_take();
   if (ghost_) begin_ghost();
+  begin_sensors();
+}
+
+void Session::begin_sensors() {
+  sensors_.reset();
+  if (simulator_.model().sensors().empty()) return;
+  try {
+    sensors_.emplace(simulator_.model(), simulator_.options());
+    sensor_values_.setZero(sensors_->size());
+  } catch (const InputError&) {
+    // This integrator does not give them.
+  }
+}
+
+/// Computes the values of the sensors in the last step. Returns whether there are any.
+bool Session::read_sensors() {
+  if (!sensors_ || !after_step_) return false;
+  Input known = simulator_.input();
+  known.softening = report_.softening;
+  known.z = before_.z;
+  find_taut_links(simulator_.state(), known.taut_links);
+  const State& after = simulator_.state();
+  sensors_->evaluate(
+      {before_.q, before_.v, after.q, after.v, known, simulator_.options().time_step},
+      sensor_values_);
+  return true;
 }
 
 void Session::begin_ghost() {
@@ -261,6 +288,7 @@ bool Session::step() {
   const double h = simulator_.options().time_step;
   before_.q = simulator_.state().q;
   before_.v = simulator_.state().v;
+  before_.z = simulator_.state().z;
   State before;
   if (takes_.running()) before = simulator_.state();
   report_ = simulator_.step();
@@ -334,16 +362,18 @@ void Session::publish() {
   if (clients_.empty()) return;
   if (moved || frame_wanted_) {
     frame_wanted_ = false;
+    const double begin = thread_seconds();
     hand_.update(simulator_.state(), simulator_.options().time_step);
     Shown shown{&simulator_.input(), nullptr, nullptr, report_.newton_iterations, &hand_};
     if (after_step_) shown.before = &before_;
-    if (after_step_ && simulator_.options().integrator != Integrator::kRungeKutta4)
+    if (after_step_ && has_closure_forces(simulator_.model(), simulator_.options()))
       shown.forces = &simulator_.last_forces();
-    Frame frame = picture_.frame(simulator_.state(), shown);
+    if (read_sensors()) shown.sensors = &sensor_values_;
+    const Frame& frame = picture_.frame(simulator_.state(), shown);
     server_->send_frame(0, encode(frame));
     ++pace_.frames;
-    pace_.frame_seconds += wall_seconds() - now;
-    if (ghost_) ghost_->compare(frame.time, std::move(frame.poses));
+    pace_.frame_seconds += thread_seconds() - begin;
+    if (ghost_) ghost_->compare(frame.time, frame.poses);
   }
   if (ghost_)
     if (const auto frame = ghost_->take_frame()) server_->send_frame(1, encode(*frame));

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "counterpoint/engine/sensors/sensor_table.h"
 #include "counterpoint/engine/simulator.h"
 #include "live/ghost.h"
 #include "live/hand.h"
@@ -89,6 +90,8 @@ class Session {
   void start_again();
   void begin_take();
   void begin_ghost();
+  void begin_sensors();
+  bool read_sensors();
 
   void set_playing(bool playing);
   void play();
@@ -122,8 +125,10 @@ class Session {
   bool frame_wanted_ = true, status_wanted_ = true;
   Pace pace_, last_pace_;
   PhaseTimes phases_;
-  StepReport report_;  ///< report of the last step
-  State before_;       ///< q and v before that step
+  StepReport report_;                   ///< report of the last step
+  State before_;                        ///< q, v and z before that step
+  std::optional<SensorTable> sensors_;  ///< if the scene has sensors, and all of them a value
+  VectorX sensor_values_;
   EffectCounts counted_;
   long steps_ = 0, softened_ = 0, unfinished_ = 0;
   std::string fault_;

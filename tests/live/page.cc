@@ -44,6 +44,9 @@ SeenFrame decode(const std::string& bytes) {
   read(out.counts, 16, sizeof out.counts);
   out.poses.resize(7 * out.counts[0]);
   read(out.poses.data(), 40, 4 * out.poses.size());
+  out.curves.resize(out.counts[4]);
+  read(out.curves.data(), 40 + 28 * out.counts[0] + 24 * (out.counts[2] + out.counts[3]),
+       4 * out.curves.size());
   out.expected_bytes = 40 + 28 * out.counts[0] + 24 * (out.counts[2] + out.counts[3]) +
                        4 * out.counts[4] + 24 + out.counts[1] + out.counts[0];
   return out;

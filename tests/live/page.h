@@ -18,6 +18,7 @@ struct SeenFrame {
   double time = 0.0;
   std::uint32_t counts[6] = {};  ///< bodies, trees, contacts, closures, curves, 0
   std::vector<float> poses;      ///< 7 per body
+  std::vector<float> curves;
   std::size_t bytes = 0, expected_bytes = 0;
 };
 SeenFrame decode(const std::string& bytes);

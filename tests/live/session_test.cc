@@ -88,6 +88,10 @@ TEST_F(Live, ADragIsRepeatedToTheBitAndFoundByTheInverse) {
   running.end();
   const auto [first, again] = repeated("motion");
   EXPECT_EQ(first, again);
+  const Json report =
+      folder_.report("inverse data/scenes/cube_drop.yaml {}/motion.csv --unknown-wrenches");
+  EXPECT_GT(report["applied_force_max"], 1.0);
+  EXPECT_LT(report["applied_force_relative_error_max"], 1e-8);
 
   // Without knowing the wrench the inverse finds it as the force on the free body.
   const Scene& scene = running.session().simulator().scene();
@@ -270,6 +274,34 @@ TEST_F(Live, TheGhostIsTheSceneAtAQuarterOfTheStep) {
   EXPECT_EQ(seen["ghost"]["distance_m"], distance);
 }
 
+TEST_F(Live, FramesHaveTheSensorsOfTheScene) {
+  Running running("sensors", options_);
+  Page page(running.address());
+  page.send({{"do", "step"}, {"count", 20}});
+  page.status([](const Json& s) { return s["time"] > 0.0; });
+  const test::SeenFrame seen = page.frame();
+  running.end();
+  Simulator simulator(load_scene(counterpoint::test::source_dir() + "/data/scenes/sensors.yaml"));
+  State before;
+  for (int k = 0; k < 20; ++k) {
+    before = simulator.state();
+    simulator.step();
+  }
+  SensorTable table(simulator.model(), simulator.options());
+  VectorX values(table.size());
+  const State& after = simulator.state();
+  table.evaluate({before.q, before.v, after.q, after.v, Input{}, simulator.options().time_step},
+                 values);
+  ASSERT_GE(static_cast<int>(seen.curves.size()), table.size());
+  for (int i = 0; i < table.size(); ++i) {
+    const float at = seen.curves[seen.curves.size() - static_cast<size_t>(table.size() - i)];
+    if (std::isnan(values[i]))
+      EXPECT_TRUE(std::isnan(at));
+    else
+      EXPECT_EQ(at, static_cast<float>(values[i])) << table.columns()[static_cast<size_t>(i)].name;
+  }
+}
+
 TEST_F(Live, AViewerShowsStatesAndWaitsForNobody) {
   Viewer viewer(load_scene(counterpoint::test::source_dir() + "/data/scenes/stack_5.yaml"));
   Simulator simulator(load_scene(counterpoint::test::source_dir() + "/data/scenes/stack_5.yaml"));
@@ -278,12 +310,12 @@ TEST_F(Live, AViewerShowsStatesAndWaitsForNobody) {
   Page page(viewer.address());
   while (!viewer.due()) std::this_thread::yield();
   for (int k = 0; k < 10; ++k) simulator.step();
-  Shown shown;
-  shown.forces = &simulator.last_forces();
-  viewer.show(simulator.state(), shown);
+  viewer.show(simulator.state());
   const test::SeenFrame seen = page.frame();
   EXPECT_EQ(seen.time, simulator.state().time);
-  EXPECT_EQ(seen.counts[2], simulator.last_forces().contacts.size());
+  const auto& contacts = simulator.last_forces().contacts;
+  EXPECT_EQ(seen.counts[2], std::count_if(contacts.begin(), contacts.end(),
+                                          [](const auto& c) { return c.force.norm() > 0.0; }));
   EXPECT_FALSE(viewer.due()) << "the next frame is due after a 60th of a second";
   page.vanish();
   while (viewer.pages() > 0) std::this_thread::yield();

@@ -137,6 +137,10 @@ test('keys step, save, restore and reset', async () => {
   assert.equal(await view.evaluate('counterpointReplay.livePanel.record.disabled'), true, 'no --record');
   await change(view, 'contact', 'hard');
   await wait(view, 'status.settings.contact === "hard"');
+  await change(view, 'contact.friction_model', 'lagged');
+  await wait(view, 'status.settings["contact.friction_model"] === "lagged" && status.settings.contact === ""');
+  await change(view, 'contact.smoothing', '1e-6');
+  await wait(view, 'status.settings["contact.smoothing"] === 1e-6');
   await view.evaluate('counterpointReplay.livePanel.set("time_step", -1)');
   await wait(view, '!view.panel.message.hidden');
   assert.deepEqual(view.console, []);
@@ -233,6 +237,7 @@ test('sliders move servos', async () => {
   const goal = before > middle ? target.lower : target.upper;
   await view.evaluate(`((input) => { input.value = ${0.5 * (before + goal)}; input.oninput(); })
     (document.querySelector('.slider input'))`);
+  await wait(view, `Math.abs(status.sliders[0] - ${0.5 * (before + goal)}) < 1e-9`);
   await wait(view, `Math.abs(${now} - ${before}) > 0.1 * ${Math.abs(goal - before)}`);
   assert.deepEqual(view.console, []);
   await view.close();
@@ -252,6 +257,27 @@ test('a ghost runs with a finer time step', async () => {
   assert.deepEqual(view.console, []);
   await view.close();
   await server.stop();
+});
+
+test('a page of simulate --live watches the run', async () => {
+  const run = spawn(program, ['simulate', box, '--duration', '1000', '--live'], {cwd: root, stdio: ['ignore', 'ignore', 'pipe']});
+  const kill = () => run.kill('SIGKILL');
+  process.once('exit', kill);
+  const address = await new Promise((resolve) => run.stderr.once('data', (part) => resolve(String(part).trim())));
+  const view = await browser.open(address);
+  await until(view, 'window.counterpointReplay?.motion.frames > 5');
+  assert.equal(await view.evaluate('counterpointReplay.state.playing'), true);
+  await view.key(' ');
+  const time = await view.evaluate('counterpointReplay.time');
+  await until(view, `counterpointReplay.motion.end > ${time}`);
+  assert.equal(await view.evaluate('counterpointReplay.time'), time, 'the view stays where it was stopped');
+  await view.key(' ');
+  await until(view, `counterpointReplay.time > ${time}`);
+  assert.equal(await view.evaluate('counterpointReplay.livePanel.record.hidden'), true);
+  assert.deepEqual(view.console, []);
+  await view.close();
+  kill();
+  process.off('exit', kill);
 });
 
 test('names cannot inject anything into a live page', async () => {

@@ -44,7 +44,7 @@ bool show_simulator(live::Viewer& viewer, SimulatorHandle& s, bool always) {
   const Guard::Lock lock(s.guard, kSimulator);
   live::Shown shown{&s.simulator.input()};
   try {
-    if (s.simulator.options().integrator != Integrator::kRungeKutta4)
+    if (live::has_closure_forces(s.simulator.model(), s.simulator.options()))
       shown.forces = &s.simulator.last_forces();
   } catch (const InputError&) {
     // There was no step yet.
@@ -101,7 +101,7 @@ once: no page is waited for.
 Parameters
 ----------
 what : State or Simulator, optional
-    A simulator also shows the contact forces of its last step. Default: that of `Simulator.live`.
+    A simulator also shows the forces of closures and its inputs. Default: that of `Simulator.live`.
 always : bool
     Show it even if the last one is younger.
 
@@ -161,7 +161,7 @@ Examples
       },
       py::is_method(simulator), py::name("live"), py::kw_only(), py::arg("port") = 0,
       py::arg("host") = "127.0.0.1",
-      "As counterpoint.live, of this simulator: LiveView.show() shows its state and its forces.");
+      "As counterpoint.live, of this simulator: LiveView.show() shows its state and forces.");
 }
 
 }  // namespace counterpoint::python
