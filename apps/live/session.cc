@@ -71,6 +71,7 @@ Session::Session(Scene scene, SessionOptions options)
   simulator_.options() = without_step_control(first_options_);
   const InputColumns columns = InputColumns::of(model);
   columns.set(model, columns.values(model, Input{}), simulator_.input());
+  wanted_target_ = simulator_.input().servo_position;
   simulator_.measure_phases(&phases_);
   history_.add(simulator_.state());
   begin_sensors();
@@ -139,8 +140,10 @@ void Session::obey(const Command& command) {
       return go_to(start);
     }
     case Kind::kStep:
+      if (command.index > kMostSteps)
+        throw InputError(fmt::format("message: 'count': expected at most {}", kMostSteps));
       set_playing(false);
-      for (int i = 0; i < std::min(command.index, kMostSteps) && step(); ++i) continue;
+      steps_to_go_ = command.index;
       return;
     case Kind::kSpeed:
       if (!(command.value >= kLeastSpeed && command.value <= kMostSpeed))
@@ -250,7 +253,7 @@ void Session::change_option(const Command& command) {
 
 void Session::set_slider(const Command& command) {
   const bool force = command.kind == Command::Kind::kForce;
-  VectorX& values = force ? wanted_force_ : simulator_.input().servo_position;
+  VectorX& values = force ? wanted_force_ : wanted_target_;
   if (command.index >= values.size())
     throw InputError(force ? "message: 'coordinate': there is no such coordinate"
                            : "message: 'servo': there is no such servo");
@@ -269,6 +272,7 @@ void Session::set_playing(bool playing) {
 void Session::set_inputs() {
   const SimulationOptions& options = simulator_.options();
   Input& input = simulator_.input();
+  input.servo_position = wanted_target_;
   input.applied_force = wanted_force_;
   if (options.effects.has(Effect::kEffortLimits))
     limit_applied_forces(simulator_.model(), options.effects, input.applied_force);
@@ -282,8 +286,8 @@ void Session::set_inputs() {
   pull.point = simulator_.model().frames()[pull.frame].X_BF.translation;
 }
 
-/// Makes one step. Returns false, and pauses, if it fails.
-bool Session::step() {
+/// Makes one step. If it fails, the run pauses.
+void Session::step() {
   set_inputs();
   const double h = simulator_.options().time_step;
   before_.q = simulator_.state().q;
@@ -296,7 +300,8 @@ bool Session::step() {
     fault_ = apps::failure_message(simulator_.model(),
                                    FailedStep{steps_, simulator_.state().time, report_});
     set_playing(false);
-    return false;
+    steps_to_go_ = 0;
+    return;
   }
   takes_.add(before, simulator_.input(), h, simulator_.state(), report_);
   if (ghost_) ghost_->follow(h, simulator_.input());
@@ -309,13 +314,16 @@ bool Session::step() {
   pace_.contacts += report_.contacts;
   pace_.rows += report_.constraint_rows;
   pace_.simulated += h;
-  return true;
 }
 
-/// Makes the steps that are due by the clock, for kTurn at most.
+/// Makes the steps that were asked for, or are due by the clock, for kTurn at most.
 void Session::play() {
   const double begin = wall_seconds();
   const double h = simulator_.options().time_step;
+  while (steps_to_go_ > 0 && wall_seconds() - begin < kTurn) {
+    --steps_to_go_;
+    step();
+  }
   while (playing_) {
     const double now = wall_seconds();
     const double due = anchor_time_ + speed_ * (now - anchor_wall_);
@@ -332,16 +340,18 @@ void Session::run(const std::function<bool()>& stop) {
   constexpr double kLongestWait = 0.05;
   while (!stop()) {
     double wait = 0.0;
-    if (!playing_) {
+    if (!playing_ && steps_to_go_ == 0 && events_.empty()) {
       wait = kLongestWait;
-    } else {
+    } else if (playing_) {
       const double next_step =
           anchor_wall_ +
           (simulator_.state().time + simulator_.options().time_step - anchor_time_) / speed_;
       wait = std::min({next_step - wall_seconds(), next_frame_ - wall_seconds(), kLongestWait});
     }
     if (status_wanted_ || frame_wanted_) wait = std::min(wait, next_frame_ - wall_seconds());
-    for (const Event& event : inbox_.take(wait)) handle(event);
+    // Later messages wait until the steps that one asks for are done.
+    if (steps_to_go_ == 0 && events_.empty()) events_ = inbox_.take(wait);
+    for (; steps_to_go_ == 0 && !events_.empty(); events_.pop_front()) handle(events_.front());
     play();
     if (wall_seconds() >= next_frame_) publish();
     if (options_.duration > 0.0 &&

@@ -95,8 +95,7 @@ class Session {
 
   void set_playing(bool playing);
   void play();
-  bool step();
-  double slack() const;
+  void step();
   void set_inputs();
 
   void publish();
@@ -114,10 +113,13 @@ class Session {
   Takes takes_;
   std::unique_ptr<Ghost> ghost_;  ///< if it is on
   Inbox inbox_;
+  std::deque<Event> events_;  ///< taken from the inbox and not yet handled
   std::vector<State> saved_;
   std::vector<std::pair<std::string, std::string>> changes_;  ///< options set by pages, in order
-  VectorX wanted_force_;                                      ///< forces that sliders ask for, nv
-  std::vector<long> clients_;                                 ///< pages; the first one drives
+  VectorX wanted_target_;      ///< targets that sliders ask for, by Model::servos
+  VectorX wanted_force_;       ///< forces that sliders ask for, nv
+  std::vector<long> clients_;  ///< pages; the first one drives
+  int steps_to_go_ = 0;        ///< steps that a page has asked for
   bool playing_ = false, started_ = false, after_step_ = false;
   double speed_ = 1.0;
   double anchor_wall_ = 0.0, anchor_time_ = 0.0;  ///< wall clock and time of the scene [s]

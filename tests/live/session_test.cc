@@ -163,6 +163,16 @@ TEST_F(Live, ARewindAndAChangedStepBeginARecordingThatRepeats) {
   }
 }
 
+TEST_F(Live, ManyStepsDoNotKeepTheRunFromEnding) {
+  Running running("piles/pile_200", options_);
+  Page page(running.address());
+  page.send({{"do", "step"}, {"count", 1000}});
+  page.send({{"do", "step"}, {"count", 1001}});
+  page.status([](const Json& s) { return s["time"] > 0.0; });
+  running.end();
+  EXPECT_LT(running.session().steps(), 1000);
+}
+
 TEST_F(Live, SlidersMoveServosAndMotors) {
   Running running("arm7_servo", options_);
   Page page(running.address());
