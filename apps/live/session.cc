@@ -132,13 +132,9 @@ void Session::obey(const Command& command) {
       return set_playing(true);
     case Kind::kPause:
       return set_playing(false);
-    case Kind::kReset: {
+    case Kind::kReset:
       simulator_.reset();
-      const State start = simulator_.state();
-      history_.clear();
-      history_.add(start);
-      return go_to(start);
-    }
+      return begin_from(State(simulator_.state()));
     case Kind::kStep:
       if (command.index > kMostSteps)
         throw InputError(fmt::format("message: 'count': expected at most {}", kMostSteps));
@@ -157,9 +153,7 @@ void Session::obey(const Command& command) {
     case Kind::kRestore:
       if (static_cast<size_t>(command.index) >= saved_.size())
         throw InputError("message: 'slot': there is no such saved state");
-      history_.clear();
-      history_.add(saved_[static_cast<size_t>(command.index)]);
-      return go_to(saved_[static_cast<size_t>(command.index)]);
+      return begin_from(saved_[static_cast<size_t>(command.index)]);
     case Kind::kRewind: {
       set_playing(false);
       const State there = *history_.rewind(command.value);
@@ -185,6 +179,13 @@ void Session::obey(const Command& command) {
     case Kind::kDrive:
       return;
   }
+}
+
+/// Goes on from a state that begins a new history.
+void Session::begin_from(const State& state) {
+  history_.clear();
+  history_.add(state);
+  go_to(state);
 }
 
 /// Goes on from a state; a recording that runs ends, and the next one begins.

@@ -86,6 +86,7 @@ class Session {
   void say(long client, const std::string& words);
   void change_option(const Command& command);
   void set_slider(const Command& command);
+  void begin_from(const State& state);
   void go_to(const State& state);
   void start_again();
   void begin_take();

@@ -260,7 +260,7 @@ test('a ghost runs with a finer time step', async () => {
 });
 
 test('a page of simulate --live watches the run', async () => {
-  const run = spawn(program, ['simulate', box, '--duration', '1000', '--live'], {cwd: root, stdio: ['ignore', 'ignore', 'pipe']});
+  const run = spawn(program, ['simulate', box, '--duration', '1000000', '--live'], {cwd: root, stdio: ['ignore', 'ignore', 'pipe']});
   const kill = () => run.kill('SIGKILL');
   process.once('exit', kill);
   const address = await new Promise((resolve) => run.stderr.once('data', (part) => resolve(String(part).trim())));
