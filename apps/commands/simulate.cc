@@ -49,15 +49,6 @@ struct Outputs {
   std::unique_ptr<live::Viewer> viewer;    ///< if requested
 };
 
-/// Shows the simulator's state after a step to those who look.
-void show(Simulator& simulator, live::Viewer& viewer) {
-  if (!viewer.due()) return;
-  live::Shown shown{&simulator.input()};
-  if (live::has_closure_forces(simulator.model(), simulator.options()))
-    shown.forces = &simulator.last_forces();
-  viewer.show(simulator.state(), shown);
-}
-
 std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Outputs& outputs,
                               RunTally& tally) {
   constexpr int kParts = 1000;
@@ -73,7 +64,7 @@ std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Outpu
   if (outputs.contacts || outputs.viewer)
     hooks.forces = [&](double time) {
       if (outputs.contacts) outputs.contacts->add_step(time, simulator.last_forces());
-      if (outputs.viewer) show(simulator, *outputs.viewer);
+      if (outputs.viewer) outputs.viewer->show(simulator);
     };
   const std::optional<FailedStep> failed = run_simulation(simulator, inputs, hooks, tally);
   // The trajectory ends with the last good state.

@@ -20,14 +20,17 @@ Vector3 limited(const Vector3& x, double most) {
 
 }  // namespace
 
+std::vector<int> link_frames(const Model& model) {
+  std::vector<int> out = {-1};
+  for (const JointInfo& joint : model.joints()) out.push_back(model.find_frame(joint.link));
+  return out;
+}
+
 Hand::Hand(const Model& model)
     : model_(model),
       dynamics_(model),
-      frame_(model.num_bodies(), -1),
-      zero_(VectorX::Zero(model.nv())) {
-  for (int b = 1; b < model.num_bodies(); ++b)
-    frame_[b] = model.find_frame(model.joint(b - 1).link);
-}
+      frame_(link_frames(model)),
+      zero_(VectorX::Zero(model.nv())) {}
 
 void Hand::hold(int body) {
   if (body <= 0 || body >= model_.num_bodies())

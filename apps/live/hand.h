@@ -7,6 +7,9 @@
 
 namespace counterpoint::live {
 
+/// Returns the index of the frame of the link that each body's joint moves; -1 for the world.
+std::vector<int> link_frames(const Model& model);
+
 class Hand {
  public:
   /// The model must outlive the hand.

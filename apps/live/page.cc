@@ -34,7 +34,7 @@ std::string controls_of(const Model& model) {
     sliders.push_back({{"do", "target"},
                        {"index", i},
                        {"name", joint.name},
-                       {"unit", slides ? "m" : "rad"},
+                       {"unit", view::joint_units(model.body(servo.joint + 1).joint_type).q},
                        {"lower", std::max(joint.lower, -range)},
                        {"upper", std::min(joint.upper, range)},
                        {"value", servo.position}});
@@ -51,7 +51,7 @@ std::string controls_of(const Model& model) {
     sliders.push_back({{"do", "force"},
                        {"index", body.v_index},
                        {"name", joint.name},
-                       {"unit", slides ? "N" : "N m"},
+                       {"unit", view::joint_units(body.joint_type).force},
                        {"lower", -most},
                        {"upper", most},
                        {"value", 0.0}});

@@ -9,16 +9,8 @@
 namespace counterpoint::live {
 namespace {
 
-constexpr const char* kEnergy = "energy";
-constexpr const char* kContactForce = "contact force";
-
 bool has_coordinates(const Model& model) {
   return model.nq() + model.nv() <= view::kMaxCoordinates;
-}
-
-/// Force of a step on the moving one of two bodies: on B, or on A if B is the world.
-Vector3 on_moving(int body_b, const Vector3& force_on_b) {
-  return body_b == 0 ? Vector3(-force_on_b) : force_on_b;
 }
 
 }  // namespace
@@ -32,30 +24,27 @@ Picture::Picture(const Model& model)
     : model_(model),
       num_sensor_curves_(
           std::min(static_cast<int>(sensor_columns(model).size()), kMostSensorCurves)),
-      frames_(static_cast<size_t>(model.num_bodies()), -1),
+      frames_(link_frames(model)),
       dynamics_(model),
-      surfaces_(model) {
-  for (int b = 1; b < model.num_bodies(); ++b)
-    frames_[b] = model.find_frame(model.joint(b - 1).link);
-}
+      surfaces_(model) {}
 
 std::vector<view::Curve> Picture::curves(const State& start) {
-  std::vector<view::Curve> out = {{kEnergy, "total", "J", {}},
-                                  {kEnergy, "kinetic", "J", {}},
-                                  {kEnergy, "potential, springs", "J", {}},
-                                  {kContactForce, "carried by the world", "N", {}},
-                                  {kContactForce, "largest", "N", {}},
+  std::vector<view::Curve> out = {{view::kEnergyGroup, "total", "J", {}},
+                                  {view::kEnergyGroup, "kinetic", "J", {}},
+                                  {view::kEnergyGroup, "potential, springs", "J", {}},
+                                  {view::kContactForceGroup, "carried by the world", "N", {}},
+                                  {view::kContactForceGroup, "largest", "N", {}},
                                   {"hand", "", "N", {}},
                                   {"Newton iterations", "", "1", {}}};
   if (has_coordinates(model_)) {
     for (int b = 1; b < model_.num_bodies(); ++b) {
       const Body& body = model_.body(b);
       const JointInfo& joint = model_.joint(b - 1);
-      const bool slides = body.joint_type == JointType::kPrismatic;
       if (joint_nv(body.joint_type) == 1) {
-        out.push_back({joint.name + ": position", "", slides ? "m" : "rad", {}});
-        out.push_back({joint.name + ": velocity", "", slides ? "m/s" : "rad/s", {}});
-        out.push_back({joint.name + ": force", "", slides ? "N" : "N m", {}});
+        const view::JointUnits unit = view::joint_units(body.joint_type);
+        out.push_back({joint.name + ": position", "", unit.q, {}});
+        out.push_back({joint.name + ": velocity", "", unit.v, {}});
+        out.push_back({joint.name + ": force", "", unit.force, {}});
       } else {
         for (const char* axis : {"x", "y", "z"})
           out.push_back({joint.link + ": velocity", axis, "m/s", {}});
@@ -123,7 +112,7 @@ void Picture::add_contacts(const State& state, Frame& out) {
   for (const RememberedForce& r : state.memory) {
     if (r.kind != RememberedForce::Kind::kContact || r.force.isZero(0.0)) continue;
     const int a = geometries[r.a].body, b = geometries[r.b].body;
-    const Vector3 force = on_moving(b, r.force);
+    const Vector3 force = view::force_on_moving(b, r.force);
     out.contacts.push_back({out.poses[b != 0 ? b : a] * r.at, force});
     if (a == 0 || b == 0) world_forces_.push_back(force);
   }
@@ -133,7 +122,7 @@ void Picture::add_closures(const Inverse& forces, Frame& out) {
   for (size_t i = 0; i < forces.closures.size(); ++i)
     out.closures.push_back(
         {forces.closures[i].position,
-         on_moving(model_.closures()[i].body_b, forces.closures[i].force.force)});
+         view::force_on_moving(model_.closures()[i].body_b, forces.closures[i].force.force)});
 }
 
 const Frame& Picture::frame(const State& state, const Shown& shown) {

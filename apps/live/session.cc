@@ -25,7 +25,8 @@ constexpr size_t kMostSaved = 16;  ///< states
 /// Columns of recordings: all inputs of the model, and wrenches on the link of every body.
 InputColumns recorded_columns(const Model& model) {
   InputColumns out = InputColumns::of(model);
-  for (const JointInfo& joint : model.joints()) out.links.push_back(model.find_frame(joint.link));
+  out.links = link_frames(model);
+  out.links.erase(out.links.begin());  // the world
   std::sort(out.links.begin(), out.links.end());
   return out;
 }
@@ -72,7 +73,7 @@ Session::Session(Scene scene, SessionOptions options)
   const InputColumns columns = InputColumns::of(model);
   columns.set(model, columns.values(model, Input{}), simulator_.input());
   wanted_target_ = simulator_.input().servo_position;
-  simulator_.measure_phases(&phases_);
+  simulator_.measure_phases(&pace_.phases);
   history_.add(simulator_.state());
   begin_sensors();
   if (takes_.possible()) begin_take();

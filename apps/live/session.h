@@ -76,7 +76,6 @@ class Session {
   const Simulator& simulator() const { return simulator_; }
   const Takes& takes() const { return takes_; }
   long steps() const { return steps_; }
-  const std::string& fault() const { return fault_; }
 
  private:
   using Json = nlohmann::ordered_json;
@@ -127,7 +126,6 @@ class Session {
   double next_frame_ = 0.0, next_status_ = 0.0;   ///< wall clock [s]
   bool frame_wanted_ = true, status_wanted_ = true;
   Pace pace_, last_pace_;
-  PhaseTimes phases_;
   StepReport report_;                   ///< report of the last step
   State before_;                        ///< q, v and z before that step
   std::optional<SensorTable> sensors_;  ///< if the scene has sensors, and all of them a value

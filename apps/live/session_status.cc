@@ -90,8 +90,6 @@ void Session::send_status() {
   if (const double age = now - pace_.since; age >= kStatusInterval && pace_.steps > 0) {
     last_pace_ = pace_;
     last_pace_.since = age;
-    last_pace_.phases = phases_;
-    phases_ = {};
     pace_ = {};
     pace_.since = now;
   }

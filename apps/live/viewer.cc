@@ -24,11 +24,26 @@ Viewer::~Viewer() = default;
 
 bool Viewer::due() const { return pages_ > 0 && (came_ || wall_seconds() >= next_frame_); }
 
-void Viewer::show(const State& state, const Shown& shown) {
-  if (due()) show_now(state, shown);
+bool Viewer::show(const State& state, bool always) {
+  if (!always && !due()) return false;
+  send(state, {});
+  return true;
 }
 
-void Viewer::show_now(const State& state, const Shown& shown) {
+bool Viewer::show(Simulator& simulator, bool always) {
+  if (!always && !due()) return false;
+  Shown shown{&simulator.input()};
+  try {
+    if (has_closure_forces(simulator.model(), simulator.options()))
+      shown.forces = &simulator.last_forces();
+  } catch (const InputError&) {
+    // There was no step yet.
+  }
+  send(simulator.state(), shown);
+  return true;
+}
+
+void Viewer::send(const State& state, const Shown& shown) {
   came_ = false;
   next_frame_ = wall_seconds() + kFrameInterval;
   server_->send_frame(0, encode(picture_.frame(state, shown)));

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "counterpoint/model/scene.h"
+#include "counterpoint/engine/simulator.h"
 #include "live/picture.h"
 #include "live/server.h"
 
@@ -22,15 +22,17 @@ class Viewer {
   const std::string& address() const { return server_->address(); }
   int pages() const { return pages_; }  ///< that look at present
 
-  /// Whether show() would send a frame: a page looks, and the last frame is kFrameInterval old.
+  /// Whether a frame is due: a page looks, and the last frame is kFrameInterval old.
   bool due() const;
-  /// Sends a frame if one is due, and returns at once. A state that is not later than the last one
-  /// undoes what pages have from its time on.
-  void show(const State& state, const Shown& shown = {});
-  /// Sends a frame even if none is due, such as that of the last state.
-  void show_now(const State& state, const Shown& shown = {});
+  /// Sends a frame if one is due or `always` is true, and returns whether it did, at once. A state
+  /// that is not later than the last one undoes what pages have from its time on.
+  bool show(const State& state, bool always = false);
+  /// Does the same with the state of a simulator, its input, and the forces of its closures.
+  bool show(Simulator& simulator, bool always = false);
 
  private:
+  void send(const State& state, const Shown& shown);
+
   const Scene scene_;
   Picture picture_;
   double next_frame_ = 0.0;  ///< wall clock [s]

@@ -46,6 +46,11 @@ struct Clip {
 /// Returns for each tree whether q and v are the same, to the bit, before and after a step.
 std::vector<char> trees_at_rest(const Model& model, const State& before, const State& after);
 
+/// Force that arrows show [N]: on body B, or on A if B is the world.
+inline Vector3 force_on_moving(int body_b, const Vector3& force_on_b) {
+  return body_b == 0 ? Vector3(-force_on_b) : force_on_b;
+}
+
 inline constexpr double kDefaultRate = 100.0;  ///< [frames/s]
 
 /// Chooses the frames of a clip among the states of a motion.

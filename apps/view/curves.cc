@@ -9,9 +9,6 @@
 namespace counterpoint::view {
 namespace {
 
-constexpr const char* kEnergy = "energy";
-constexpr const char* kContactForce = "contact force";
-
 bool has_velocities(const Clip& clip) {
   return std::all_of(clip.states.begin(), clip.states.end(),
                      [](const State& state) { return state.v.size() > 0; });
@@ -19,8 +16,8 @@ bool has_velocities(const Clip& clip) {
 
 void add_energies(const Model& model, const Clip& clip, std::vector<Curve>& out) {
   if (!has_velocities(clip)) return;
-  Curve total{kEnergy, "total", "J", {}}, kinetic{kEnergy, "kinetic", "J", {}};
-  Curve potential{kEnergy, "potential, springs", "J", {}};
+  Curve total{kEnergyGroup, "total", "J", {}}, kinetic{kEnergyGroup, "kinetic", "J", {}};
+  Curve potential{kEnergyGroup, "potential, springs", "J", {}};
   Dynamics dynamics(model);
   apps::SurfaceSprings surfaces(model);
   for (const State& state : clip.states) {
@@ -39,8 +36,8 @@ void add_contact_forces(const Model& model, const Clip& clip, std::vector<Curve>
   if (clip.contacts.empty()) return;
   const double g = model.gravity().norm();
   const Vector3 up = g > 0.0 ? Vector3(-model.gravity() / g) : Vector3::UnitZ();
-  Curve carried{kContactForce, "carried by the world", "N", {}};
-  Curve largest{kContactForce, "largest", "N", {}};
+  Curve carried{kContactForceGroup, "carried by the world", "N", {}};
+  Curve largest{kContactForceGroup, "largest", "N", {}};
   carried.values.assign(clip.num_frames(), 0.0);
   largest.values.assign(clip.num_frames(), 0.0);
   for (const Contact& contact : clip.contacts) {
@@ -84,19 +81,11 @@ double at_time(const Clip& clip, int index, double time) {
   return a.q[index] + (time - a.time) / (b.time - a.time) * (b.q[index] - a.q[index]);
 }
 
-struct JointUnits {
-  const char *q, *v, *force;
-};
-JointUnits units(JointType type) {
-  if (type == JointType::kPrismatic) return {"m", "m/s", "N"};
-  return {"rad", "rad/s", "N m"};
-}
-
 void add_single(const Model& model, const Clip& clip, const std::vector<Clip>& ghosts, int joint,
                 std::vector<Curve>& out) {
   const Body& body = model.body(joint + 1);
   const std::string& name = model.joint(joint).name;
-  const JointUnits unit = units(body.joint_type);
+  const JointUnits unit = joint_units(body.joint_type);
   Curve position{name + ": position", ghosts.empty() ? "" : clip.name, unit.q, {}};
   Curve velocity{name + ": velocity", "", unit.v, {}}, force{name + ": force", "", unit.force, {}};
   for (const State& state : clip.states) {
@@ -139,6 +128,11 @@ void add_several(const Model& model, const Clip& clip, int joint, std::vector<Cu
 
 }  // namespace
 
+JointUnits joint_units(JointType type) {
+  if (type == JointType::kPrismatic) return {"m", "m/s", "N"};
+  return {"rad", "rad/s", "N m"};
+}
+
 std::vector<Curve> curves_of(const Model& model, const Clip& clip,
                              const std::vector<Clip>& ghosts) {
   std::vector<Curve> out;
@@ -162,7 +156,7 @@ std::vector<std::string> first_groups(const std::vector<Curve>& curves) {
     if (std::find(groups.begin(), groups.end(), name) == groups.end()) groups.push_back(name);
   };
   for (const Curve& curve : curves)
-    if (curve.group == kEnergy || curve.group == kContactForce || groups.size() < 3)
+    if (curve.group == kEnergyGroup || curve.group == kContactForceGroup || groups.size() < 3)
       add(curve.group);
   return groups;
 }

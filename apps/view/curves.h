@@ -15,6 +15,16 @@ struct Curve {
   int ghost = -1;              ///< index of the ghost it belongs to, or -1
 };
 
+/// Groups of curves that are shown at first, if there are any.
+inline constexpr const char* kEnergyGroup = "energy";
+inline constexpr const char* kContactForceGroup = "contact force";
+
+/// Units of the coordinate, velocity and force of a joint with one coordinate.
+struct JointUnits {
+  const char *q, *v, *force;
+};
+JointUnits joint_units(JointType type);
+
 /// Returns curves of energies, contact forces, closure forces and Newton iterations if known; for
 /// models of up to kMaxCoordinates also every coordinate, velocity and applied force. Ghosts
 /// contribute the coordinates of joints with a single one, interpolated at the clip's times.

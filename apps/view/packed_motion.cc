@@ -172,13 +172,11 @@ Json pack_clip(const Model& model, const Clip& clip, const Resolution& resolutio
 }
 
 Json pack_contacts(const Model& model, const Clip& clip, const Resolution& resolution) {
-  // Arrows show the force on the moving body: the force on the world is reversed.
   const auto& geometries = model.geometries();
   std::vector<Arrow> arrows;
-  for (const Contact& c : clip.contacts) {
-    const double sign = geometries[c.geometry_b].body == 0 ? -1.0 : 1.0;
-    arrows.push_back({c.frame, c.geometry_a, c.geometry_b, c.position, sign * c.force});
-  }
+  for (const Contact& c : clip.contacts)
+    arrows.push_back({c.frame, c.geometry_a, c.geometry_b, c.position,
+                      force_on_moving(geometries[c.geometry_b].body, c.force)});
   return pack_arrows(arrows, resolution, [&](int a, int b) {
     return Json{geometries[a].name, geometries[b].name};
   });
@@ -186,11 +184,9 @@ Json pack_contacts(const Model& model, const Clip& clip, const Resolution& resol
 
 Json pack_closure_forces(const Model& model, const Clip& clip, const Resolution& resolution) {
   std::vector<Arrow> arrows;
-  for (const ClosureArrow& c : clip.closure_forces) {
-    // Body B may be the world; then the force on A is shown.
-    const double sign = model.closures()[c.closure].body_b == 0 ? -1.0 : 1.0;
-    arrows.push_back({c.frame, c.closure, c.closure, c.position, sign * c.force});
-  }
+  for (const ClosureArrow& c : clip.closure_forces)
+    arrows.push_back({c.frame, c.closure, c.closure, c.position,
+                      force_on_moving(model.closures()[c.closure].body_b, c.force)});
   return pack_arrows(arrows, resolution, [&](int i, int) {
     return Json{model.closures()[i].name, ""};
   });

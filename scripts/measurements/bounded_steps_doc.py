@@ -52,7 +52,7 @@ def main():
     if scenes:
         print(table)
     else:
-        PAGE.write_text(marked.replaced(PAGE.read_text(), "table", table)[0])
+        marked.write(PAGE, "table", table)
     return 0
 
 

@@ -311,7 +311,7 @@ def walking_torques(data, folder):
 
 def write(name, text):
     """Replaces a table between its marks in the document."""
-    DOCUMENT.write_text(marked.replaced(DOCUMENT.read_text(), name, text)[0])
+    marked.write(DOCUMENT, name, text)
 
 
 HEAD = """| motion | noise [mm, mrad] | rms [weights] | median error [weights] | impulse [%] | torques, median error | force within 95 %: rest, impacts | torques within 95 % | judged white | seconds of one core |

@@ -81,20 +81,23 @@ def watch(page, seconds):
     return statuses, sizes, bodies
 
 
+def read_until_held(page, body):
+    """Reads until a frame in which the hand holds this body; 0: none."""
+    while True:
+        message = page.receive()
+        if isinstance(message, bytes) and struct.unpack_from("<I", message, 4)[0] == body:
+            return
+
+
 def latency(page):
     """Time from a message to the first frame with its force [s]."""
     page.send(do="drag", body=1, point=[0, 0, 0], target=[0, 0, 1])
     start = time.monotonic()
-    while True:
-        message = page.receive()
-        if isinstance(message, bytes) and struct.unpack_from("<I", message, 4)[0] == 1:
-            break
+    read_until_held(page, 1)
     out = time.monotonic() - start
     page.send(do="release")
-    while True:
-        message = page.receive()
-        if isinstance(message, bytes) and struct.unpack_from("<I", message, 4)[0] == 0:
-            return out
+    read_until_held(page, 0)
+    return out
 
 
 def row(scene):
@@ -120,7 +123,7 @@ def main():
     if sys.argv[1:]:
         print(table)
     else:
-        PAGE.write_text(marked.replaced(PAGE.read_text(), "table", table)[0])
+        marked.write(PAGE, "table", table)
     return 0
 
 

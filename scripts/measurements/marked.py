@@ -7,3 +7,8 @@ def replaced(document, name, text):
     before, rest = document.split(begin)
     old, after = rest.split(end)
     return before + begin + text + end + after, old
+
+
+def write(page, name, text):
+    """Replaces the text between the marks in the file `page`."""
+    page.write_text(replaced(page.read_text(), name, text)[0])

@@ -329,7 +329,7 @@ TEST_F(Live, AViewerShowsStatesAndWaitsForNobody) {
   EXPECT_FALSE(viewer.due()) << "the next frame is due after a 60th of a second";
   page.vanish();
   while (viewer.pages() > 0) std::this_thread::yield();
-  viewer.show_now(simulator.state());
+  viewer.show(simulator.state(), true);
 }
 
 TEST_F(Live, SimulateShowsItsRunAndEndsAsWithout) {

@@ -31,26 +31,10 @@ std::unique_ptr<live::Viewer> make_viewer(Scene scene, int port, const std::stri
                                         live::ServerOptions{host, port, false});
 }
 
-void show(live::Viewer& viewer, const State& state, const live::Shown& shown, bool always) {
-  const py::gil_scoped_release release;
-  if (always)
-    viewer.show_now(state, shown);
-  else
-    viewer.show(state, shown);
-}
-
 bool show_simulator(live::Viewer& viewer, SimulatorHandle& s, bool always) {
-  if (!always && !viewer.due()) return false;
   const Guard::Lock lock(s.guard, kSimulator);
-  live::Shown shown{&s.simulator.input()};
-  try {
-    if (live::has_closure_forces(s.simulator.model(), s.simulator.options()))
-      shown.forces = &s.simulator.last_forces();
-  } catch (const InputError&) {
-    // There was no step yet.
-  }
-  show(viewer, s.simulator.state(), shown, always);
-  return true;
+  const py::gil_scoped_release release;
+  return viewer.show(s.simulator, always);
 }
 
 bool show_any(LiveHandle& view, const py::object& what, bool always) {
@@ -63,9 +47,9 @@ bool show_any(LiveHandle& view, const py::object& what, bool always) {
     return show_simulator(viewer, *what.cast<SimulatorPtr>(), always);
   if (!py::isinstance<StateHandle>(what))
     throw py::type_error("show: expected a State or a Simulator");
-  if (!always && !viewer.due()) return false;
-  show(viewer, what.cast<StatePtr>()->value(), {}, always);
-  return true;
+  const State& state = what.cast<StatePtr>()->value();
+  const py::gil_scoped_release release;
+  return viewer.show(state, always);
 }
 
 /// Waits until a page looks. Returns whether one does.
