@@ -52,6 +52,8 @@ void Interrupt::end() {
   set_timer(0);
 }
 
+void Interrupt::want() { noted = 1; }
+
 bool Interrupt::wanted() { return noted != 0; }
 
 }  // namespace counterpoint::apps

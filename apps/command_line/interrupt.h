@@ -15,7 +15,9 @@ class Interrupt {
   /// Call when the computation is over: a noted signal stays noted, results may take any time to
   /// save, and the next signal ends the program.
   static void end();
-  /// True if a signal has been received.
+  /// Does as a first signal does, but sets no time by which the computation must have ended.
+  static void want();
+  /// True if a signal has been received, or want() was called.
   static bool wanted();
 };
 

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <optional>
 
 #include "command.h"
 #include "command_line/interrupt.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"
+#include "live/search_view.h"
 #include "recordings/estimation.h"
 #include "recordings/motion_follow.h"
 #include "recordings/motion_metrics.h"
@@ -29,7 +31,7 @@ struct ExplainArguments {
   FollowedFiles files;  ///< tables to write; with --follow the recording too
   std::optional<double> from, to;
   int threads = 0;
-  bool follow = false;
+  bool follow = false, live = false;
   FollowOptions following;
   Report report;
 };
@@ -89,6 +91,40 @@ MotionEstimateOptions estimate_options(const ExplainArguments& arguments, const 
   return options;
 }
 
+/// Makes an estimate show the motions that it goes through in a page, which it returns.
+std::unique_ptr<live::SearchView> watch_search(const ExplainArguments& arguments,
+                                               const Scene& scene, MotionEstimateOptions& options) {
+  auto view = live::open_search(
+      scene, arguments.scene.file,
+      {{{"cost", "1"}, {"residuals over their deviation", "1"}, {"smoothing", "m"}}, true},
+      Interrupt::wanted);
+  options.watch = [&view = *view, step = 0](const MotionIterate& at) mutable {
+    const bool recorded = std::isinf(at.cost);
+    const double smoothing = at.options.contact.smoothing;
+    view.add(step, {at.cost, at.cost_ratio, smoothing},
+             fmt::format("Newton step {}, contacts smoothed over {:.2g} m", step, smoothing));
+    if (recorded || view.due())
+      view.show(step, recorded ? "recorded" : fmt::format("step {}, cost {:.4g}", step, at.cost),
+                at.start, at.options, at.q);
+    ++step;
+  };
+  return view;
+}
+
+/// Shows the motion that was found, and how the search ended.
+void show_end(const Scene& scene, const MotionEstimate& found, live::SearchView& view) {
+  SimulationOptions options = scene.options;
+  options.time_step = found.time[1] - found.time[0];
+  options.contact.smoothing = found.smoothing;
+  std::vector<VectorX> q;
+  for (const auto& column : found.q.colwise())
+    if (column.allFinite()) q.emplace_back(column);
+  if (q.empty()) return view.end("stopped");
+  view.show(found.newton_steps, "result", found.time.front(), options, q);
+  view.end(fmt::format("{}: {} Newton steps", found.stopped ? "stopped" : "explained",
+                       found.newton_steps));
+}
+
 /// Estimates motions until Ctrl-C. The last one may be stopped early, with the best motion found so
 /// far.
 std::vector<MotionEstimate> estimate_all(const ExplainArguments& arguments, const Scene& scene,
@@ -101,8 +137,11 @@ std::vector<MotionEstimate> estimate_all(const ExplainArguments& arguments, cons
                                               : fmt::format("{} recordings", recordings.size())),
       1);
   MotionEstimateOptions options = estimate_options(arguments, map);
+  std::unique_ptr<live::SearchView> view;
+  if (arguments.live) view = watch_search(arguments, scene, options);
   options.stop = [&] {
     progress.show_time();
+    if (view && view->stop_wanted()) Interrupt::want();
     if (!Interrupt::wanted()) return false;
     Interrupt::end();  // forces and deviations still take time: signals now end the program
     return true;
@@ -112,6 +151,7 @@ std::vector<MotionEstimate> estimate_all(const ExplainArguments& arguments, cons
     if (all.back().stopped || Interrupt::wanted()) break;
   }
   progress.wipe();
+  if (view) show_end(scene, all.back(), *view);
   return all;
 }
 
@@ -176,6 +216,8 @@ void check_follow(const ExplainArguments& arguments) {
   const std::string& file = arguments.recordings.front();
   if (file != "-" && !file.ends_with(".csv"))
     throw InputError(file + ": --follow reads a CSV file that grows, or '-', standard input");
+  if (arguments.live)
+    throw InputError("--follow, --live: the page shows whole recordings; leave one out");
   if (!arguments.page.empty())
     throw InputError("--follow, --report: a page needs the whole recording; leave one out");
   if (arguments.from || arguments.to)
@@ -286,6 +328,9 @@ void add_explain(CommandLine& line) {
   command.add("--idle", arguments.files.idle,
               "With --follow: a file that has not grown for so long has ended [s]; default 5",
               not_negative, seldom);
+  command.add(
+      "--live", arguments.live,
+      "Serve a page that shows the estimate's steps, and can end it; the address is printed");
   command.add("--threads", arguments.threads, "Threads; default: one a core", not_negative);
   command.add(
       "--set", arguments.set,

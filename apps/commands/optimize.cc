@@ -12,6 +12,7 @@
 #include "counterpoint/engine/optimize/feedback.h"
 #include "counterpoint/engine/optimize/retarget.h"
 #include "input/data_folder.h"
+#include "optimize/live_search.h"
 #include "optimize/page.h"
 #include "optimize/run.h"
 #include "report/report.h"
@@ -33,7 +34,7 @@ struct OptimizeArguments {
   int starts = 1, cycles = 1;
   tasks::TaskArguments tasks;
   std::uint64_t seed = 0;
-  bool resume = false, quiet = false;
+  bool resume = false, quiet = false, live = false;
   view::ViewOption view;
   Report report;
 };
@@ -76,6 +77,8 @@ void check(const OptimizeArguments& arguments) {
     throw InputError("--tasks, --parts: tasks are the starts; give --starts N, 2 or more");
   if (arguments.starts > 1 && arguments.resume)
     throw InputError("--resume goes on with one start; leave --starts out (--parts keeps starts)");
+  if (arguments.starts > 1 && arguments.live)
+    throw InputError("--live shows one start; leave --starts out");
   if (arguments.resume && arguments.output.empty())
     throw InputError("--resume: which motion? give its file by --output");
   if (arguments.resume && !arguments.from.empty())
@@ -125,11 +128,14 @@ OptimizedStart run_start(const OptimizeArguments& arguments, const opt::ProblemF
   opt::Problem problem = file.problem;
   const std::vector<VectorX> guess =
       from.empty() ? opt::seeded_guess(file, seed) : frames_from(from, problem);
+  std::optional<LiveSearch> live;
+  if (arguments.live) live.emplace(file, guess).watch(settings);
   start.seed = seed;
   start.result = opt::optimize(problem, guess, settings);
   if (Interrupt::wanted()) Interrupt::end();  // the next signal ends verifying and saving
   start.verification = opt::verify(*file.problem.model, start.result.options, file.problem.motors,
                                    start.result.q, start.result.v.front());
+  if (live) live->end(start);
   return start;
 }
 
@@ -322,6 +328,8 @@ void add_search(Command& command, OptimizeArguments& arguments, const char* from
   command.add("--smoothing", arguments.smoothing,
               "Smoothing [m] of the last stage; default: the problem's, or the scene's", positive);
   command.add("--iterations", arguments.iterations, "Most Newton steps", positive);
+  command.add("--live", arguments.live,
+              "Serve a page that shows the search, and can end it; the address is printed");
 }
 
 void add_feedback(Command& command, OptimizeArguments& arguments) {

@@ -279,7 +279,8 @@ void add_simulate(CommandLine& line) {
       needs(resume), seldom);
   command.add("--wall-limit", arguments.wall_limit,
               "Stop, exit code 1, after this time in steps [s]; default: never", positive);
-  command.add("--live", arguments.live, "Show the run in the browser as it goes");
+  command.add("--live", arguments.live,
+              "Serve a page that shows the run as it goes; its address is printed");
   arguments.view.add_to(command);
   arguments.report.add_to(command);
 }

@@ -6,7 +6,7 @@
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/step.h"
-#include "live/hand.h"
+#include "live/inputs/hand.h"
 #include "live/protocol.h"
 #include "report/total_energy.h"
 #include "view/curves.h"

@@ -18,9 +18,9 @@ const std::map<std::string_view, Kind> kKinds = {
     {"play", Kind::kPlay},       {"pause", Kind::kPause},     {"reset", Kind::kReset},
     {"step", Kind::kStep},       {"speed", Kind::kSpeed},     {"save", Kind::kSave},
     {"restore", Kind::kRestore}, {"rewind", Kind::kRewind},   {"drag", Kind::kDrag},
-    {"turn", Kind::kTurn},       {"release", Kind::kRelease}, {"target", Kind::kTarget},
+    {"turn", Kind::kTurn},       {"release", Kind::kRelease}, {"input", Kind::kInput},
     {"force", Kind::kForce},     {"set", Kind::kSet},         {"record", Kind::kRecord},
-    {"ghost", Kind::kGhost},     {"drive", Kind::kDrive}};
+    {"ghost", Kind::kGhost},     {"drive", Kind::kDrive},     {"stop", Kind::kStop}};
 
 /// The entries of a message. Errors name the key.
 class Message {
@@ -126,8 +126,8 @@ Command parse_command(std::string_view message) {
       out.index = in.index("body");
       out.target = in.vector("torque");
       break;
-    case Kind::kTarget:
-      out.index = in.index("servo");
+    case Kind::kInput:
+      out.index = in.index("input");
       out.value = in.number("value");
       break;
     case Kind::kForce:

@@ -30,16 +30,17 @@ struct Command {
     kDrag,
     kTurn,
     kRelease,
-    kTarget,
+    kInput,
     kForce,
     kSet,
     kRecord,
     kGhost,
-    kDrive
+    kDrive,
+    kStop
   };
   Kind kind = Kind::kPause;
-  int index = 0;                     ///< number of steps, slot, body, servo or coordinate
-  double value = 0.0;                ///< speed [-], time [s], target [rad, m] or force [N, N m]
+  int index = 0;                     ///< number of steps, slot, body, input or coordinate
+  double value = 0.0;                ///< speed [-], time [s], input, or force [N, N m]
   bool on = false;                   ///< value of kRecord and kGhost
   Vector3 point = Vector3::Zero();   ///< in the body frame [m]
   Vector3 target = Vector3::Zero();  ///< in W [m]; of kTurn the torque in W [N m]

@@ -2,19 +2,23 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
+#include <chrono>
 #include <deque>
+#include <future>
 #include <map>
 #include <random>
 #include <thread>
 
 #include "counterpoint/model/spatial.h"
 #include "live/protocol.h"
+#include "live/viewer.h"
 
 namespace counterpoint::live {
 namespace {
@@ -109,6 +113,8 @@ class Client : public std::enable_shared_from_this<Client> {
     frames_[static_cast<size_t>(kind)] = std::move(bytes);
     write();
   }
+  /// Whether the page has got all that was sent.
+  bool is_idle() const { return !writing_ && texts_.empty() && !frames_[0] && !frames_[1]; }
   /// Ends the connection. Later calls do nothing.
   void close() {
     if (site_.open.erase(number_) == 0) return;
@@ -323,6 +329,21 @@ void Server::send_frame(int kind, std::string bytes) {
               const auto open = impl_->site.open;
               for (const auto& [number, client] : open) client->send_frame(kind, shared);
             });
+}
+
+void Server::drain(double seconds) {
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+  for (bool idle = false; !idle && Clock::now() < end;) {
+    std::promise<bool> answer;
+    net::post(impl_->context, [&] {
+      const auto& open = impl_->site.open;
+      answer.set_value(std::all_of(open.begin(), open.end(),
+                                   [](const auto& one) { return one.second->is_idle(); }));
+    });
+    idle = answer.get_future().get();
+    if (!idle) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
 }
 
 }  // namespace counterpoint::live

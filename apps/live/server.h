@@ -8,11 +8,7 @@
 
 namespace counterpoint::live {
 
-struct ServerOptions {
-  std::string host = "127.0.0.1";  ///< address to listen at
-  int port = 0;                    ///< 0: any free one
-  bool any_port = false;           ///< any free one if `port` is taken
-};
+struct ServerOptions;  // viewer.h
 
 /// A page that came, spoke or left.
 struct Event {
@@ -41,6 +37,8 @@ class Server {
   void send(long client, std::string text);
   /// Sends bytes to all pages. A page that is busy gets the newest of each kind (0 or 1) only.
   void send_frame(int kind, std::string bytes);
+  /// Waits until pages have got all messages, for at most `seconds` [s].
+  void drain(double seconds);
 
  private:
   struct Impl;

@@ -67,12 +67,9 @@ Session::Session(Scene scene, SessionOptions options)
       hand_(simulator_.model()),
       picture_(simulator_.model()),
       takes_(options_.record, simulator_.model(), recorded_columns(simulator_.model())),
-      wanted_force_(VectorX::Zero(simulator_.model().nv())) {
-  const Model& model = simulator_.model();
+      wanted_(simulator_.model(), sliders_of(simulator_.model(), simulator_.state().z)) {
   simulator_.options() = without_step_control(first_options_);
-  const InputColumns columns = InputColumns::of(model);
-  columns.set(model, columns.values(model, Input{}), simulator_.input());
-  wanted_target_ = simulator_.input().servo_position;
+  wanted_.apply(simulator_.input());
   simulator_.measure_phases(&pace_.phases);
   history_.add(simulator_.state());
   begin_sensors();
@@ -82,7 +79,7 @@ Session::Session(Scene scene, SessionOptions options)
       [&](const std::string& sources) {
         return live_page(
             {simulator_.scene(), simulator_.state(), options_.scene_file, options_.packages},
-            picture_, controls_of(model), sources);
+            picture_.curves(simulator_.state()), controls_of(wanted_.sliders()), sources);
       },
       [&](Event event) { inbox_.put(std::move(event)); });
 }
@@ -166,9 +163,9 @@ void Session::obey(const Command& command) {
       return hand_.turn(command.index, command.target);
     case Kind::kRelease:
       return hand_.release();
-    case Kind::kTarget:
+    case Kind::kInput:
     case Kind::kForce:
-      return set_slider(command);
+      return wanted_.set(command.kind == Kind::kForce, command.index, command.value);
     case Kind::kSet:
       return change_option(command);
     case Kind::kRecord:
@@ -178,6 +175,7 @@ void Session::obey(const Command& command) {
       ghost_.reset();
       return command.on ? begin_ghost() : void();
     case Kind::kDrive:
+    case Kind::kStop:
       return;
   }
 }
@@ -253,15 +251,6 @@ void Session::change_option(const Command& command) {
   start_again();
 }
 
-void Session::set_slider(const Command& command) {
-  const bool force = command.kind == Command::Kind::kForce;
-  VectorX& values = force ? wanted_force_ : wanted_target_;
-  if (command.index >= values.size())
-    throw InputError(force ? "message: 'coordinate': there is no such coordinate"
-                           : "message: 'servo': there is no such servo");
-  values[command.index] = command.value;
-}
-
 // ---- Steps.
 
 void Session::set_playing(bool playing) {
@@ -274,12 +263,10 @@ void Session::set_playing(bool playing) {
 void Session::set_inputs() {
   const SimulationOptions& options = simulator_.options();
   Input& input = simulator_.input();
-  input.servo_position = wanted_target_;
-  input.applied_force = wanted_force_;
+  wanted_.apply(input);
   if (options.effects.has(Effect::kEffortLimits))
     limit_applied_forces(simulator_.model(), options.effects, input.applied_force);
   hand_.update(simulator_.state(), options.time_step);
-  input.wrenches.clear();
   if (hand_.body() == 0) return;
   ExternalWrench& pull = input.wrenches.emplace_back();
   pull.body = hand_.body();

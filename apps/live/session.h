@@ -17,12 +17,14 @@
 #include "counterpoint/engine/sensors/sensor_table.h"
 #include "counterpoint/engine/simulator.h"
 #include "live/ghost.h"
-#include "live/hand.h"
 #include "live/history.h"
+#include "live/inputs/hand.h"
+#include "live/inputs/sliders.h"
 #include "live/picture.h"
 #include "live/protocol.h"
 #include "live/server.h"
 #include "live/takes.h"
+#include "live/viewer.h"
 
 namespace counterpoint::live {
 
@@ -84,7 +86,6 @@ class Session {
   void obey(const Command& command);
   void say(long client, const std::string& words);
   void change_option(const Command& command);
-  void set_slider(const Command& command);
   void begin_from(const State& state);
   void go_to(const State& state);
   void start_again();
@@ -116,8 +117,7 @@ class Session {
   std::deque<Event> events_;  ///< taken from the inbox and not yet handled
   std::vector<State> saved_;
   std::vector<std::pair<std::string, std::string>> changes_;  ///< options set by pages, in order
-  VectorX wanted_target_;      ///< targets that sliders ask for, by Model::servos
-  VectorX wanted_force_;       ///< forces that sliders ask for, nv
+  Wanted wanted_;
   std::vector<long> clients_;  ///< pages; the first one drives
   int steps_to_go_ = 0;        ///< steps that a page has asked for
   bool playing_ = false, started_ = false, after_step_ = false;

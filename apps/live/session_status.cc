@@ -73,7 +73,7 @@ Session::Json Session::status() {
     out["hand"] = {{"body", model.joint(hand_.body() - 1).link},
                    {hand_.turns() ? "torque_Nm" : "force_N", hand_.force().norm()}};
   out["settings"] = settings();
-  out["sliders"] = slider_values(model, wanted_target_, wanted_force_);
+  out["sliders"] = wanted_.values(simulator_.state().z);
   out["ghost"] = {{"on", ghost_ != nullptr}};
   if (ghost_)
     out["ghost"].update({{"time_step", simulator_.options().time_step / kFinerSteps},

@@ -1,32 +1,62 @@
 #include "live/viewer.h"
 
+#include <atomic>
+
 #include "counterpoint/engine/clocks.h"
 #include "live/page.h"
+#include "live/picture.h"
+#include "live/server.h"
 
 namespace counterpoint::live {
 
+struct Viewer::Impl {
+  Impl(Scene scene_, const std::string& scene_file, const ServerOptions& options)
+      : scene(std::move(scene_)), picture(scene.model) {
+    const State start{0.0, scene.q, scene.v};
+    server = std::make_unique<Server>(
+        options,
+        [&](const std::string& sources) {
+          return live_page({scene, start, scene_file}, picture.curves(start), watching_controls(),
+                           sources);
+        },
+        [this](const Event& event) {
+          if (event.kind == Event::Kind::kMessage) return;
+          pages += event.kind == Event::Kind::kOpened ? 1 : -1;
+          if (event.kind == Event::Kind::kOpened) came = true;
+        });
+  }
+
+  void send(const State& state, const Shown& shown) {
+    came = false;
+    next_frame = wall_seconds() + kFrameInterval;
+    server->send_frame(0, encode(picture.frame(state, shown)));
+  }
+
+  const Scene scene;
+  Picture picture;
+  double next_frame = 0.0;  ///< wall clock [s]
+  std::atomic<int> pages = 0;
+  std::atomic<bool> came = false;  ///< a page has come since the last frame
+  std::unique_ptr<Server> server;  ///< last, so that it ends first
+};
+
 Viewer::Viewer(Scene scene, const std::string& scene_file, const ServerOptions& server)
-    : scene_(std::move(scene)), picture_(scene_.model) {
-  const State start{0.0, scene_.q, scene_.v};
-  server_ = std::make_unique<Server>(
-      server,
-      [&](const std::string& sources) {
-        return live_page({scene_, start, scene_file}, picture_, watching_controls(), sources);
-      },
-      [this](const Event& event) {
-        if (event.kind == Event::Kind::kMessage) return;
-        pages_ += event.kind == Event::Kind::kOpened ? 1 : -1;
-        if (event.kind == Event::Kind::kOpened) came_ = true;
-      });
-}
-
+    : impl_(std::make_unique<Impl>(std::move(scene), scene_file, server)) {}
 Viewer::~Viewer() = default;
+Viewer::Viewer(Viewer&&) noexcept = default;
+Viewer& Viewer::operator=(Viewer&&) noexcept = default;
 
-bool Viewer::due() const { return pages_ > 0 && (came_ || wall_seconds() >= next_frame_); }
+const std::string& Viewer::address() const { return impl_->server->address(); }
+
+int Viewer::pages() const { return impl_->pages; }
+
+bool Viewer::due() const {
+  return impl_->pages > 0 && (impl_->came || wall_seconds() >= impl_->next_frame);
+}
 
 bool Viewer::show(const State& state, bool always) {
   if (!always && !due()) return false;
-  send(state, {});
+  impl_->send(state, {});
   return true;
 }
 
@@ -39,14 +69,8 @@ bool Viewer::show(Simulator& simulator, bool always) {
   } catch (const InputError&) {
     // There was no step yet.
   }
-  send(simulator.state(), shown);
+  impl_->send(simulator.state(), shown);
   return true;
-}
-
-void Viewer::send(const State& state, const Shown& shown) {
-  came_ = false;
-  next_frame_ = wall_seconds() + kFrameInterval;
-  server_->send_frame(0, encode(picture_.frame(state, shown)));
 }
 
 }  // namespace counterpoint::live

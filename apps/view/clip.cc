@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "counterpoint/engine/dynamics.h"
+
 namespace counterpoint::view {
 
 std::vector<char> trees_at_rest(const Model& model, const State& before, const State& after) {
@@ -136,6 +138,33 @@ Clip clip_of(const Scene& scene, const Trajectory& trajectory,
     if (progress) on = progress(k + 1);
   }
   return recorder.finish(state(k));
+}
+
+Clip clip_of_frames(const Scene& scene, double start, const std::vector<VectorX>& q, double rate) {
+  const Model& model = scene.model;
+  const double h = scene.options.time_step;
+  std::vector<State> states;
+  for (size_t t = 0; t < q.size(); ++t) {
+    states.push_back({start + static_cast<double>(t) * h, q[t], VectorX::Zero(model.nv())});
+    if (t == 0) continue;
+    configuration_difference(model, q[t - 1], q[t], states[t].v);
+    states[t].v /= h;
+  }
+  if (q.size() > 1) states[0].v = states[1].v;
+  ClipRecorder recorder(scene, rate, true);
+  FrameClock clock(rate);
+  Workspace workspace(model);
+  Inverse inverse;
+  for (size_t t = 0; t + 1 < q.size(); ++t) {
+    Input input;
+    if (clock.due(states[t].time)) {
+      step_inverse(model, scene.options, q[t], states[t].v, q[t + 1], states[t + 1].v, Input(),
+                   workspace, inverse);
+      if (!inverse.fault.any()) input.applied_force = inverse.applied_force;
+    }
+    recorder.add_step(states[t], input, h, states[t + 1]);
+  }
+  return recorder.finish(states.back());
 }
 
 }  // namespace counterpoint::view

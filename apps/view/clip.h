@@ -113,6 +113,11 @@ Clip clip_of(const Scene& scene, const Trajectory& trajectory,
              const std::vector<double>& step_lengths, double rate, bool forces,
              const std::function<bool(int)>& progress = {});
 
+/// Returns the clip of a motion given by its frames (nq), which are a time step of the scene's
+/// options apart, the first at `start` [s]. Velocities are differences, forces those of the
+/// inverse.
+Clip clip_of_frames(const Scene& scene, double start, const std::vector<VectorX>& q, double rate);
+
 /// Reads the table of `inverse --contacts` and adds the contacts at the times of the clip's frames.
 /// @throws InputError naming file and line for an unknown shape, an invalid number or a missing
 /// column, and if no time in the table matches the clip's.

@@ -64,18 +64,27 @@ Json pack_inputs(const std::vector<InputFile>& inputs) {
   return out;
 }
 
+void pack_forces(const Model& model, const Clip& clip, const Resolution& resolution, Json& out) {
+  if (!clip.contacts.empty()) out["contacts"] = pack_contacts(model, clip, resolution);
+  if (!clip.closure_forces.empty())
+    out["closure_forces"] = pack_closure_forces(model, clip, resolution);
+}
+
 }  // namespace
 
 Resolution resolution_of(const Replay& replay) {
-  const Model& model = replay.scene->model;
+  return resolution_of(replay.scene->model, replay.clip);
+}
+
+Resolution resolution_of(const Model& model, const Clip& clip) {
   Resolution out;
-  const double size = bounds(model, replay.clip).radius;
+  const double size = bounds(model, clip).radius;
   out.position = std::min(std::ldexp(size, -16), 1e-3 * smallest_radius(model));
   // Integers stay within 2^40, well inside the range that the page's doubles hold exactly.
-  out.position = std::max(out.position, std::ldexp(farthest(model, replay.clip), -40));
+  out.position = std::max(out.position, std::ldexp(farthest(model, clip), -40));
   double force = 0.0;
-  for (const Contact& contact : replay.clip.contacts) force = std::max(force, contact.force.norm());
-  for (const ClosureArrow& closure : replay.clip.closure_forces)
+  for (const Contact& contact : clip.contacts) force = std::max(force, contact.force.norm());
+  for (const ClosureArrow& closure : clip.closure_forces)
     force = std::max(force, closure.force.norm());
   out.force = force > 0.0 ? std::ldexp(force, -16) : 1.0;
   return out;
@@ -97,10 +106,7 @@ std::string replay_data(const Replay& replay) {
   out["motions"] = {pack_clip(model, replay.clip, resolution)};
   for (const Clip& ghost : replay.ghosts)
     out["motions"].push_back(pack_clip(model, ghost, resolution));
-  if (!replay.clip.contacts.empty())
-    out["contacts"] = pack_contacts(model, replay.clip, resolution);
-  if (!replay.clip.closure_forces.empty())
-    out["closure_forces"] = pack_closure_forces(model, replay.clip, resolution);
+  pack_forces(model, replay.clip, resolution, out);
   std::vector<Curve> curves = replay.curves;
   if (!replay.controls.empty()) {
     out["live"] = Json::parse(replay.controls);
@@ -112,6 +118,16 @@ std::string replay_data(const Replay& replay) {
   out["shown_curves"] = first_groups(curves);
   out["inputs"] = pack_inputs(replay.inputs);
   return without_markup(out.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+Json motion_data(const Scene& scene, const Clip& clip) {
+  const Resolution resolution = resolution_of(scene.model, clip);
+  Json out = {{"motion", pack_clip(scene.model, clip, resolution)}};
+  pack_forces(scene.model, clip, resolution, out);
+  const std::vector<Curve> curves = curves_of(scene.model, clip, {});
+  out["curves"] = pack_curves(curves);
+  out["shown_curves"] = first_groups(curves);
+  return out;
 }
 
 bool can_make_pages() { return *program() != '\0'; }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -40,10 +41,16 @@ struct Resolution {
   double force = 0.0;                   ///< [N]
 };
 Resolution resolution_of(const Replay& replay);
+Resolution resolution_of(const Model& model, const Clip& clip);
 
 /// Returns the data of the page as JSON without any '<' (docs/reference/replay.md, Format). @throws
 /// InputError if a body is farther than 1e9 m from the origin or its pose is not finite.
 std::string replay_data(const Replay& replay);
+
+/// Returns one motion of a scene as JSON: `motion`, an entry of `motions` in replay_data, and the
+/// `contacts`, `closure_forces`, `curves` and `shown_curves` that belong to it. @throws InputError
+/// as replay_data.
+nlohmann::ordered_json motion_data(const Scene& scene, const Clip& clip);
 
 /// True if this build has the page's program; why_no_pages() gives the reason if not, and the
 /// remedy.

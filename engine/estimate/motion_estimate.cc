@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "counterpoint/engine/clocks.h"
@@ -97,6 +98,17 @@ ContinuationResult harden(const MotionContinuation& continuation, MotionProblem&
   return result;
 }
 
+/// Tells the recorded motion, and those that the fit goes through, to MotionEstimateOptions::watch.
+void watch(const MotionEstimateOptions& options, const RecordedMotion& recorded,
+           const SimulationOptions& laws, MotionFit& fit) {
+  const double start = recorded.time.front();
+  options.watch({std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN(),
+                 start, laws, recorded.frames});
+  fit.watch([&options, &fit, start] {
+    options.watch({fit.cost(), fit.measurement_ratio(), start, fit.options(), fit.point().q});
+  });
+}
+
 /// Estimates the motion from each start of the priors until one is good: first from the low-passed
 /// recording, which blurs impacts, then from the recorded rows.
 Solved solve(const Task& task, const RecordedMotion& recorded, const MotionPriors& priors) {
@@ -110,6 +122,7 @@ Solved solve(const Task& task, const RecordedMotion& recorded, const MotionPrior
     const MotionContinuation continuation{.start = std::max(smoothing, priors.smoothing_end),
                                           .end = priors.smoothing_end,
                                           .stop = task.options.stop};
+    if (task.options.watch) watch(task.options, recorded, stage_options(problem, smoothing), *fit);
     const ContinuationResult result = harden(continuation, problem, *fit);
     steps += result.steps;
     if (result.untouched && only_smoothness_tells(problem)) {

@@ -27,6 +27,15 @@ enum class RecordingErrors {
 };
 const char* recording_errors_name(RecordingErrors errors);
 
+/// A motion on the way to the estimate, after a Newton step.
+struct MotionIterate {
+  double cost = 0.0;                 ///< half the sum of squared residuals
+  double cost_ratio = 0.0;           ///< see MotionEstimate::mean_cost_ratio
+  double start = 0.0;                ///< time of the first frame [s]
+  const SimulationOptions& options;  ///< contact law and time_step [s] of its steps
+  const std::vector<VectorX>& q;     ///< frames, one time_step apart
+};
+
 struct MotionEstimateOptions {
   int threads = 0;  ///< 0: one per core; the result does not depend on it
   /// Sums to report besides those of each link that touches something.
@@ -36,6 +45,9 @@ struct MotionEstimateOptions {
   /// Called before every Newton step: true ends the search with the best motion so far, without
   /// standard deviations (NaN; infinity for parameters).
   std::function<bool()> stop;
+  /// Called with the recorded motion (of infinite cost), and after every Newton step with its
+  /// motion; both are valid during the call.
+  std::function<void(const MotionIterate&)> watch;
 };
 
 /// All contacts between two geometries, summed in one frame of the motion.

@@ -281,6 +281,8 @@ struct Settings {
   DerivativeMethod derivatives = DerivativeMethod::kAnalytic;
   /// Called after every Newton iteration; false stops the search, which returns the current motion.
   std::function<bool(const Progress&)> progress;
+  /// Called before `progress` with a function that returns the motion so far, without its history.
+  std::function<void(const Progress&, const std::function<Result()>& so_far)> watch;
   /// Called after every stage with the motion so far, without its history.
   std::function<void(const Result&)> stage_done;
 };

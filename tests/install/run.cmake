@@ -12,4 +12,5 @@ run(${CMAKE_COMMAND} -G ${GENERATOR} -S ${SOURCE_DIR}/tests/install/consumer -B 
 run(${CMAKE_COMMAND} --build ${scratch}/build)
 run(${scratch}/build/consumer)
 run(${scratch}/build/estimate ${scratch}/prefix/share/counterpoint/scenes/double_pendulum.yaml)
+run(${scratch}/build/watch ${scratch}/prefix/share/counterpoint/scenes/cube_drop.yaml)
 run(${scratch}/prefix/bin/counterpoint inspect ${scratch}/prefix/share/counterpoint/scenes/cube_drop.yaml)

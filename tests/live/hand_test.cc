@@ -1,5 +1,5 @@
 // The hand of a live session: where it brings a body, and that no mass or step makes it unstable.
-#include "live/hand.h"
+#include "live/inputs/hand.h"
 
 #include <gtest/gtest.h>
 

@@ -10,6 +10,7 @@
 #include "counterpoint/model/spatial.h"
 #include "live/page.h"
 #include "live/protocol.h"
+#include "live/viewer.h"
 
 namespace counterpoint::live::server_test {
 namespace {

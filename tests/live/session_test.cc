@@ -177,18 +177,36 @@ TEST_F(Live, SlidersMoveServosAndMotors) {
   Running running("arm7_servo", options_);
   Page page(running.address());
   const Json start = page.status([](const Json&) { return true; });
-  page.send({{"do", "target"}, {"servo", 1}, {"value", 0.5}});
+  page.send({{"do", "input"}, {"input", 2}, {"value", 0.5}});  // target and velocity of each servo
   page.send({{"do", "force"}, {"coordinate", 0}, {"value", 3.0}});
   page.send({{"do", "step"}, {"count", 10}});
   const Json moved = page.status([](const Json& s) { return s["time"] > 0.0; });
   EXPECT_EQ(moved["sliders"][1], 0.5);
   EXPECT_EQ(moved["sliders"][start["sliders"].size() / 2], 3.0);  // after the targets
-  page.send({{"do", "target"}, {"servo", 99}, {"value", 0.5}});
-  EXPECT_NE(page.words().find("no such servo"), std::string::npos);
+  page.send({{"do", "input"}, {"input", 99}, {"value", 0.5}});
+  EXPECT_NE(page.words().find("no such input"), std::string::npos);
   running.end();
   Simulator& simulator = const_cast<Simulator&>(running.session().simulator());
   EXPECT_EQ(simulator.input().servo_position[1], 0.5);
   EXPECT_EQ(simulator.input().applied_force[0], 3.0);
+}
+
+TEST_F(Live, ASwitchedClosureIsAttachedAndTheRecordingRepeats) {
+  options_.record = folder_.path("grip.csv");
+  Running running("suction_gripper", options_);
+  Page page(running.address());
+  const Json start = page.status([](const Json&) { return true; });
+  ASSERT_EQ(start["sliders"], Json({-0.4, -0.45, 0.0, 0.0, 0.0, 0.0}));  // servos, motors, closures
+  page.send({{"do", "input"}, {"input", 4}, {"value", 1}});  // after target and velocity of servos
+  page.send({{"do", "step"}, {"count", 50}});
+  EXPECT_EQ(page.status([](const Json& s) { return s["time"] > 0.0; })["sliders"],
+            Json({-0.4, -0.45, 0.0, 0.0, 1.0, 0.0}));
+  page.send({{"do", "input"}, {"input", 4}, {"value", 0}});
+  page.send({{"do", "step"}, {"count", 50}});
+  EXPECT_EQ(page.status([](const Json& s) { return s["time"] > 0.15; })["sliders"][4], 0.0);
+  running.end();
+  const auto [first, second] = repeated("grip");
+  EXPECT_EQ(first, second);
 }
 
 TEST_F(Live, OnePageDrivesAndOthersMayTakeOver) {

@@ -1,10 +1,10 @@
 // Replay pages as a reader opens them: from file:// in Chromium, with screenshots and input events.
-//   node browser_test.mjs COUNTERPOINT CHROMIUM FOLDER [scene] [replay] [report] [live]
+//   node browser_test.mjs COUNTERPOINT CHROMIUM FOLDER [scene] [replay] [report] [live] [search]
 // The last words select files of tests, default all; ONLY=WORDS the tests whose names contain these words.
 import {browser, tests} from './pages.mjs';
 
 const files = process.argv.slice(5);
-for (const file of files.length ? files : ['scene', 'replay', 'report', 'live']) await import(`./${file}_tests.mjs`);
+for (const file of files.length ? files : ['scene', 'replay', 'report', 'live', 'search']) await import(`./${file}_tests.mjs`);
 
 let failed = 0;
 const began = Date.now(), only = process.env.ONLY;

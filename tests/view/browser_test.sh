@@ -1,5 +1,5 @@
 #!/bin/sh
-# Replay pages in headless Chromium: browser_test.sh COUNTERPOINT [scene] [replay] [report] [live]. Exit code 77: skipped, with the reason.
+# Replay pages in headless Chromium: browser_test.sh COUNTERPOINT [scene] [replay] [report] [live] [search]. Exit code 77: skipped, with the reason.
 here=$(cd "$(dirname "$0")" && pwd)
 skip() {
   echo "SKIPPED: $1"

@@ -229,7 +229,7 @@ test('sliders move servos', async () => {
   const server = await serve(join(scenes, 'arm7_servo.yaml'), '--port', '0');
   const view = await watch(server);
   const {sliders} = await view.evaluate('counterpointReplay.replay.live');
-  const target = sliders.find((slider) => slider.do === 'target');
+  const target = sliders.find((slider) => slider.group === 'targets of servos');
   const wanted = JSON.stringify(`${target.name}: position`);
   const now = `counterpointReplay.replay.curves.find((curve) => curve.group === ${wanted})
     .read(counterpointReplay.motion.frames - 1)`;

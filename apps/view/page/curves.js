@@ -11,7 +11,7 @@ function colorOf(curve, i) { return kColors[(curve.like ?? i) % kColors.length];
 function valueOf(curve, frame) { return curve.read ? curve.read(frame) : curve.values[frame]; }
 
 /// Curves by plot: those of the same group, or a curve without group by itself.
-function groups(curves) {
+export function groups(curves) {
   const out = new Map();
   for (const curve of curves) {
     const name = curve.group || curve.name;
@@ -66,7 +66,8 @@ class Chart {
     return a + (b - a) * Math.min(1, Math.max(0, (event.clientX - box.left) / box.width));
   }
 
-  /// The smallest and largest value in view.
+  /// The smallest and largest value in view, and the scale of values: of their logarithms if the
+  /// owner wants this and they are positive and differ much.
   bounds() {
     const {time, range: [from, to], frames: [first, last]} = this.owner;
     let low = Infinity, high = -Infinity;
@@ -74,22 +75,26 @@ class Chart {
       for (let k = first; k <= last; ++k) {
         if (time[k] < from || time[k] > to) continue;
         const value = valueOf(curve, k);
+        if (!Number.isFinite(value)) continue;
         low = Math.min(low, value);
         high = Math.max(high, value);
       }
     }
     if (!(low <= high)) [low, high] = [0, 1];
+    const isLog = this.owner.logarithmic && low > 0 && high > 10 * low;
+    if (isLog) [low, high] = [Math.log10(low), Math.log10(high)];
     const slack = (high - low) * 0.06 || Math.abs(high) * 0.1 || 1;
-    return [low - slack, high + slack];
+    return {low: low - slack, high: high + slack, isLog};
   }
 
   /// Draws the curves without the cursor: needed only when the range or the size changes.
   drawCurves(context, width, height, style) {
-    const {time, range: [from, to], frames: [first, last]} = this.owner, [low, high] = this.bounds();
-    const x = (t) => (t - from) / (to - from) * width, y = (v) => (high - v) / (high - low) * height;
+    const {time, range: [from, to], frames: [first, last]} = this.owner, {low, high, isLog} = this.bounds();
+    const x = (t) => (t - from) / (to - from) * width;
+    const y = (v) => (high - (isLog ? Math.log10(v) : v)) / (high - low) * height;
     context.fillStyle = context.strokeStyle = style.getPropertyValue('--faint');
     context.font = '10px system-ui, sans-serif';
-    if (low < 0 && high > 0) context.fillRect(0, y(0), width, 1);
+    if (!isLog && low < 0 && high > 0) context.fillRect(0, y(0), width, 1);
     context.lineWidth = 1.4;
     this.group.curves.forEach((curve, i) => {
       if (!this.isShown(curve)) return;
@@ -103,8 +108,9 @@ class Chart {
     context.strokeStyle = style.getPropertyValue('--back');  // a halo: numbers stay readable on curves
     context.lineWidth = 3;
     for (const [number, at] of [[high, 10], [low, height - 3]]) {
-      context.strokeText(text(number), 3, at);
-      context.fillText(text(number), 3, at);
+      const words = text(isLog ? 10 ** number : number);
+      context.strokeText(words, 3, at);
+      context.fillText(words, 3, at);
     }
   }
 
@@ -148,17 +154,23 @@ export class Curves {
     this.zoomed = null;  // the range of times in view [s], or all
     this.ghost = 0;
     this.seek = seek;
-    this.groups = groups(replay.curves);
     this.charts = new Map();
     this.list = element('datalist', {id: 'curve-names'});
-    this.list.append(...[...this.groups.keys()].map((name) => element('option', {value: name})));
+    this.use(groups(replay.curves));
     this.input = element('input', {list: 'curve-names', placeholder: 'add a curve …', 'aria-label': 'Add a curve',
                                    onchange: () => { this.add(this.input.value); this.input.value = ''; }});
     this.holder = element('div');
     panel.append(this.holder, this.input, this.list);
   }
 
+  /// Takes the curves by plot that the page can show.
+  use(all) {
+    this.groups = all;
+    this.list.replaceChildren(...[...all.keys()].map((name) => element('option', {value: name})));
+  }
+
   get time() { return this.motion.time; }
+  get ghosts() { return this.replay.motions.slice(1); }
   get all() { return [this.motion.start, Math.max(this.motion.end, this.motion.start + 1e-9)]; }
   get range() { return this.zoomed ?? this.all; }
 
@@ -192,7 +204,7 @@ export class Curves {
 
   /// Adds the position of a body, read off the poses, so that the page need not store it twice.
   addBody(body) {
-    const {name} = this.replay.bodies[body], [motion, ...ghosts] = this.replay.motions;
+    const {name} = this.replay.bodies[body], {motion, ghosts} = this;
     const group = `${name}: position`;
     if (!this.groups.has(group)) {
       const curves = ['x', 'y', 'z'].map((label, axis) => (
@@ -203,8 +215,7 @@ export class Curves {
           curves.push({label: `${'xyz'[axis]} ${ghost.name}`, like: axis, ghost: index,
                        read: (k) => ghost.pose(body, ghost.at(motion.time[k]), pose)[axis]});
       });
-      this.groups.set(group, {name: group, unit: 'm', curves});
-      this.list.append(element('option', {value: group}));
+      this.use(new Map(this.groups).set(group, {name: group, unit: 'm', curves}));
     }
     this.add(group);
   }

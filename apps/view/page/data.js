@@ -170,18 +170,23 @@ function decodeCurves(packed, frames) {
   });
 }
 
+/// Decodes a motion with the forces and curves that belong to it; null: it has no such forces.
+export function decodeMotion(packed, {contacts, closure_forces, curves}, bodies, trees, Kind = Motion) {
+  const motion = new Kind(packed, bodies, trees), {frames} = motion;
+  return {
+    motion, contacts: contacts ? new Contacts(contacts, frames) : null,
+    closureForces: closure_forces ? new Contacts(closure_forces, frames) : null, curves: decodeCurves(curves, frames),
+  };
+}
+
 /// Kind: the class of the motions.
 export function decode(packed, Kind = Motion) {
-  const trees = packed.trees, bodies = packed.bodies.length;
-  const motions = packed.motions.map((motion) => new Kind(motion, bodies, trees));
-  const frames = motions[0].frames;
+  const {trees} = packed, bodies = packed.bodies.length, [first, ...ghosts] = packed.motions;
+  const {motion, ...forces} = decodeMotion(first, packed, bodies, trees, Kind);
   return {
-    ...packed, motions,
+    ...packed, ...forces, motions: [motion, ...ghosts.map((ghost) => new Kind(ghost, bodies, trees))],
     meshes: packed.meshes.map((mesh) => ({
       vertices: floats(mesh.vertices, Float32Array), triangles: floats(mesh.triangles, Uint32Array),
     })),
-    contacts: packed.contacts ? new Contacts(packed.contacts, frames) : null,
-    closureForces: packed.closure_forces ? new Contacts(packed.closure_forces, frames) : null,
-    curves: decodeCurves(packed.curves, frames),
   };
 }

@@ -19,16 +19,17 @@ export function decodeFrame(buffer) {
 }
 
 export class Connection {
-  /// on: called with frames, statuses, words of the server, and true or false when it comes or goes.
+  /// on: called with bytes, statuses, words of the server, and true or false when it comes or goes.
   constructor(on) {
     this.on = on;
+    this.isOver = false;  // the server has nothing more to say: its end is expected
     this.status = null;
     this.waiting = new Map();
   }
 
   get isOpen() { return this.socket?.readyState === WebSocket.OPEN; }
 
-  /// Connects, and again every second after the server went away.
+  /// Connects, and again every second after the server went away unexpectedly.
   open() {
     const {protocol, host, search} = location;
     this.socket = new WebSocket(`${protocol === 'https:' ? 'wss' : 'ws'}://${host}/live${search}`);
@@ -36,13 +37,13 @@ export class Connection {
     this.socket.onopen = () => this.on.there(true);
     this.socket.onmessage = ({data}) => {
       if (typeof data === 'string') this.receive(JSON.parse(data));
-      else this.on.frame(decodeFrame(data));
+      else this.on.bytes(data);
     };
     this.socket.onclose = () => {
       this.status = null;
       this.waiting.clear();
       this.on.there(false);
-      setTimeout(() => this.open(), 1000);
+      if (!this.isOver) setTimeout(() => this.open(), 1000);
     };
   }
 

@@ -4,7 +4,6 @@ import {element, text} from './dom.js';
 const kColors = ['#2f7fe6', '#e4703c', '#2fa06a', '#a05bd0', '#c09a1c', '#c2476f', '#7f8a99'];
 const kMany = 8;  // sliders without a search field
 const kShown = 60;  // sliders at once
-const kKinds = {target: 'targets of servos', force: 'forces of motors'};
 /// [key of the status, words before its number, unit, factor into this unit]
 const kNumbers = [
   ['newton', 'Newton steps in a step', '', 1], ['contacts', 'contacts', '', 1], ['rows', 'constraint rows', '', 1],
@@ -15,8 +14,11 @@ const kNumbers = [
 const kSettings = [['time_step', 'time step', 'ms', 1e3], ['contact.smoothing', 'smoothing', 'm', 1],
                    ['contact.compliance', 'compliance', '', 1]];
 
-const section = (title, ...children) => element('details', {open: true}, element('summary', {}, title), ...children);
+export const section = (title, ...children) => element('details', {open: true}, element('summary', {}, title), ...children);
 const row = (label, ...children) => element('label', {}, element('span', {}, label), ...children);
+/// Words over the picture while the server is gone.
+export const goneSign = () => element('p', {class: 'gone', role: 'alert', hidden: true},
+                                      'the server is gone; the page tries again every second');
 
 export class LivePanel {
   constructor(replay, panel, act) {
@@ -54,8 +56,7 @@ export class LivePanel {
     this.hand = element('output', {class: 'hand', 'aria-label': 'Hand'});
     panel.clock.after(this.hand);
     panel.loop.hidden = true;
-    this.gone = element('p', {class: 'gone', role: 'alert', hidden: true},
-                        'the server is gone; the page tries again every second');
+    this.gone = goneSign();
     document.body.append(this.gone);
   }
 
@@ -131,13 +132,13 @@ export class LivePanel {
     return section('Accuracy', label, this.number('ghost', ''));
   }
 
-  slider({do: kind, index, name, unit, lower, upper, value}) {
-    const label = `${name} [${unit}]`, output = element('output', {}, text(value));
-    const input = element('input', {type: 'range', min: lower, max: upper, step: 'any', 'aria-label': label,
+  slider({do: kind, index, group, name, unit, lower, upper, switch: isSwitch, value}) {
+    const label = unit ? `${name} [${unit}]` : name, output = element('output', {}, text(value));
+    const input = element('input', {type: 'range', min: lower, max: upper, step: isSwitch ? 1 : 'any', 'aria-label': label,
                                     title: 'Double click: the first value'});
     input.value = value;
     const send = () => {
-      const now = input.valueAsNumber, of = kind === 'target' ? 'servo' : 'coordinate';
+      const now = input.valueAsNumber, of = kind === 'input' ? 'input' : 'coordinate';
       output.textContent = text(now);
       this.act.live.queue(`${kind} ${index}`, {do: kind, [of]: index, value: now});
     };
@@ -147,22 +148,23 @@ export class LivePanel {
       input.value = value;
       send();
     };
-    return {kind, name, input, output, root: element('div', {class: 'slider'}, element('span', {}, label), output, input)};
+    return {group, name, input, output, root: element('div', {class: 'slider'}, element('span', {}, label), output, input)};
   }
 
   makeSliders() {
     const sliders = this.sliders = this.replay.live.sliders.map((slider) => this.slider(slider));
     const search = element('input', {placeholder: 'find a slider …', 'aria-label': 'Find a slider',
                                      hidden: sliders.length <= kMany});
-    const groups = Object.keys(kKinds).map((kind) => ({kind, root: section(kKinds[kind])}));
-    for (const {kind, root} of groups)
-      root.append(...sliders.filter((one) => one.kind === kind).map((one) => one.root));
+    const names = [...new Set(sliders.map(({group}) => group))];
+    const groups = names.map((name) => ({name, root: section(name)}));
+    for (const {name, root} of groups)
+      root.append(...sliders.filter(({group}) => group === name).map((one) => one.root));
     const filter = search.oninput = () => {
       const words = search.value.toLowerCase();
       const found = new Set(sliders.filter(({name}) => name.toLowerCase().includes(words)).slice(0, kShown));
       for (const one of sliders) one.root.hidden = !found.has(one);
-      for (const {kind, root} of groups) {
-        root.hidden = ![...found].some((one) => one.kind === kind);
+      for (const {name, root} of groups) {
+        root.hidden = ![...found].some(({group}) => group === name);
         root.open = found.size <= kMany;
       }
     };

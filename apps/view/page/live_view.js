@@ -3,7 +3,7 @@ import * as THREE from 'three';
 import {Curves} from './curves.js';
 import {Drag, HandMarks} from './drag.js';
 import {text} from './dom.js';
-import {Connection} from './live.js';
+import {Connection, decodeFrame} from './live.js';
 import {LivePanel} from './live_panel.js';
 import {View} from './view.js';
 
@@ -41,7 +41,7 @@ export class LiveView extends View {
     super(replay);
     this.isFollowing = true;  // the newest frame
     this.hand = null;
-    this.live = new Connection({frame: (frame) => this.take(frame), status: (status) => this.note(status),
+    this.live = new Connection({bytes: (bytes) => this.take(decodeFrame(bytes)), status: (status) => this.note(status),
                                 say: (words) => this.panel.say(words), there: (isThere) => this.serverIs(isThere)});
     this.handMarks = new HandMarks(replay, this.forceScale, this.stage.scene);
     this.drag = new Drag(this);

@@ -41,6 +41,7 @@ export class Forces {
     if (!this.contacts) return;
     this.color = whole;
     const {most} = this.contacts;
+    this.most = most;
     const material = () => new THREE.MeshStandardMaterial({roughness: 0.5, emissive: point,
                                                            emissiveIntensity: 0.35});
     const many = most > 400;  // with many arrows each is drawn with fewer triangles
@@ -70,7 +71,7 @@ export class Forces {
     this.shown = [];
     if (!this.contacts) return;
     const {first, values} = this.contacts;
-    const begin = first[frame], count = forces || points ? first[frame + 1] - begin : 0;
+    const begin = first[frame], count = forces || points ? Math.min(first[frame + 1] - begin, this.most) : 0;
     const matrix = new THREE.Matrix4(), place = new THREE.Vector3(), force = new THREE.Vector3();
     const turn = new THREE.Quaternion(), stretch = new THREE.Vector3();
     const thick = 0.009 * this.of.size;

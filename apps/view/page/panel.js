@@ -14,6 +14,9 @@ const kKeys = [
   ['X', 'closure forces'], ['W', 'wire frames'], ['K', 'curves'], ['I', 'legend and menu'], ['D', 'dark, light'], ['U', 'copy a link to this view'], ['?', 'keys'],
 ];
 
+/// Whether there may be several ghosts, to choose from.
+function hasGhosts(replay) { return replay.live?.search || replay.motions[2]; }
+
 /// [toggle, label, kind of mark] for each layer that the replay has data for, or may get.
 function layers(replay) {
   const {live} = replay, [motion] = replay.motions;
@@ -24,7 +27,8 @@ function layers(replay) {
     rows.push(['points', 'contact point', 'point']);
   }
   if (replay.closureForces) rows.push(['pulls', 'closure force on its second body', 'pull']);
-  if (replay.motions[1]) rows.push(['ghost', replay.motions[2] ? 'ghost:' : `ghost: ${replay.motions[1].name}`, 'ghost']);
+  if (hasGhosts(replay)) rows.push(['ghost', 'ghost:', 'ghost']);
+  else if (replay.motions[1]) rows.push(['ghost', `ghost: ${replay.motions[1].name}`, 'ghost']);
   rows.push(['com', 'centre of mass of all', 'com']);
   if (live || motion.atLimit.some(Boolean)) rows.push(['limits', 'joint at a limit', 'limit']);
   if (replay.closures.length) rows.push(['closures', 'closure, between its anchors', 'closure']);
@@ -89,7 +93,7 @@ export class Panel {
     const rows = layers(this.replay).map(([name, label, mark]) => {
       const box = element('input', {type: 'checkbox', onchange: () => { this.act.toggle(name); box.blur(); }});
       this.boxes.set(name, box);
-      const choice = name === 'ghost' && this.replay.motions[2] ? [this.makeGhosts()] : [];
+      const choice = name === 'ghost' && hasGhosts(this.replay) ? [this.makeGhosts()] : [];
       return element('label', {}, box, element('span', {class: `mark ${mark}`}), label, ...choice);
     });
     this.forceScale = element('div', {class: 'scale'});
@@ -102,8 +106,12 @@ export class Panel {
   makeGhosts() {
     this.ghosts = element('select', {'aria-label': 'Ghost', title: 'Ghost (H)',
                                      onchange: () => { this.act.chooseGhost(Number(this.ghosts.value)); this.ghosts.blur(); }});
-    this.ghosts.append(...this.replay.motions.slice(1).map((ghost, i) => element('option', {value: i}, ghost.name)));
+    this.listGhosts();
     return this.ghosts;
+  }
+  listGhosts() {
+    const ghosts = this.replay.motions.slice(1);
+    this.ghosts.replaceChildren(...ghosts.map((ghost, i) => element('option', {value: i}, ghost.name)));
   }
 
   makeInputs() {

@@ -173,6 +173,7 @@ int MotionFit::minimize(int most, double tolerance, const std::function<bool()>&
       }
       damping_.strengthen();
     }
+    if (accepted && watch_) watch_();
     if (!accepted || descent.ends(before, cost_)) return steps + 1;
   }
   return most;

@@ -41,6 +41,8 @@ class MotionFit {
   /// Minimizes until Descent ends, or for `most` steps. `stop` is called before each step. Returns
   /// the number of steps.
   int minimize(int most, double tolerance, const std::function<bool()>& stop = {});
+  /// Sets a function that minimize() calls after every step that lowers the cost.
+  void watch(std::function<void()> watch) { watch_ = std::move(watch); }
 
   const MotionPoint& point() const { return point_; }
   /// Cost at the point; infinite if inverse dynamics fails.
@@ -87,6 +89,7 @@ class MotionFit {
   bool parameters_free_ = false;
   double cost_ = 0.0;
   optimization::Damping damping_;
+  std::function<void()> watch_;
 };
 
 }  // namespace counterpoint::estimation

@@ -146,6 +146,7 @@ Continuing::Next Continuing::minimize(double tolerance, int most_steps) {
     progress.step = step;
     history_.push_back(progress);
     ++stage_iterations_;
+    if (settings_->watch) settings_->watch(progress, [this] { return result(Outcome::kStopped); });
     if (settings_->progress && !settings_->progress(progress)) {
       stopped_ = true;
       return Next::kStop;

@@ -1,4 +1,4 @@
-#include "live/hand.h"
+#include "live/inputs/hand.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
