@@ -9,7 +9,7 @@
 #include "input/motion.h"
 #include "input/scene_arguments.h"
 #include "recordings/estimation.h"
-#include "recordings/page.h"
+#include "recordings/identify_report.h"
 #include "report/report.h"
 #include "tasks/fingerprint.h"
 #include "tasks/task_arguments.h"
@@ -27,6 +27,7 @@ struct IdentifyArguments {
   int horizon = 0;
   bool swap = false;
   FitOptions fit;
+  TorqueFitOptions torques;
   tasks::TaskArguments tasks;
   Report report;
 };
@@ -37,7 +38,8 @@ Experiment make_experiment(const IdentifyArguments& arguments) {
   refuse_sensors(e.map, "identify");
   e.prediction = {arguments.substeps ? arguments.substeps : e.map.substeps,
                   e.scene.options.time_step, arguments.horizon, Interrupt::wanted};
-  const bool by_forces = arguments.objective == "force" || arguments.objective == "explain";
+  const bool by_forces = arguments.objective == "force" || arguments.objective == "explain" ||
+                         arguments.objective == "torque";
   if (compared(e.map) == Compared::kImpacts && by_forces)
     throw InputError("--objective " + arguments.objective +
                      ": an impact takes no time, forces are not to be had");
@@ -70,150 +72,6 @@ Split split(const IdentifyArguments& arguments, const Experiment& e) {
   if (out.train.empty())
     throw InputError("no recording is left to fit: expected a larger --train, or no --swap");
   return out;
-}
-
-Json json_metrics(const std::vector<Prediction>& predictions, Compared by) {
-  Json out = Json::object();
-  for (const auto& [name, value] : median_metrics(predictions, by)) out[name] = value;
-  return out;
-}
-
-/// Predictions of whole recordings, by the scene before and after the fit.
-struct Rollouts {
-  std::vector<Prediction> before, after;
-};
-
-Rollouts roll_out(Experiment e, const Scene& found, const std::vector<int>& which) {
-  e.prediction.horizon = 0;
-  return {predict_all(e, e.scene, which), predict_all(e, found, which)};
-}
-
-Json score(const Rollouts& rollouts, Compared by) {
-  const auto& [before, after] = rollouts;
-  int better = 0;
-  for (size_t i = 0; i < before.size(); ++i)
-    better += metrics(after[i], by)[0].second < metrics(before[i], by)[0].second;
-  return {{"recordings", before.size()},
-          {"better", better},
-          {"scene", json_metrics(before, by)},
-          {"found", json_metrics(after, by)}};
-}
-
-/// Returns a number, or a dash for null.
-std::string number_text(const Json& value) {
-  return value.is_number() ? fmt::format("{:.5g}", value.get<double>()) : std::string("-");
-}
-
-void print_score(const char* title, const Json& score, const Report& report) {
-  report.print("{}: {}", title,
-               format_entries("{recordings} recordings, {better} of them predicted better; median "
-                              "as the scene is / as found\n",
-                              score));
-  const Json& found = score["found"];
-  for (const auto& [name, value] : score["scene"].items())
-    if (found.contains(name))
-      report.print("  {:<26} {:10.5g} {:10.5g}\n", name, value.get<double>(),
-                   found[name].get<double>());
-}
-
-void print_coordinates(const Json& coordinates, const Report& report) {
-  const auto number = [](const Json& x) {
-    return x.is_null() ? std::string("-") : fmt::format("{:.4g}", x.get<double>());
-  };
-  report.print("  rms of the difference and R2, as the scene is / as found\n");
-  const size_t count = std::min(coordinates["scene"].size(), coordinates["found"].size());
-  for (size_t i = 0; i < count; ++i) {
-    const Json &before = coordinates["scene"][i], &after = coordinates["found"][i];
-    report.print("  {:<26} {:>10} {:>10} {:>10} {:>10}\n", before["name"].get<std::string>(),
-                 number(before["rms"]), number(after["rms"]), number(before["r2"]),
-                 number(after["r2"]));
-  }
-}
-
-Json json_parameter(const Parameter& parameter, double scene, const FittedParameter& found) {
-  const auto number = [](const std::optional<Interval>& i, double Interval::*side) {
-    return i ? Json((*i).*side) : Json();
-  };
-  return {{"name", parameter.name},
-          {"unit", parameter.unit},
-          {"scene", scene},
-          {"value", found.value},
-          {"lower_95", number(found.interval, &Interval::lower)},
-          {"upper_95", number(found.interval, &Interval::upper)},
-          {"bootstrap_lower_95", number(found.bootstrap, &Interval::lower)},
-          {"bootstrap_upper_95", number(found.bootstrap, &Interval::upper)},
-          {"identifiable", found.interval.has_value()},
-          {"lower_bound", parameter.lower},
-          {"upper_bound", parameter.upper},
-          {"at_bound", found.at_bound}};
-}
-
-void print_parameter(const Json& p, const Report& report) {
-  std::string interval = "not identifiable", bootstrap;
-  if (p["identifiable"])
-    interval =
-        p["lower_95"].is_null() ? "" : format_entries("{lower_95:.5g} ... {upper_95:.5g}", p);
-  if (!p["bootstrap_lower_95"].is_null())
-    bootstrap =
-        format_entries(", bootstrap {bootstrap_lower_95:.5g} ... {bootstrap_upper_95:.5g}", p);
-  report.print("{}{}{}{}{}", format_entries("  {name:<22} {value:>11.6g} {unit:<18} 95 %: ", p),
-               interval, bootstrap, p["at_bound"] ? ", at its bound" : "",
-               format_entries(" (scene {scene:.6g})\n", p));
-}
-
-void fill_report(const std::vector<Parameter>& parameters, const VectorX& start, const Fit& found,
-                 Report& report) {
-  report["status"] = "ok";
-  Json list = Json::array();
-  std::string set;
-  for (size_t i = 0; i < parameters.size(); ++i) {
-    list.push_back(
-        json_parameter(parameters[i], start[static_cast<Eigen::Index>(i)], found.parameters[i]));
-    print_parameter(list.back(), report);
-    set += fmt::format("{}{}={:.8g}", i == 0 ? "" : ",", parameters[i].name,
-                       found.parameters[i].value);
-  }
-  report.print("  --set {}\n", set);
-  report["parameters"] = list;
-  report["set"] = set;
-  Json correlation = Json::array();
-  for (Eigen::Index i = 0; i < found.correlation.rows(); ++i) {
-    const VectorX row = found.correlation.row(i);
-    correlation.push_back(std::vector<double>(row.begin(), row.end()));
-  }
-  report["correlation"] = correlation;
-  report["start_cost"] = found.start_cost;
-  report["cost"] = found.cost;
-  report["loss_scale"] = found.loss_scale;
-  report["evaluations"] = found.evaluations;
-  report["linearizations"] = found.linearizations;
-}
-
-/// Writes the page with the parameters and the errors over time of these rollouts.
-void write_page_of(const IdentifyArguments& arguments, const Rollouts& rollouts, Compared by,
-                   const Json& report) {
-  const auto& [before, after] = rollouts;
-  HtmlPage page("Figures found: " + arguments.scene.file);
-  PageTable parameters{{"parameter", "unit", "scene", "found", "95 % from", "to"}, {}};
-  for (const Json& p : report["parameters"])
-    parameters.rows.push_back({p["name"], p["unit"], number_text(p["scene"]),
-                               number_text(p["value"]), number_text(p["lower_95"]),
-                               number_text(p["upper_95"])});
-  page.table(parameters);
-  for (const char* part : {"train", "test"}) {
-    if (!report.contains(part)) continue;
-    page.heading(fmt::format("{}: {} recordings", part, report[part]["recordings"].get<int>()));
-    PageTable scores{{"median", "scene", "found"}, {}};
-    for (const auto& [name, value] : report[part]["scene"].items())
-      scores.rows.push_back(
-          {name, number_text(value), number_text(report[part]["found"].value(name, Json()))});
-    page.table(scores);
-  }
-  for (const Chart& chart : error_charts({{"scene", &before}, {"as found", &after}}, by))
-    page.picture_with_file(svg(chart));
-  page.heading("Each recording not fitted, as found");
-  page.table(prediction_table(after, by));
-  write_page(arguments.page, page);
 }
 
 std::uint64_t fingerprint(const IdentifyArguments& a, const Experiment& e) {
@@ -258,18 +116,24 @@ Fit predicted_best(IdentifyArguments& arguments, const Experiment& e,
   return found;
 }
 
+/// Refuses options of the search from many points, for objectives that need none.
+void refuse_search_options(const IdentifyArguments& arguments) {
+  const FitOptions &given = arguments.fit, usual;
+  const std::string& objective = arguments.objective;
+  if (arguments.tasks.is_share())
+    throw InputError("--tasks: with --objective " + objective + " all recordings are one task");
+  if (given.samples != usual.samples || given.refined != usual.refined || given.bootstrap > 0 ||
+      given.difference != usual.difference || !given.exact || arguments.loss != "cauchy")
+    throw InputError("--objective " + objective +
+                     ": leave out --samples, --refined, --bootstrap, --difference, --derivatives "
+                     "and --loss");
+}
+
 /// Finds the parameters and motions that explain the recordings, as one problem on rank 0.
 Fit explained_best(IdentifyArguments& arguments, const Experiment& e,
                    const std::vector<Parameter>& parameters, const std::vector<int>& which,
                    tasks::World& world) {
-  if (arguments.tasks.is_share())
-    throw InputError("--tasks: with --objective explain all recordings are one task");
-  const FitOptions &given = arguments.fit, usual;
-  if (given.samples != usual.samples || given.refined != usual.refined || given.bootstrap > 0 ||
-      given.difference != usual.difference || !given.exact || arguments.loss != "cauchy")
-    throw InputError(
-        "--objective explain: leave out --samples, --refined, --bootstrap, --difference, "
-        "--derivatives and --loss");
+  refuse_search_options(arguments);
   if (!world.is_root()) return {};
   std::vector<const Recording*> recordings;
   for (const int i : which) recordings.push_back(&e.recordings[static_cast<std::size_t>(i)]);
@@ -288,6 +152,57 @@ Fit explained_best(IdentifyArguments& arguments, const Experiment& e,
   return found.parameters;
 }
 
+std::vector<const Recording*> chosen(const Experiment& e, const std::vector<int>& which) {
+  std::vector<const Recording*> out;
+  for (const int i : which) out.push_back(&e.recordings[static_cast<std::size_t>(i)]);
+  return out;
+}
+
+/// Fits recorded joint forces on rank 0, and reports.
+int identify_torques(IdentifyArguments& arguments, const Experiment& e,
+                     const std::vector<Parameter>& parameters, const Split& parts,
+                     tasks::World& world) {
+  refuse_search_options(arguments);
+  if (!world.is_root()) return kSuccess;
+  Report& report = arguments.report;
+  arguments.torques.threads = arguments.tasks.threads(world);
+  arguments.torques.stop = Interrupt::wanted;
+  const TorqueFit found =
+      fit_torques(e.scene, e.map, chosen(e, parts.train), parameters, arguments.torques);
+  report["ranks"] = 1;
+  report["threads"] = arguments.torques.threads;
+  const VectorX start = parameter_values(parameters, e.scene);
+  fill_report(parameters, start, found.parameters, report);
+  if (found.parameters.stopped) return end_early("the best found so far, without scores", report);
+  fill_told(parameters, e.scene.model, found, report);
+  const VectorX values = found.parameters.values();
+  const Scene after = with_parameters(e.scene, parameters, values);
+  VectorX held;  // at rest, in the recordings that were fitted
+  for (const auto& [name, which] :
+       {std::pair{"train", &parts.train}, std::pair{"test", &parts.test}}) {
+    if (which->empty()) continue;
+    const auto recordings = chosen(e, *which);
+    const TorqueScore before =
+        score_torques(e.scene, e.map, recordings, parameters, start, arguments.torques, held);
+    const TorqueScore now =
+        score_torques(after, e.map, recordings, parameters, values, arguments.torques, held);
+    if (held.size() == 0) held = now.held;
+    report.print("{}: {} recordings\n", name, which->size());
+    Json& coordinates = report[name]["coordinates"];
+    coordinates = {{"scene", coordinate_list(before.coordinates)},
+                   {"found", coordinate_list(now.coordinates)}};
+    print_coordinates(coordinates, report);
+    report[name]["recordings"] = which->size();
+    for (std::size_t c = 0; c < found.channels.size(); ++c)
+      report["channels"][c]["held"] = held[static_cast<Eigen::Index>(c)];
+  }
+  Interrupt::end();
+  report.write();
+  if (!arguments.page.empty())
+    write_identify_page(arguments.page, arguments.scene.file, {}, compared(e.map), report.json());
+  return kSuccess;
+}
+
 int identify(IdentifyArguments& arguments, tasks::World& world) {
   arguments.report.begin("identify", arguments.scene.file);
   arguments.fit.exact = arguments.derivatives == "exact";
@@ -295,6 +210,8 @@ int identify(IdentifyArguments& arguments, tasks::World& world) {
   const std::vector<Parameter> parameters = parse_parameters(arguments.parameters, e.scene);
   const Split parts = split(arguments, e);
   const Interrupt interrupt;
+  if (arguments.objective == "torque")
+    return identify_torques(arguments, e, parameters, parts, world);
   const auto search = arguments.objective == "explain" ? explained_best : predicted_best;
   const Fit found = search(arguments, e, parameters, parts.train, world);
   if (!world.is_root()) return kSuccess;
@@ -326,7 +243,8 @@ int identify(IdentifyArguments& arguments, tasks::World& world) {
   if (Interrupt::wanted()) return end_early("those found, without all scores", report);
   Interrupt::end();
   report.write();
-  if (!arguments.page.empty()) write_page_of(arguments, shown, by, report.json());
+  if (!arguments.page.empty())
+    write_identify_page(arguments.page, arguments.scene.file, shown, by, report.json());
   return kSuccess;
 }
 
@@ -350,10 +268,19 @@ void add_identify(CommandLine& line) {
               "1 for a single recording)",
               range(0.0, 1.0));
   command.add("--test", arguments.test, "Recordings to score; all others are fitted");
-  command.add("--objective score|rows|one-step|force|explain", arguments.objective,
-              "Minimized: score (default; mean deviations of each recording), rows (squared "
-              "deviations at every row), one-step (rows, from every row to the next), force "
-              "(unexplained by compare --mode inverse), explain (unexplained by any motion)");
+  command.add(
+      "--objective score|rows|one-step|force|torque|explain", arguments.objective,
+      "Minimized: score (default; mean deviations of each recording), rows (squared "
+      "deviations at every row), one-step (rows, from every row to the next), force "
+      "(unexplained by compare --mode inverse), torque (recorded joint forces of what touches "
+      "nothing; tells what the recordings cannot tell), explain (unexplained by any motion)");
+  command.add("--cutoff", arguments.torques.cutoff,
+              "With --objective torque: -3 dB frequency of the filter of forces [Hz]; default 10",
+              positive);
+  command.add("--rest-speed", arguments.torques.rest_speed,
+              "With --objective torque: slower joints with dry friction rest [rad/s, m/s]; default "
+              "0",
+              not_negative);
   command.add("--swap", arguments.swap, "Exchange the recordings fitted and scored");
   command.add("--horizon", arguments.horizon,
               "Rows between restarts from the recording; 0: start at its first row only",
@@ -361,10 +288,10 @@ void add_identify(CommandLine& line) {
   command.add("--loss cauchy|squares", arguments.loss, "cauchy (default) or squares");
   command.add("--samples", arguments.fit.samples, "Points tried before any is refined",
               range(0, 1'000'000));
-  command.add("--refined", arguments.fit.refined, "Points refined", range(1, 1000));
+  command.add("--refined", arguments.fit.refined, "Points refined", range(1, 1000), seldom);
   command.add("--difference", arguments.fit.difference,
               "Last step of the differences, as a share of the range (default 1e-3)",
-              range(1e-9, 0.03));
+              range(1e-9, 0.03), seldom);
   command.add("--derivatives exact|differences", arguments.derivatives,
               "exact (default: where steps have closed forms) or differences");
   command.add("--bootstrap", arguments.fit.bootstrap, "Refits to recordings drawn anew",

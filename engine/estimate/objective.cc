@@ -4,7 +4,7 @@
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/estimate/estimate.h"
-#include "counterpoint/engine/estimate/gradient.h"
+#include "counterpoint/engine/estimate/parameters/gradient.h"
 
 namespace counterpoint::estimation {
 namespace {

@@ -8,10 +8,10 @@
 
 #include "counterpoint/engine/estimate/fit/fit_spread.h"
 #include "counterpoint/engine/estimate/fit/joint_fit.h"
-#include "counterpoint/engine/estimate/gradient.h"
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"
 #include "counterpoint/engine/estimate/motion/motion_priors.h"
 #include "counterpoint/engine/estimate/motion/recorded_motion.h"
+#include "counterpoint/engine/estimate/parameters/gradient.h"
 #include "counterpoint/engine/estimate/sensors/motion_filter.h"
 #include "counterpoint/model/special_values.h"
 
@@ -44,14 +44,18 @@ struct SearchedParameters {
   std::vector<SharedParameter> shared;
 };
 
-bool is_of_search(ParameterKind kind) {
+bool is_found_with_motion(ParameterKind kind) {
   switch (kind) {
-    case ParameterKind::kRestitution:
-    case ParameterKind::kSize:
-    case ParameterKind::kCompliance:
-    case ParameterKind::kSmoothing:
-    case ParameterKind::kStabilization:
-    case ParameterKind::kMaxRecoverySpeed:
+    case ParameterKind::kFriction:
+    case ParameterKind::kTorsionalFriction:
+    case ParameterKind::kRollingFriction:
+    case ParameterKind::kMass:
+    case ParameterKind::kInertia:
+    case ParameterKind::kDamping:
+    case ParameterKind::kDryFriction:
+    case ParameterKind::kArmature:
+    case ParameterKind::kGravity:
+    case ParameterKind::kHeight:
       return true;
     default:
       return false;
@@ -63,7 +67,7 @@ SearchedParameters searched_parameters(const std::vector<Parameter>& parameters,
   SearchedParameters out;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const Parameter& p = parameters[i];
-    if (is_of_search(p.kind))
+    if (!is_found_with_motion(p.kind))
       throw InputError(fmt::format(
           "parameter '{}': not found together with the motion; expected friction, "
           "torsional_friction, rolling_friction, mass, inertia, damping, dry_friction, armature, "

@@ -1,5 +1,5 @@
 // Exact derivatives of the residuals of identification, against differences of the residuals.
-#include "counterpoint/engine/estimate/gradient.h"
+#include "counterpoint/engine/estimate/parameters/gradient.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "counterpoint/engine/estimate/gradient.h"
+#include "counterpoint/engine/estimate/parameters/gradient.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,6 +6,7 @@
 #include "counterpoint/engine/constraints/bounce.h"
 #include "counterpoint/engine/derivatives/dynamics/right_jacobian.h"
 #include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/estimate/parameters/parameter_kinds.h"
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint::estimation {
@@ -211,6 +212,21 @@ std::optional<LinearizedResiduals> of_forces(const Experiment& experiment,
   return out;
 }
 
+/// The inertial parameters are polynomials of second degree in these parameters, so that central
+/// differences are exact.
+StepParameter deformation_parameter(const Parameter& p, double value, const Model& model) {
+  const bool moves = p.kind == K::kCenterX || p.kind == K::kCenterY || p.kind == K::kCenterZ;
+  StepParameter out{S::kInertia, p.targets, {}, {}};
+  for (const int target : p.targets) {
+    const SpatialInertia& now = model.body(target).inertia;
+    const double middle = moves ? value : 1.0, step = moves ? 1e-2 : 1e-1;
+    const InertialParameters change = inertial_parameters(with_value(p.kind, middle + step, now)) -
+                                      inertial_parameters(with_value(p.kind, middle - step, now));
+    out.changes.push_back(change / (2.0 * step * (moves ? 1.0 : value)));
+  }
+  return out;
+}
+
 }  // namespace
 
 std::optional<StepParameter> step_parameter(const Parameter& p, double value, const Model& model) {
@@ -239,6 +255,13 @@ std::optional<StepParameter> step_parameter(const Parameter& p, double value, co
       out.changes.front() /= value;  // relative to the scene's inertia, not the current one
       return out;
     }
+    case K::kCenterX:
+    case K::kCenterY:
+    case K::kCenterZ:
+    case K::kSpreadX:
+    case K::kSpreadY:
+    case K::kSpreadZ:
+      return deformation_parameter(p, value, model);
     case K::kGravity:
       return all(S::kGravity);
     case K::kCompliance:
@@ -249,10 +272,9 @@ std::optional<StepParameter> step_parameter(const Parameter& p, double value, co
       return all(S::kStabilization);
     case K::kMaxRecoverySpeed:
       return all(S::kMaxRecoverySpeed);
-    case K::kSize:
+    default:
       return std::nullopt;
   }
-  return std::nullopt;
 }
 
 std::vector<char> exact_parameters(const Experiment& experiment,
@@ -269,7 +291,7 @@ std::vector<char> exact_parameters(const Experiment& experiment,
     const K kind = parameters[i].kind;
     // Forces on floating links are divided by their weight, which depends on these parameters.
     const bool weighs = by_force && (kind == K::kMass || kind == K::kGravity);
-    exact[i] = kind != K::kSize && !(weighs && any_floating(model));
+    exact[i] = step_parameter(parameters[i], 1.0, model) && !(weighs && any_floating(model));
   }
   return exact;
 }

@@ -1,0 +1,38 @@
+// The report of `identify`: parameters, identifiability and scores, as JSON, text and a page.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "counterpoint/engine/estimate/torque_fit.h"
+#include "recordings/estimation.h"
+#include "report/report.h"
+
+namespace counterpoint::apps {
+
+/// Predictions of whole recordings, by the scene before and after the fit.
+struct Rollouts {
+  std::vector<Prediction> before, after;
+};
+
+Rollouts roll_out(Experiment e, const Scene& found, const std::vector<int>& which);
+
+/// Returns the median errors of the rollouts, and how many recordings are predicted better.
+Json score(const Rollouts& rollouts, Compared by);
+void print_score(const char* title, const Json& score, const Report& report);
+/// Prints lists of coordinates (coordinate_list) under the keys `scene` and `found`.
+void print_coordinates(const Json& coordinates, const Report& report);
+
+/// Writes and prints the parameters found. start: their values in the scene.
+void fill_report(const std::vector<Parameter>& parameters, const VectorX& start, const Fit& found,
+                 Report& report);
+/// Writes and prints the identifiability of the parameters, and the channels of a fit of torques.
+void fill_told(const std::vector<Parameter>& parameters, const Model& model, const TorqueFit& found,
+               Report& report);
+
+/// Writes the page of a fit: parameters, scores, and errors of the rollouts over time, if there are
+/// any.
+void write_identify_page(const std::string& folder, const std::string& scene_file,
+                         const Rollouts& rollouts, Compared by, const Json& report);
+
+}  // namespace counterpoint::apps

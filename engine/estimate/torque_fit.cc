@@ -1,0 +1,174 @@
+#include "counterpoint/engine/estimate/torque_fit.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/engine/estimate/fit/fit_spread.h"
+#include "counterpoint/engine/estimate/parameters/parameter_kinds.h"
+#include "counterpoint/engine/estimate/torques/torque_search.h"
+#include "counterpoint/engine/trajectory.h"
+
+namespace counterpoint::estimation {
+namespace {
+
+using K = ParameterKind;
+
+/// Passes over the recordings; one is enough without delays and gravity.
+constexpr int kPasses = 8;
+
+void check_parameters(const std::vector<Parameter>& parameters, const std::vector<int>& forces) {
+  for (const Parameter& p : parameters) {
+    const bool channel = is_channel(p.kind);
+    const bool linear = is_inertial(p.kind) || p.kind == K::kDamping || p.kind == K::kDryFriction ||
+                        p.kind == K::kArmature || p.kind == K::kGravity;
+    if (!linear && !channel)
+      throw InputError(fmt::format(
+          "parameter '{}': joint forces without contact do not tell it; expected mass, com_x, "
+          "com_y, com_z, inertia, shear_*, spread_*, inertial, damping, dry_friction, armature, "
+          "gravity, force_offset, force_gain or force_delay, or another objective",
+          p.name));
+    if (channel && std::find(forces.begin(), forces.end(), p.targets.front()) == forces.end())
+      throw InputError(
+          fmt::format("parameter '{}': the force of this joint is not recorded", p.name));
+  }
+}
+
+double longest_delay(const std::vector<Parameter>& parameters) {
+  double out = 0.0;
+  for (const Parameter& p : parameters)
+    if (p.kind == K::kForceDelay) out = std::max({out, std::abs(p.lower), std::abs(p.upper)});
+  return out;
+}
+
+/// Whether a parameter acts other than as a pass assumes, so that another is needed.
+bool needs_passes(const std::vector<Parameter>& parameters) {
+  const auto has = [&](K kind) {
+    return std::any_of(parameters.begin(), parameters.end(),
+                       [&](const Parameter& p) { return p.kind == kind; });
+  };
+  return has(K::kForceDelay) || (has(K::kGravity) && parameters.size() > 1);
+}
+
+void fill(const Coordinates& coordinates, const LinearQuantities& quantities,
+          const TorqueSearch& search, std::size_t recordings, TorqueFit& out) {
+  const VectorX& x = search.x();
+  const Eigen::Index n = x.size();
+  MatrixX by_recording = MatrixX::Zero(n, static_cast<Eigen::Index>(recordings));
+  const MatrixX information = search.information(&by_recording);
+  const VectorX prior = search.prior_weights();
+  out.told =
+      identifiability(coordinates.parameters, coordinates.values(x), information, by_recording);
+  const MatrixX H = information + MatrixX(prior.asDiagonal());
+  const VectorX scale = H.diagonal().cwiseSqrt().cwiseInverse();
+  const MatrixX covariance =
+      scale.asDiagonal() *
+      (scale.asDiagonal() * H * scale.asDiagonal()).ldlt().solve(MatrixX::Identity(n, n)) *
+      scale.asDiagonal();
+  double rows = 0.0;
+  for (const TorqueChannel& channel : search.channels()) rows += channel.rows / channel.correlation;
+  const double quantile = fitting::student_95(std::max(1.0, rows - static_cast<double>(n)));
+  out.parameters.correlation = MatrixX::Zero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    FittedParameter& one = out.parameters.parameters.emplace_back();
+    one.value = coordinates.value(i, x[i]);
+    const double margin = 1e-9 * coordinates.range(i);
+    one.at_bound = x[i] <= coordinates.lower[i] + margin || x[i] >= coordinates.upper[i] - margin;
+    const double deviation = std::sqrt(std::max(0.0, covariance(i, i)));
+    const auto bounded = [&](double by) {
+      return coordinates.value(i,
+                               std::clamp(x[i] + by, coordinates.lower[i], coordinates.upper[i]));
+    };
+    if (deviation * deviation * prior[i] < kTold * kTold)
+      one.interval = {bounded(-quantile * deviation), bounded(quantile * deviation)};
+    for (Eigen::Index j = 0; j < n; ++j)
+      out.parameters.correlation(i, j) =
+          covariance(i, j) / std::sqrt(covariance(i, i) * covariance(j, j));
+  }
+  const Eigen::Index inertial = quantities.num_inertial();
+  const MatrixX D = quantities.derivatives(coordinates, x).topRows(inertial);
+  out.bodies = quantities.bodies();
+  out.inertial = quantities.at(coordinates.values(x)).head(inertial);
+  out.inertial_covariance = D * covariance * D.transpose();
+  out.channels = search.channels();
+  out.parameters.cost = search.cost();
+}
+
+}  // namespace
+
+TorqueFit fit_torques(const Scene& scene, const ColumnMap& map,
+                      const std::vector<const Recording*>& recordings,
+                      const std::vector<Parameter>& parameters, const TorqueFitOptions& options) {
+  const TorqueTask task{map, recordings, options, longest_delay(parameters)};
+  check_torques(scene, task);
+  const std::vector<int> forces = recorded_forces(map);
+  check_parameters(parameters, forces);
+  const Coordinates coordinates(parameters, parameter_values(parameters, scene));
+  const LinearQuantities quantities(scene, parameters);
+  TorqueFit out;
+  VectorX x = coordinates.prior;
+  for (int pass = 1;; ++pass) {
+    const VectorX values = coordinates.values(x);
+    const Scene now = with_parameters(scene, parameters, values);
+    const std::vector<ChannelRows> rows =
+        torque_rows(now, task, quantities.step_parameters(now.model),
+                    channel_values(forces, parameters, values));
+    ++out.parameters.linearizations;
+    if (rows[0].recorded.size() <= static_cast<Eigen::Index>(parameters.size()) / 2)
+      throw InputError(fmt::format(
+          "{}: {} rows are left to compare, for {} parameters; expected a longer recording, or a "
+          "higher cutoff than {:g} Hz",
+          recordings.front()->file, rows[0].recorded.size(), parameters.size(), options.cutoff));
+    TorqueSearch search(coordinates, quantities, rows, x, now.model.dry_friction());
+    if (pass == 1) out.parameters.start_cost = search.cost();
+    search.run();
+    const bool settled = search.moved(x) <= kSettled || !needs_passes(parameters);
+    x = search.x();
+    out.parameters.stopped = options.stop && options.stop();
+    if (!settled && pass < kPasses && !out.parameters.stopped) continue;
+    fill(coordinates, quantities, search, recordings.size(), out);
+    return out;
+  }
+}
+
+TorqueScore score_torques(const Scene& scene, const ColumnMap& map,
+                          const std::vector<const Recording*>& recordings,
+                          const std::vector<Parameter>& parameters, const VectorX& values,
+                          const TorqueFitOptions& options, const VectorX& held) {
+  const TorqueTask task{map, recordings, options, longest_delay(parameters)};
+  check_torques(scene, task);
+  const std::vector<int> forces = recorded_forces(map);
+  std::vector<StepParameter> friction;
+  for (const int k : forces) friction.push_back({StepParameterKind::kDryFriction, {k}, {}, {}});
+  const std::vector<ChannelValues> channels = channel_values(forces, parameters, values);
+  const std::vector<ChannelRows> rows = torque_rows(scene, task, friction, channels);
+  const CoordinateNames names = coordinate_names(scene.model);
+  TorqueScore out;
+  out.held = VectorX::Zero(static_cast<Eigen::Index>(rows.size()));
+  for (std::size_t c = 0; c < rows.size(); ++c) {
+    const ChannelRows& channel = rows[c];
+    if (channel.recorded.size() == 0)
+      throw InputError(
+          fmt::format("the recordings are too short for a cutoff of {:g} Hz", options.cutoff));
+    const auto at = static_cast<Eigen::Index>(c);
+    const double dry = channels[c].gain * scene.model.dry_friction()[channel.coordinate];
+    VectorX left = channels[c].gain * channel.modelled - channel.recorded +
+                   VectorX::Constant(channel.recorded.size(), channels[c].offset);
+    std::vector<Eigen::Index> rest;
+    for (Eigen::Index i = 0; i < left.size() && dry > 0.0; ++i) {
+      if (!channel.rests[static_cast<std::size_t>(i)]) continue;
+      rest.push_back(i);
+      left[i] -= dry * channel.derivatives(i, at);
+      out.held[at] = std::max(out.held[at], std::abs(left[i]));
+    }
+    const double most = std::max(dry, held.size() > 0 ? held[at] : out.held[at]);
+    for (const Eigen::Index i : rest) left[i] -= std::clamp(left[i], -most, most);
+    out.coordinates.push_back(coordinate_metrics(
+        names.force[static_cast<std::size_t>(channel.coordinate)], left, channel.recorded));
+  }
+  return out;
+}
+
+}  // namespace counterpoint::estimation

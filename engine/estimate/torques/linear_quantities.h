@@ -1,0 +1,56 @@
+// Search coordinates of a fit of joint forces, and the quantities in which these are linear.
+#pragma once
+
+#include <vector>
+
+#include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/estimate/torques/torque_rows.h"
+
+namespace counterpoint::estimation {
+
+/// Search coordinates: values of parameters, or their logarithms; with bounds and priors.
+struct Coordinates {
+  /// parameters: must outlive this; start: values in the scene.
+  Coordinates(const std::vector<Parameter>& parameters, const VectorX& start);
+
+  double range(Eigen::Index i) const { return upper[i] - lower[i]; }
+  double value(Eigen::Index i, double x) const;
+  VectorX values(const VectorX& x) const;
+
+  const std::vector<Parameter>& parameters;
+  VectorX lower, upper, prior;
+};
+
+/// Whether a parameter belongs to a recorded force, not to the scene.
+bool is_channel(ParameterKind kind);
+
+/// Returns the properties of each channel (coordinate of v) at these values.
+std::vector<ChannelValues> channel_values(const std::vector<int>& coordinates,
+                                          const std::vector<Parameter>& parameters,
+                                          const VectorX& values);
+
+/// The quantities in which inverse dynamics is linear: ten of each body with an inertial parameter,
+/// then one for each other parameter of the scene.
+class LinearQuantities {
+ public:
+  /// parameters: must outlive this.
+  LinearQuantities(const Scene& scene, const std::vector<Parameter>& parameters);
+
+  const std::vector<int>& bodies() const { return bodies_; }
+  Eigen::Index num_inertial() const { return 10 * static_cast<Eigen::Index>(bodies_.size()); }
+  Eigen::Index size() const { return num_inertial() + static_cast<Eigen::Index>(others_.size()); }
+
+  /// The quantities as parameters of steps.
+  std::vector<StepParameter> step_parameters(const Model& model) const;
+  VectorX at(const VectorX& values) const;
+  /// Derivatives of the quantities by the search coordinates.
+  MatrixX derivatives(const Coordinates& coordinates, const VectorX& x) const;
+
+ private:
+  const std::vector<Parameter>& parameters_;
+  std::vector<int> bodies_;
+  std::vector<SpatialInertia> inertias_;
+  std::vector<Eigen::Index> others_;  ///< parameters
+};
+
+}  // namespace counterpoint::estimation
