@@ -200,6 +200,31 @@ def test_identification_finds_what_made_a_motion(load, tmp_path):
         cp.recordings.identify(scene, columns, recorded, "friction", objective="explained")
 
 
+def test_joint_forces_tell_a_damping_and_a_sum_of_masses(load, tmp_path):
+    """A slow straight pendulum, of which only the shoulder's torque is known, tells upper + 3 lower."""
+    scene = load("double_pendulum")
+    made = cp.recordings.with_settings(scene, "damping:shoulder=0.5")
+    model, h = made.model, 0.01
+    options = made.options
+    options.time_step = h
+    rows = []
+    for k in range(1000):
+        turn = 0.1 * h * k
+        u = cp.step_inverse(model, options, [turn, 0.0], [0.1, 0.0], [0.1, 0.0]).applied_force
+        rows.append((h * k, turn, 0.0, u[0] + 0.01 * np.sin(37.0 * k)))
+    file = tmp_path / "slow.csv"
+    file.write_text("t,a,b,u\n" + "".join(",".join(map(repr, map(float, row))) + "\n" for row in rows))
+    mapped = tmp_path / "map.yaml"
+    mapped.write_text("time: t\ncolumns: {shoulder.q: a, elbow.q: b, shoulder.u: u}\n")
+    columns = cp.recordings.load_column_map(mapped, model)
+    recorded = cp.recordings.read_recordings([file], columns, scene)
+    found = cp.recordings.identify(scene, columns, recorded, "damping:shoulder,mass:upper,mass:lower", objective="torque")
+    assert found.parameters[0].value == pytest.approx(0.5, abs=0.05)
+    assert len(found.untold) == 1 and "is told: 4 kg" in found.untold[0] or "is told: 1.33" in found.untold[0]
+    assert len(found.spectrum) == 3 and found.spectrum[0] > found.spectrum[2]
+
+
+
 def test_the_fast_calls_are_methods_and_properties_like_others(load):
     class Mine(cp.Simulator):
         def __init__(self, scene):

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "counterpoint/engine/estimate/parameter_estimate.h"
+#include "counterpoint/engine/estimate/torque_fit.h"
 #include "objects/handles.h"
 #include "objects/properties.h"
 #include "objects/typed.h"
@@ -30,6 +31,7 @@ struct IdentificationHandle {
   std::vector<FoundHandle> parameters;
   Fit fit;
   ScenePtr scene;
+  estimation::TorqueFit torques;  ///< of the objective 'torque'
 };
 
 Bounds bounds(const std::optional<apps::Interval>& interval) {
@@ -52,10 +54,12 @@ apps::Experiment experiment_from(const SceneHandle& scene, const ColumnMap& map,
                                  const std::string& objective, std::optional<int> substeps,
                                  int horizon) {
   if (objective != "score" && objective != "rows" && objective != "one-step" &&
-      objective != "force" && objective != "explain")
-    throw py::value_error("objective '" + objective +
-                          "': expected 'score', 'rows', 'one-step', 'force' or 'explain'");
-  if (compared(map) == apps::Compared::kImpacts && (objective == "force" || objective == "explain"))
+      objective != "force" && objective != "torque" && objective != "explain")
+    throw py::value_error(
+        "objective '" + objective +
+        "': expected 'score', 'rows', 'one-step', 'force', 'torque' or 'explain'");
+  if (compared(map) == apps::Compared::kImpacts &&
+      (objective == "force" || objective == "torque" || objective == "explain"))
     throw py::value_error("objective '" + objective +
                           "': an impact takes no time, forces are not to be had");
   apps::Experiment e{scene.scene(), map, {}, 0, {}};
@@ -84,12 +88,29 @@ Fit explained_best(const apps::Experiment& e, const std::vector<Parameter>& para
       .parameters;
 }
 
+/// Fits recorded joint forces. Calls `progress`, which may raise, before each recording of a pass
+/// with the number of recordings so far; their total is unknown and passed as 0.
+estimation::TorqueFit torques_best(const apps::Experiment& e,
+                                   const std::vector<Parameter>& parameters, double cutoff,
+                                   double rest_speed,
+                                   const std::function<void(int, int)>& progress) {
+  std::vector<const Recording*> recordings;
+  for (const Recording& one : e.recordings) recordings.push_back(&one);
+  estimation::TorqueFitOptions options{cutoff, rest_speed, 0};
+  int passed = 0;
+  options.stop = [&] {
+    progress(passed++, 0);
+    return false;
+  };
+  return estimation::fit_torques(e.scene, e.map, recordings, parameters, options);
+}
+
 std::shared_ptr<IdentificationHandle> identify(
     const SceneHandle& scene, const ColumnMap& map,
     const std::vector<std::shared_ptr<Recording>>& recordings, const std::string& text,
     const std::string& objective, std::optional<int> substeps, int horizon, bool robust,
-    int samples, int refined, int bootstrap, bool exact, double difference,
-    const py::object& progress) {
+    int samples, int refined, int bootstrap, bool exact, double difference, double cutoff,
+    double rest_speed, const py::object& progress) {
   const apps::Experiment e = experiment_from(scene, map, recordings, objective, substeps, horizon);
   const std::vector<Parameter> parameters = apps::parse_parameters(text, e.scene);
   std::vector<int> all(e.recordings.size());
@@ -105,9 +126,14 @@ std::shared_ptr<IdentificationHandle> identify(
   auto out = std::make_shared<IdentificationHandle>();
   {
     const py::gil_scoped_release release;
-    out->fit = objective == "explain"
-                   ? explained_best(e, parameters, options.progress)
-                   : fit(apps::fit_problem(e, parameters, all, objective == "force"), options);
+    if (objective == "torque") {
+      out->torques = torques_best(e, parameters, cutoff, rest_speed, options.progress);
+      out->fit = out->torques.parameters;
+    } else if (objective == "explain") {
+      out->fit = explained_best(e, parameters, options.progress);
+    } else {
+      out->fit = fit(apps::fit_problem(e, parameters, all, objective == "force"), options);
+    }
     out->scene = handle_of(with_parameters(e.scene, parameters, out->fit.values()));
   }
   const VectorX start = apps::parameter_values(parameters, e.scene);
@@ -152,6 +178,23 @@ void bind_found(py::module_& r) {
       .def_property_readonly(
           "correlation", [](const I& i) { return copy_matrix(i.fit.correlation); },
           "Of the estimates, shape (n, n).")
+      .def_property_readonly(
+          "untold",
+          [](const I& i) {
+            std::vector<std::string> words;
+            for (const auto& direction : i.torques.told.untold) words.push_back(direction.words);
+            return words;
+          },
+          "Of 'torque': sentences on the combinations of parameters that the recordings do not "
+          "tell.")
+      .def_property_readonly(
+          "spectrum",
+          [](const I& i) {
+            const VectorX& values = i.torques.told.spectrum;
+            return std::vector<double>(values.begin(), values.end());
+          },
+          "Of 'torque': singular values of the sensitivity, descending, in standard deviations of "
+          "the noise over the range of a parameter.")
       .def("__repr__", [](const I& i) {
         std::string text = "<Identification:";
         for (const FoundHandle& f : i.parameters)
@@ -173,8 +216,9 @@ recordings : sequence of Recording
     All are fitted; score others with predict.
 parameters : str
     What to find: KIND[:ELEMENT][=LOW..HIGH], comma separated (docs/guide/recordings.md).
-objective : {'score', 'rows', 'one-step', 'force', 'explain'}
-    What is made small. 'explain' finds the motions behind noisy recordings with the figures, from
+objective : {'score', 'rows', 'one-step', 'force', 'torque', 'explain'}
+    What is made small. 'torque' fits recorded joint forces; of the settings below it takes cutoff,
+    rest_speed and progress. 'explain' finds the motions behind noisy recordings with the figures, from
     the scene's own as start; it takes none of the settings below but progress.
 substeps : int, optional
     Time steps between two rows.
@@ -192,6 +236,10 @@ exact : bool
     Exact derivatives where steps have closed forms; else differences of all.
 difference : float
     Last step of the differences, as a share of the range.
+cutoff : float
+    Of 'torque': -3 dB frequency of the filter of forces [Hz].
+rest_speed : float
+    Of 'torque': slower joints with dry friction rest [rad/s, m/s].
 progress : Callable[[int, int], object], optional
     Called with the numbers of what is done and of all.
 
@@ -229,7 +277,8 @@ void bind_identification(py::module_& r) {
         py::arg("robust") = defaults.robust, py::arg("samples") = defaults.samples,
         py::arg("refined") = defaults.refined, py::arg("bootstrap") = defaults.bootstrap,
         py::arg("exact") = defaults.exact, py::arg("difference") = defaults.difference,
-        py::arg("progress") = py::none(), kIdentifyDoc);
+        py::arg("cutoff") = 10.0, py::arg("rest_speed") = 0.0, py::arg("progress") = py::none(),
+        kIdentifyDoc);
 }
 
 }  // namespace counterpoint::python
