@@ -26,6 +26,7 @@ void add_merge(CommandLine& line);
 void add_inverse(CommandLine& line);
 void add_derivatives(CommandLine& line);
 void add_compare(CommandLine& line);
+void add_excite(CommandLine& line);
 void add_explain(CommandLine& line);
 void add_identify(CommandLine& line);
 void add_inspect(CommandLine& line);

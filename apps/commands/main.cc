@@ -10,12 +10,11 @@
 namespace counterpoint::apps {
 namespace {
 
-constexpr auto kSubcommands = {add_simulate, add_live,        add_inverse,    add_view,
-                               add_inspect,  add_export,      add_convert,    add_optimize,
-                               add_retarget, add_control,     add_rollout,    add_sweep,
-                               add_merge,    add_compare,     add_explain,    add_identify,
-                               add_accuracy, add_derivatives, add_hard_cases, add_contact_problem,
-                               add_list,     add_generate};
+constexpr auto kSubcommands = {
+    add_simulate,    add_live,       add_inverse,         add_view,     add_inspect, add_export,
+    add_convert,     add_optimize,   add_retarget,        add_control,  add_rollout, add_sweep,
+    add_merge,       add_compare,    add_explain,         add_identify, add_excite,  add_accuracy,
+    add_derivatives, add_hard_cases, add_contact_problem, add_list,     add_generate};
 
 int run(int argc, char** argv) {
   CommandLine line(

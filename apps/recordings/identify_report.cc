@@ -176,6 +176,8 @@ void fill_told(const std::vector<Parameter>& parameters, const Model& model, con
       count - told.untold.size(), count, told.spectrum[0], told.spectrum[told.spectrum.size() - 1]);
   for (const UntoldDirection& direction : told.untold)
     report.print("  not told: {}\n", direction.words);
+  if (!told.untold.empty())
+    report.print("`counterpoint excite` designs a motion that tells as much as any can\n");
   const CoordinateNames names = coordinate_names(model);
   Json& channels = report["channels"] = Json::array();
   for (const TorqueChannel& channel : found.channels)

@@ -22,9 +22,7 @@ constexpr int kPasses = 8;
 void check_parameters(const std::vector<Parameter>& parameters, const std::vector<int>& forces) {
   for (const Parameter& p : parameters) {
     const bool channel = is_channel(p.kind);
-    const bool linear = is_inertial(p.kind) || p.kind == K::kDamping || p.kind == K::kDryFriction ||
-                        p.kind == K::kArmature || p.kind == K::kGravity;
-    if (!linear && !channel)
+    if (!is_linear(p.kind) && !channel)
       throw InputError(fmt::format(
           "parameter '{}': joint forces without contact do not tell it; expected mass, com_x, "
           "com_y, com_z, inertia, shear_*, spread_*, inertial, damping, dry_friction, armature, "

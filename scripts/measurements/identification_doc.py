@@ -136,6 +136,16 @@ def delay_row(arm, fits, draws):
     return f"| torques read 7.3 ms late: largest error of the delay, {draws} draws [ms] | {1e3 * max(errors):.3f} |\n"
 
 
+def excitation_row(folder):
+    report = folder / "excite.json"
+    start = time.perf_counter()
+    subprocess.run([PROGRAM, "excite", SCENE, "--parameters", "inertial:*", "--output", folder / "motion.csv", "--json", report],
+                   check=True, stdout=subprocess.DEVNULL)
+    took, found = time.perf_counter() - start, json.loads(report.read_text())
+    return (f"| condition number of a motion of `excite`, best of 100 random ones | {found['condition']:.4g}, "
+            f"{found['random_condition']:.4g} |\n| time of `excite` [s] | {took:.1f} |\n")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--draws", type=int, default=100)
@@ -144,7 +154,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         fits = Fits(pathlib.Path(folder), arm.names)
         table = ("| | |\n|---|---|\n" + base_table(arm, fits, draws) + payload_rows(fits, draws // 5)
-                 + delay_row(arm, fits, draws // 5))
+                 + delay_row(arm, fits, draws // 5) + excitation_row(fits.folder))
     print(table)
     marked.write(PAGE, "arm", table)
 

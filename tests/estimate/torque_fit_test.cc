@@ -8,6 +8,7 @@
 #include <numbers>
 #include <random>
 
+#include "counterpoint/engine/estimate/excitation.h"
 #include "counterpoint/engine/step.h"
 #include "support/paths.h"
 
@@ -246,6 +247,26 @@ TEST(TorqueFit, NamesTheSumThatAloneIsTold) {
               words.find("only mass:lower + 0.333 mass:upper is told: 1.333 kg") !=
                   std::string::npos)
       << words;
+}
+
+TEST(Excitation, TellsMoreThanRandomMotionsWithinTheLimits) {
+  const Scene scene = load_scene(test::source_dir() + "/data/scenes/arm7.yaml");
+  const Model& model = scene.model;
+  ExcitationOptions options;
+  options.harmonics = 3;
+  options.random_starts = 10;
+  options.iterations = 6;
+  const Excitation motion = excite(scene, parse_parameters("inertial:*", scene), 100.0, options);
+  EXPECT_EQ(motion.told, 43);  // the base parameters
+  EXPECT_LT(motion.condition, 0.8 * motion.random_condition);
+  ASSERT_EQ(motion.time.size(), 1001U);
+  EXPECT_TRUE(motion.q.col(0).isApprox(motion.q.col(1000), 1e-12));
+  for (int j = 0; j < model.nv(); ++j) {
+    EXPECT_GE(motion.q.row(j).minCoeff(), model.joint(j).lower);
+    EXPECT_LE(motion.q.row(j).maxCoeff(), model.joint(j).upper);
+    EXPECT_LE(motion.v.row(j).cwiseAbs().maxCoeff(), 1.02 * options.speed);  // between instants
+  }
+  EXPECT_THROW(excite(scene, parse_parameters("friction", scene), 100.0, options), InputError);
 }
 
 TEST(TorqueFit, RefusesBadInput) {

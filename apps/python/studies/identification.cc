@@ -31,7 +31,7 @@ struct IdentificationHandle {
   std::vector<FoundHandle> parameters;
   Fit fit;
   ScenePtr scene;
-  estimation::TorqueFit torques;  ///< of the objective 'torque'
+  estimation::TorqueFit torques;  ///< the fit of the objective 'torque'
 };
 
 Bounds bounds(const std::optional<apps::Interval>& interval) {

@@ -41,6 +41,11 @@ VectorX Coordinates::values(const VectorX& x) const {
 bool is_channel(ParameterKind kind) {
   return kind == K::kForceOffset || kind == K::kForceGain || kind == K::kForceDelay;
 }
+bool is_linear(ParameterKind kind) {
+  return is_inertial(kind) || kind == K::kDamping || kind == K::kDryFriction ||
+         kind == K::kArmature || kind == K::kGravity;
+}
+
 std::vector<ChannelValues> channel_values(const std::vector<int>& coordinates,
                                           const std::vector<Parameter>& parameters,
                                           const VectorX& values) {

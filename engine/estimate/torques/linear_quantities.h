@@ -24,6 +24,10 @@ struct Coordinates {
 /// Whether a parameter belongs to a recorded force, not to the scene.
 bool is_channel(ParameterKind kind);
 
+/// Whether joint forces without contact are linear in a parameter of the scene, or in inertial
+/// parameters that follow from it.
+bool is_linear(ParameterKind kind);
+
 /// Returns the properties of each channel (coordinate of v) at these values.
 std::vector<ChannelValues> channel_values(const std::vector<int>& coordinates,
                                           const std::vector<Parameter>& parameters,
