@@ -7,6 +7,7 @@
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/model/robot_files.h"
 #include "input/scene_arguments.h"
+#include "recordings/estimation.h"
 #include "report/report.h"
 
 namespace counterpoint::apps {
@@ -14,7 +15,7 @@ namespace {
 
 struct ExportArguments {
   SceneArguments scene;
-  std::string to, output;
+  std::string to, set, output;
   Report report;
 };
 
@@ -26,7 +27,7 @@ void write_with_folder(const std::filesystem::path& path, const std::string& tex
 
 int export_scene(ExportArguments& arguments) {
   const std::filesystem::path output = arguments.output;
-  const Scene scene = arguments.scene.load();
+  const Scene scene = with_settings(arguments.scene.load(), arguments.set);
   const std::string meshes = output.stem().string() + "_meshes";
   const Exported out =
       arguments.to == "mjcf"
@@ -62,6 +63,8 @@ void add_export(CommandLine& line) {
   arguments.scene.add_to(command);
   command.add("--to mjcf|urdf", arguments.to,
               "mjcf: the whole scene; urdf: one robot, without its start", required);
+  command.add("--set", arguments.set,
+              "Parameters to set first: KIND[:ELEMENT]=VALUE,..., or @FILE of identify --output");
   command.add("--output FILE", arguments.output, "File to write; meshes go into a folder beside it",
               required);
   arguments.report.add_to(command);

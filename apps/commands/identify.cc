@@ -20,7 +20,7 @@ namespace {
 struct IdentifyArguments {
   SceneArguments scene;
   std::vector<std::string> recordings, test;
-  std::string map, parameters, set, page, loss = "cauchy", objective = "score";
+  std::string map, parameters, set, output, page, loss = "cauchy", objective = "score";
   std::optional<int> substeps;
   std::optional<double> train;
   std::string derivatives = "exact";
@@ -152,6 +152,12 @@ Fit explained_best(IdentifyArguments& arguments, const Experiment& e,
   return found.parameters;
 }
 
+/// Writes the file of --output, if that is given.
+void write_output(IdentifyArguments& arguments) {
+  if (!arguments.output.empty())
+    write_settings(arguments.output, arguments.scene.file, arguments.report["parameters"]);
+}
+
 std::vector<const Recording*> chosen(const Experiment& e, const std::vector<int>& which) {
   std::vector<const Recording*> out;
   for (const int i : which) out.push_back(&e.recordings[static_cast<std::size_t>(i)]);
@@ -173,6 +179,7 @@ int identify_torques(IdentifyArguments& arguments, const Experiment& e,
   report["threads"] = arguments.torques.threads;
   const VectorX start = parameter_values(parameters, e.scene);
   fill_report(parameters, start, found.parameters, report);
+  write_output(arguments);
   if (found.parameters.stopped) return end_early("the best found so far, without scores", report);
   fill_told(parameters, e.scene.model, found, report);
   const VectorX values = found.parameters.values();
@@ -218,7 +225,9 @@ int identify(IdentifyArguments& arguments, tasks::World& world) {
 
   Report& report = arguments.report;
   fill_report(parameters, parameter_values(parameters, e.scene), found, report);
+  write_output(arguments);
   if (found.stopped) return end_early("the best found so far, without intervals or scores", report);
+  print_untold(parameters, found, report);
   const Scene after = with_parameters(e.scene, parameters, found.values());
   const Compared by = compared(e.map);
   Rollouts shown;  // the recordings that were not fitted, or all if all were fitted
@@ -296,6 +305,9 @@ void add_identify(CommandLine& line) {
               "exact (default: where steps have closed forms) or differences");
   command.add("--bootstrap", arguments.fit.bootstrap, "Refits to recordings drawn anew",
               range(0, 100'000));
+  command.add("--output FILE", arguments.output,
+              "Parameters found, a line each, to read, and for --set @FILE (export --set: as URDF, "
+              "MJCF)");
   command.add("--report DIR", arguments.page, "Folder for a page with tables and pictures");
   arguments.tasks.add_to(command);
   arguments.report.add_to(command);

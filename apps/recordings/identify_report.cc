@@ -1,6 +1,9 @@
 #include "recordings/identify_report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <filesystem>
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/trajectory.h"
@@ -148,6 +151,29 @@ void fill_report(const std::vector<Parameter>& parameters, const VectorX& start,
   report["loss_scale"] = found.loss_scale;
   report["evaluations"] = found.evaluations;
   report["linearizations"] = found.linearizations;
+}
+
+void print_untold(const std::vector<Parameter>& parameters, const Fit& found,
+                  const Report& report) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (!found.parameters[i].interval) names.push_back(parameters[i].name);
+  if (names.empty()) return;
+  report.print("the recordings do not tell {}: what is compared hardly depends on {}\n",
+               fmt::format("{}", fmt::join(names, ", ")), names.size() == 1 ? "it" : "them");
+}
+
+void write_settings(const std::string& file, const std::string& scene_file,
+                    const Json& parameters) {
+  std::string text = fmt::format("# Identified for {}: counterpoint ... --set @{}\n", scene_file,
+                                 std::filesystem::path(file).filename().string());
+  for (const Json& p : parameters) {
+    text += format_entries("{name}={value:.10g}  # {unit}; ", p);
+    text += p["lower_95"].is_null() ? "not told"
+                                    : format_entries("95 %: {lower_95:.5g} ... {upper_95:.5g}", p);
+    text += format_entries("; scene {scene:.6g}\n", p);
+  }
+  write_file(file, text);
 }
 
 void fill_told(const std::vector<Parameter>& parameters, const Model& model, const TorqueFit& found,

@@ -76,7 +76,9 @@ VectorX parameter_values(const std::vector<Parameter>& parameters, const Scene& 
 Scene with_parameters(const Scene& scene, const std::vector<Parameter>& parameters,
                       const VectorX& values);
 
-/// Applies KIND[:ELEMENT]=VALUE, comma separated, to a scene ("" leaves it unchanged).
+/// Applies KIND[:ELEMENT]=VALUE, comma separated, to a scene ("" leaves it unchanged); "@FILE": the
+/// lines of a file, in which '#' begins a comment. @throws InputError naming the part that is
+/// wrong, or a file that cannot be read.
 Scene with_settings(Scene scene, const std::string& text);
 
 // ---- Forces behind a recorded motion, and the part that contacts cannot have exerted.

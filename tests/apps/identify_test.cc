@@ -109,6 +109,28 @@ TEST(Identify, FindsJointFiguresFromForces) {
   }
 }
 
+TEST(Identify, WritesSettingsThatOtherCommandsTake) {
+  const CommandFolder folder("identify_settings");
+  const std::string scene = test::source_dir() + "/data/scenes/double_pendulum.yaml";
+  folder.write("true.txt", "damping:elbow=0.4  # N m s/rad\n\n# no more\n");
+  folder.succeed("export " + scene + " --set @{}/true.txt --to urdf --output {}/true.urdf");
+  folder.succeed("simulate {}/true.urdf --duration 4 --random-inputs 0.5 --output {}/motion.csv");
+  folder.write("map.yaml",
+               "time: time\ncolumns: {shoulder.q: shoulder.q, shoulder.v: shoulder.v, elbow.q: "
+               "elbow.q, elbow.v: elbow.v, elbow.u: elbow.u}\n");
+  folder.succeed("identify " + scene +
+                 " {}/motion.csv --columns {}/map.yaml --objective torque --cutoff 100 "
+                 "--parameters damping:elbow --output {}/found.txt");
+  const std::string found = folder.read("found.txt");
+  const auto at = found.find("damping:elbow=");
+  ASSERT_NE(at, std::string::npos) << found;
+  EXPECT_NEAR(std::stod(found.substr(at + 14)), 0.4, 1e-3);  // steps against filtered steps
+  folder.succeed("export " + scene + " --set @{}/found.txt --to urdf --output {}/found.urdf");
+  EXPECT_NE(folder.read("found.urdf").find("damping=\"0.4"), std::string::npos);
+  folder.refuse("export " + scene + " --set @{}/none.txt --to urdf --output {}/x.urdf",
+                "cannot be read");
+}
+
 TEST(Identify, FindsFrictionAndRestitutionOfImpacts) {
   const CommandFolder folder("identify_impacts");
   // A sliding ball by closed form (compare_test.cc).

@@ -1,7 +1,8 @@
 // Tests of live pages: a body is dragged, time goes back, settings change, recordings repeat, pages come and go.
 import assert from 'node:assert/strict';
 import {execFileSync, spawn} from 'node:child_process';
-import {readFileSync, writeFileSync} from 'node:fs';
+import {once} from 'node:events';
+import {existsSync, mkdirSync, readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
 import {at, browser, evil, folder, program, root, scenes, test, until} from './pages.mjs';
 
@@ -110,6 +111,19 @@ test('a body is pulled up, time goes back, and recordings repeat to the bit', as
                  {cwd: folder, stdio: ['ignore', 'ignore', 'pipe']});
     assert.equal(last(at(`${name}_again.csv`)), last(at(`${name}.csv`)), name);
   }
+});
+
+test('on a desktop the page opens by itself', async () => {
+  const bin = at('bin'), opened = at('opened.txt');
+  mkdirSync(bin, {recursive: true});
+  writeFileSync(join(bin, 'xdg-open'), `#!/bin/sh\necho "$1" > '${opened}'\n`, {mode: 0o755});
+  const server = spawn(program, ['live', box, '--port', '0'], {
+    stdio: ['ignore', 'pipe', 'ignore'], env: {...process.env, DISPLAY: ':0', PATH: `${bin}:${process.env.PATH}`}});
+  const address = String(await once(server.stdout, 'data')).split('\n')[0];
+  for (let i = 0; i < 100 && !existsSync(opened); ++i) await new Promise((resolve) => setTimeout(resolve, 50));
+  server.kill('SIGINT');
+  await once(server, 'exit');
+  assert.equal(readFileSync(opened, 'utf8').trim(), address);
 });
 
 test('keys step, save, restore and reset', async () => {

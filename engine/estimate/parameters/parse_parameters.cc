@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
+#include <fstream>
 #include <optional>
 #include <utility>
 
@@ -22,6 +24,19 @@ std::vector<std::string> split(const std::string& text) {
     begin = end + 1;
   }
   return parts;
+}
+
+/// Lines of a file without comments, blanks and empty lines.
+std::vector<std::string> lines_of(const std::string& file) {
+  std::ifstream stream(file);
+  if (!stream) throw InputError(file + ": cannot be read; expected a file of settings after '@'");
+  std::vector<std::string> out;
+  for (std::string line; std::getline(stream, line);) {
+    line = line.substr(0, line.find('#'));
+    std::erase_if(line, [](unsigned char c) { return std::isspace(c) != 0; });
+    if (!line.empty()) out.push_back(line);
+  }
+  return out;
 }
 
 double number(const std::string& text, const std::string& where) {
@@ -175,7 +190,7 @@ Scene with_parameters(const Scene& scene, const std::vector<Parameter>& paramete
 
 Scene with_settings(Scene scene, const std::string& text) {
   if (text.empty()) return scene;
-  for (const std::string& part : split(text)) {
+  for (const std::string& part : text[0] == '@' ? lines_of(text.substr(1)) : split(text)) {
     const size_t equals = part.find('=');
     if (equals == std::string::npos)
       throw InputError(fmt::format("'{}': expected NAME=VALUE", part));
