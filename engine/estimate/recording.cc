@@ -135,6 +135,12 @@ Recording read_rows(const Table& table, const ColumnMap& map, const Model& model
                                                        : recording.applied_force;
       const bool missing = map.missing_cells && entry.kind == Kind::kPosition &&
                            is_missing(entry.source, table, row);
+      // A force acts from its row to the next: trajectories have none in the last row.
+      if (entry.kind == Kind::kForce && row + 1 == rows && row > 0 &&
+          is_missing(entry.source, table, row)) {
+        block(entry.index, row) = block(entry.index, row - 1);
+        continue;
+      }
       block(entry.index, row) = missing ? kMissing : evaluate(entry.source, table, row);
     }
     for (std::size_t k = 0; k < map.contact_forces.size(); ++k)
