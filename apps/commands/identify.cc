@@ -123,10 +123,18 @@ void refuse_search_options(const IdentifyArguments& arguments) {
   if (arguments.tasks.is_share())
     throw InputError("--tasks: with --objective " + objective + " all recordings are one task");
   if (given.samples != usual.samples || given.refined != usual.refined || given.bootstrap > 0 ||
-      given.difference != usual.difference || !given.exact || arguments.loss != "cauchy")
+      given.difference != usual.difference || !given.exact || arguments.loss != "cauchy" ||
+      arguments.horizon > 0)
     throw InputError("--objective " + objective +
-                     ": leave out --samples, --refined, --bootstrap, --difference, --derivatives "
-                     "and --loss");
+                     ": leave out --samples, --refined, --bootstrap, --difference, --derivatives, "
+                     "--horizon and --loss");
+}
+
+/// Refuses options of --objective torque with any other.
+void refuse_torque_options(const IdentifyArguments& arguments) {
+  const TorqueFitOptions usual;
+  if (arguments.torques.cutoff != usual.cutoff || arguments.torques.rest_speed != usual.rest_speed)
+    throw InputError("--cutoff, --rest-speed: these are for --objective torque");
 }
 
 /// Finds the parameters and motions that explain the recordings, as one problem on rank 0.
@@ -219,6 +227,7 @@ int identify(IdentifyArguments& arguments, tasks::World& world) {
   const Interrupt interrupt;
   if (arguments.objective == "torque")
     return identify_torques(arguments, e, parameters, parts, world);
+  refuse_torque_options(arguments);
   const auto search = arguments.objective == "explain" ? explained_best : predicted_best;
   const Fit found = search(arguments, e, parameters, parts.train, world);
   if (!world.is_root()) return kSuccess;
@@ -302,7 +311,7 @@ void add_identify(CommandLine& line) {
               "Last step of the differences, as a share of the range (default 1e-3)",
               range(1e-9, 0.03), seldom);
   command.add("--derivatives exact|differences", arguments.derivatives,
-              "exact (default: where steps have closed forms) or differences");
+              "exact (default: where steps have closed forms) or differences", seldom);
   command.add("--bootstrap", arguments.fit.bootstrap, "Refits to recordings drawn anew",
               range(0, 100'000));
   command.add("--output FILE", arguments.output,

@@ -166,6 +166,11 @@ FitProblem fit_problem(const Experiment& experiment, const std::vector<Parameter
   problem.lower.resize(count);
   problem.upper.resize(count);
   for (Eigen::Index i = 0; i < count; ++i) {
+    const Parameter& p = parameters[static_cast<size_t>(i)];
+    if (p.kind == ParameterKind::kForceOffset || p.kind == ParameterKind::kForceGain ||
+        p.kind == ParameterKind::kForceDelay)
+      throw InputError("parameter '" + p.name +
+                       "': it belongs to a recorded force; use the objective torque");
     problem.lower[i] = parameters[i].lower;
     problem.upper[i] = parameters[i].upper;
     problem.logarithmic.push_back(parameters[i].logarithmic);

@@ -130,6 +130,9 @@ TEST(Identify, WritesSettingsThatOtherCommandsTake) {
   const auto damping = robot.find("damping=\"", robot.find("name=\"elbow\""));
   ASSERT_NE(damping, std::string::npos) << robot;
   EXPECT_NEAR(std::stod(robot.substr(damping + 9)), 0.4, 1e-3);
+  folder.refuse(
+      "identify " + scene + " {}/motion.csv --columns {}/map.yaml --parameters force_offset:elbow",
+      "belongs to a recorded force");
   folder.refuse("export " + scene + " --set @{}/none.txt --to urdf --output {}/x.urdf",
                 "cannot be read");
 }
@@ -237,6 +240,11 @@ TEST(Identify, SaysWhatIsWrongInItsArguments) {
   expect("--parameters mass=0..1", "must be positive");
   expect("--parameters friction --train 0", "no recording is left");
   expect("--parameters friction --set friction", "expected NAME=VALUE");
+  expect("--parameters inertial=0..1", "'inertial' has no bounds of its own");
+  expect("--parameters friction:*", "there are none for this kind");
+  expect("--parameters mass --cutoff 5", "for --objective torque");
+  expect("--parameters mass --objective torque --horizon 3", "--horizon");
+  expect("--parameters mass --objective torque", "use --objective explain");
 }
 
 }  // namespace

@@ -34,14 +34,8 @@ constexpr double kDifference = 1e-5;  ///< change of a variable; variables are a
 /// A step that lowers the logarithm of the condition number by less ends the search.
 constexpr double kEnough = 1e-4;
 
-SimulationOptions free_steps(SimulationOptions options) {
-  for (const Effect effect :
-       {Effect::kContacts, Effect::kClosures, Effect::kSleeping, Effect::kLimits})
-    options.effects.set(effect, false);
-  options.integrator = Integrator::kSemiImplicitEuler;
-  options.time_step = 1e-3;
-  return options;
-}
+/// Length of a step whose forces stand for those at an instant [s].
+constexpr double kStep = 1e-3;
 
 /// Values of the sums of sines at a time.
 struct Sample {
@@ -57,7 +51,7 @@ class Design {
         options_(options),
         quantities_(scene, parameters),
         steps_(quantities_.step_parameters(scene.model)),
-        laws_(free_steps(scene.options)) {
+        laws_(free_steps(scene.options, kStep)) {
     const Coordinates coordinates(parameters, parameter_values(parameters, scene));
     const VectorX ranges = coordinates.upper - coordinates.lower;
     scaled_ = quantities_.derivatives(coordinates, coordinates.prior) * ranges.asDiagonal();
@@ -312,8 +306,7 @@ Excitation excite(const Scene& scene, const std::vector<Parameter>& parameters, 
   out.q.resize(model.nv(), rows);
   out.v.resize(model.nv(), rows);
   out.force.resize(model.nv(), rows);
-  SimulationOptions laws = free_steps(scene.options);
-  laws.time_step = 1.0 / rate;
+  const SimulationOptions laws = free_steps(scene.options, 1.0 / rate);
   Workspace workspace(model);
   Inverse inverse;
   for (Eigen::Index row = 0; row < rows; ++row) {

@@ -94,17 +94,6 @@ Tap tap(double distance, double width) {
   return out;
 }
 
-/// Options of steps in which nothing pushes but gravity, motors and the joints' springs and
-/// friction: a recorded motion may pass the limits of the model.
-SimulationOptions untouched(SimulationOptions options, double h) {
-  for (const Effect effect :
-       {Effect::kContacts, Effect::kClosures, Effect::kSleeping, Effect::kLimits})
-    options.effects.set(effect, false);
-  options.integrator = Integrator::kSemiImplicitEuler;
-  options.time_step = h;
-  return options;
-}
-
 /// Sums of taps for one centre and channel.
 struct Sum {
   double weight = 0.0, modelled = 0.0, slope = 0.0, slope_weight = 0.0;
@@ -124,7 +113,7 @@ class Pass {
         forces_(recorded_forces(task.map)),
         recording_(recording),
         motion_(smooth_motion(scene.model, task, recording)),
-        options_(untouched(scene.options, motion_.h)),
+        options_(free_steps(scene.options, motion_.h)),
         width_(std::max(kNarrowest, width_of(task.options.cutoff) / motion_.h)),
         spacing_(std::max(1, static_cast<int>(std::lround(0.5 / task.options.cutoff / motion_.h)))),
         margin_(static_cast<int>(
@@ -222,6 +211,15 @@ void append(const std::vector<std::vector<Sum>>& parts, int recording, double h,
 }
 
 }  // namespace
+
+SimulationOptions free_steps(SimulationOptions options, double h) {
+  for (const Effect effect : {Effect::kContacts, Effect::kClosures, Effect::kSleeping,
+                              Effect::kLimits, Effect::kServos, Effect::kActuators})
+    options.effects.set(effect, false);
+  options.integrator = Integrator::kSemiImplicitEuler;
+  options.time_step = h;
+  return options;
+}
 
 std::vector<int> recorded_forces(const ColumnMap& map) {
   std::vector<int> out;

@@ -25,6 +25,11 @@ struct ChannelRows {
   std::vector<int> recording;  ///< index of the recording
 };
 
+/// Options of steps of h [s] in which only gravity and the joints' springs and friction act beside
+/// the applied forces: these are those of the motors, and a recorded motion may pass the limits of
+/// the model.
+SimulationOptions free_steps(SimulationOptions options, double h);
+
 /// Coordinates whose force is recorded.
 std::vector<int> recorded_forces(const ColumnMap& map);
 
