@@ -214,7 +214,7 @@ int identify_torques(IdentifyArguments& arguments, const Experiment& e,
   Interrupt::end();
   report.write();
   if (!arguments.page.empty())
-    write_identify_page(arguments.page, arguments.scene.file, {}, compared(e.map), report.json());
+    write_torque_page(arguments.page, arguments.scene.file, report.json());
   return kSuccess;
 }
 

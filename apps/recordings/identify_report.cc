@@ -81,6 +81,14 @@ void fill_base_parameters(const Model& model, const TorqueFit& found, Report& re
       values.size(), all.size());
 }
 
+void add_parameters(const Json& list, HtmlPage& page) {
+  PageTable table{{"parameter", "unit", "scene", "found", "95 % from", "to"}, {}};
+  for (const Json& p : list)
+    table.rows.push_back({p["name"], p["unit"], number_text(p["scene"]), number_text(p["value"]),
+                          number_text(p["lower_95"]), number_text(p["upper_95"])});
+  page.table(table);
+}
+
 }  // namespace
 
 Rollouts roll_out(Experiment e, const Scene& found, const std::vector<int>& which) {
@@ -217,12 +225,7 @@ void write_identify_page(const std::string& folder, const std::string& scene_fil
                          const Rollouts& rollouts, Compared by, const Json& report) {
   const auto& [before, after] = rollouts;
   HtmlPage page("Parameters found: " + scene_file);
-  PageTable parameters{{"parameter", "unit", "scene", "found", "95 % from", "to"}, {}};
-  for (const Json& p : report["parameters"])
-    parameters.rows.push_back({p["name"], p["unit"], number_text(p["scene"]),
-                               number_text(p["value"]), number_text(p["lower_95"]),
-                               number_text(p["upper_95"])});
-  page.table(parameters);
+  add_parameters(report["parameters"], page);
   for (const char* part : {"train", "test"}) {
     if (!report.contains(part)) continue;
     page.heading(fmt::format("{}: {} recordings", part, report[part]["recordings"].get<int>()));
@@ -236,6 +239,31 @@ void write_identify_page(const std::string& folder, const std::string& scene_fil
     page.picture_with_file(svg(chart));
   page.heading("Each recording not fitted, as found");
   page.table(prediction_table(after, by));
+  write_page(folder, page);
+}
+
+void write_torque_page(const std::string& folder, const std::string& scene_file,
+                       const Json& report) {
+  HtmlPage page("Parameters found: " + scene_file);
+  add_parameters(report["parameters"], page);
+  page.heading("Combinations that the recordings do not tell");
+  std::vector<std::string> untold;
+  for (const Json& direction : report["told"]["untold"])
+    untold.push_back(direction["words"].get<std::string>());
+  if (untold.empty()) untold.push_back("none");
+  page.list(untold);
+  for (const char* part : {"train", "test"}) {
+    if (!report.contains(part)) continue;
+    const Json& scored = report[part];
+    page.heading(fmt::format("{}: {} recordings", part, scored["recordings"].get<int>()));
+    PageTable table{{"force", "rms of the difference, scene", "found", "R2, scene", "found"}, {}};
+    const Json &before = scored["coordinates"]["scene"], &after = scored["coordinates"]["found"];
+    for (std::size_t i = 0; i < before.size(); ++i)
+      table.rows.push_back({before[i]["name"], number_text(before[i]["rms"]),
+                            number_text(after[i]["rms"]), number_text(before[i]["r2"]),
+                            number_text(after[i]["r2"])});
+    page.table(table);
+  }
   write_page(folder, page);
 }
 

@@ -36,9 +36,12 @@ void write_settings(const std::string& file, const std::string& scene_file, cons
 void fill_told(const std::vector<Parameter>& parameters, const Model& model, const TorqueFit& found,
                Report& report);
 
-/// Writes the page of a fit: parameters, scores, and errors of the rollouts over time, if there are
-/// any.
+/// Writes the page of a fit of predictions: parameters, scores, and errors of the rollouts over
+/// time.
 void write_identify_page(const std::string& folder, const std::string& scene_file,
                          const Rollouts& rollouts, Compared by, const Json& report);
+/// Writes the page of a fit of torques: parameters, identifiability and scores.
+void write_torque_page(const std::string& folder, const std::string& scene_file,
+                       const Json& report);
 
 }  // namespace counterpoint::apps

@@ -120,7 +120,8 @@ TEST(Identify, WritesSettingsThatOtherCommandsTake) {
                "elbow.q, elbow.v: elbow.v, elbow.u: elbow.u}\n");
   folder.succeed("identify " + scene +
                  " {}/motion.csv --columns {}/map.yaml --objective torque --cutoff 100 "
-                 "--parameters damping:elbow --output {}/found.txt");
+                 "--parameters damping:elbow --output {}/found.txt --report {}/page");
+  EXPECT_NE(folder.read("page/index.html").find("Combinations"), std::string::npos);
   const std::string found = folder.read("found.txt");
   const auto at = found.find("damping:elbow=");
   ASSERT_NE(at, std::string::npos) << found;
