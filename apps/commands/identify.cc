@@ -10,6 +10,7 @@
 #include "input/scene_arguments.h"
 #include "recordings/estimation.h"
 #include "recordings/identify_report.h"
+#include "recordings/page.h"
 #include "report/report.h"
 #include "tasks/fingerprint.h"
 #include "tasks/task_arguments.h"
