@@ -32,6 +32,7 @@ export class SearchView extends View {
     this.motion.iteration = 0;
     this.given = replay.motions.slice(1);  // ghosts of the page's data
     this.kept = [];  // ghosts of the search, the oldest first
+    this.news = [];  // motions that wait for the next picture
     this.isChosen = false;  // the ghost stays, and does not move along with the search
     this.ghost ??= new Bodies(replay, this.motion, this.stage.scene, true);
     if (this.given.length) this.curves.showGhost(0);
@@ -53,15 +54,21 @@ export class SearchView extends View {
     if (this.search.ended) this.searchPanel.gone.hidden = true;
   }
 
-  /// Takes rows and the first motion at once, and otherwise the newest motion before the next picture.
+  /// Takes rows and the first motion at once, and other motions before the next picture.
   receive(message) {
     if (message.motion && this.motion.frames === 1) this.take(message);
-    else if (message.motion) this.news = message;
+    else if (message.motion) this.hold(message);
     if (!message.rows) return;
     this.search = message;
     this.live.isOver = Boolean(message.ended);
     this.searchPanel.update(message);
     this.redraw();
+  }
+
+  /// Keeps a motion until the next picture. A page that is not seen draws none: it forgets every other motion.
+  hold(message) {
+    if (this.news.length >= 2 * kGhosts) this.news = this.news.filter((_, i) => i % 2 === 0);
+    this.news.push(message);
   }
 
   stop() {
@@ -152,9 +159,7 @@ export class SearchView extends View {
 
   tick(now) {
     super.tick(now);
-    const {news} = this;
-    this.news = null;
-    if (news) this.take(news);
+    for (const message of this.news.splice(0)) this.take(message);
   }
 
   update() {
