@@ -81,6 +81,7 @@ void ClipRecorder::add_contacts(const State& before, const Input& input, double 
   step_inverse(scene_.model, options_, before.q, before.v, after.q, after.v, known, workspace_,
                inverse_);
   if (inverse_.fault.any()) return;
+  if (finds_applied_) clip_.applied_force.back() = inverse_.applied_force;
   for (const ContactForce& contact : inverse_.contacts)
     clip_.contacts.push_back({clip_.num_frames() - 1, contact.contact.geometry_a,
                               contact.contact.geometry_b, contact.contact.position, contact.force});
@@ -152,18 +153,8 @@ Clip clip_of_frames(const Scene& scene, double start, const std::vector<VectorX>
   }
   if (q.size() > 1) states[0].v = states[1].v;
   ClipRecorder recorder(scene, rate, true);
-  FrameClock clock(rate);
-  Workspace workspace(model);
-  Inverse inverse;
-  for (size_t t = 0; t + 1 < q.size(); ++t) {
-    Input input;
-    if (clock.due(states[t].time)) {
-      step_inverse(model, scene.options, q[t], states[t].v, q[t + 1], states[t + 1].v, Input(),
-                   workspace, inverse);
-      if (!inverse.fault.any()) input.applied_force = inverse.applied_force;
-    }
-    recorder.add_step(states[t], input, h, states[t + 1]);
-  }
+  recorder.find_applied_forces();
+  for (size_t t = 0; t + 1 < q.size(); ++t) recorder.add_step(states[t], Input(), h, states[t + 1]);
   return recorder.finish(states.back());
 }
 

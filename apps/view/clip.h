@@ -81,6 +81,8 @@ class ClipRecorder {
   ///     halved; 0: no limit
   ClipRecorder(const Scene& scene, double rate, bool forces, int most = 0);
 
+  /// Frames from now on have the applied forces that the inverse finds, not those of the input.
+  void find_applied_forces() { finds_applied_ = true; }
   /// Adds a step of length h [s] from `before` to `after` under `input`. newton_iterations: those
   /// of the step; negative if unknown.
   void add_step(const State& before, const Input& input, double h, const State& after,
@@ -97,7 +99,7 @@ class ClipRecorder {
   const Scene& scene_;
   SimulationOptions options_;
   FrameClock clock_;
-  bool forces_;
+  bool forces_, finds_applied_ = false;
   int most_;
   Workspace workspace_;
   Inverse inverse_;

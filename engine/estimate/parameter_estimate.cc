@@ -8,6 +8,7 @@
 
 #include "counterpoint/engine/estimate/fit/fit_spread.h"
 #include "counterpoint/engine/estimate/fit/joint_fit.h"
+#include "counterpoint/engine/estimate/identifiability.h"
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"
 #include "counterpoint/engine/estimate/motion/motion_priors.h"
 #include "counterpoint/engine/estimate/motion/recorded_motion.h"
@@ -34,9 +35,6 @@ constexpr double kStageTolerance = 1e-3;
 /// restarts with larger standard deviations, up to kFigureRounds times.
 constexpr double kSure = 3.0;
 constexpr int kFigureRounds = 3;
-/// A parameter is determined if its posterior standard deviation is below this fraction of its
-/// prior one.
-constexpr double kShown = 0.3;
 
 /// The parameters in the forms that the joint fit needs.
 struct SearchedParameters {
@@ -161,8 +159,7 @@ double median_ratio(const JointFit& fit) {
 
 /// Sets values, intervals and correlations. The covariance is inv(H) of the noise, plus a sandwich
 /// term with the scatter of the motions' gradients, which measures how much the motions disagree.
-void fill_fit(const std::vector<Parameter>& parameters, const SearchedParameters& searched,
-              JointFit& fit, Fit& out) {
+void fill_fit(const SearchedParameters& searched, JointFit& fit, Fit& out) {
   const JointFit::Information information = fit.information();
   const MatrixX inverse = information.hessian.inverse();
   const VectorX values = fit.values();
@@ -171,25 +168,13 @@ void fill_fit(const std::vector<Parameter>& parameters, const SearchedParameters
   MatrixX covariance = inverse;
   if (rest >= 1.0) covariance += (n / rest) * (inverse * information.scatter * inverse);
   const double quantile = fitting::student_95(rest >= 1.0 ? rest : 1e9);
-  out.correlation = MatrixX::Zero(p, p);
+  std::vector<fitting::EndPoint> ends;
   for (Eigen::Index i = 0; i < p; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const SharedParameter& shared = searched.shared[k];
-    FittedParameter& one = out.parameters.emplace_back();
-    one.value = values[i];
-    const double margin = 1e-9 * (parameters[k].upper - parameters[k].lower);
-    one.at_bound = values[i] <= shared.lower + margin || values[i] >= shared.upper - margin;
-    const double half = quantile * std::sqrt(covariance(i, i));
-    if (inverse(i, i) * information.prior[i] < kShown * kShown) {
-      const auto bounded = [&](double by) {
-        const double x = fit.coordinates()[i] + by;
-        return std::clamp(shared.logarithmic ? std::exp(x) : x, shared.lower, shared.upper);
-      };
-      one.interval = {bounded(-half), bounded(half)};
-    }
-    for (Eigen::Index j = 0; j < p; ++j)
-      out.correlation(i, j) = covariance(i, j) / std::sqrt(covariance(i, i) * covariance(j, j));
+    const SharedParameter& shared = searched.shared[static_cast<std::size_t>(i)];
+    ends.push_back({values[i], fit.coordinates()[i], shared.lower, shared.upper, shared.logarithmic,
+                    inverse(i, i) * information.prior[i] < kTold * kTold});
   }
+  fitting::set_parameters(ends, covariance, quantile, out);
 }
 
 }  // namespace
@@ -231,7 +216,7 @@ ParameterEstimate estimate_parameters(const Scene& given_scene, const ColumnMap&
   out.parameters.cost = fit->cost();
   out.parameters.loss_scale = kLoss;
   out.parameters.stopped = options.stop && options.stop();
-  fill_fit(parameters, searched, *fit, out.parameters);
+  fill_fit(searched, *fit, out.parameters);
   out.cost_ratio.resize(static_cast<Eigen::Index>(fit->size()));
   for (MotionPoint& point : fit->points()) out.motions.push_back(std::move(point.q));
   for (std::size_t i = 0; i < fit->size(); ++i)

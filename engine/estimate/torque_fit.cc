@@ -68,23 +68,13 @@ void fill(const Coordinates& coordinates, const LinearQuantities& quantities,
   double rows = 0.0;
   for (const TorqueChannel& channel : search.channels()) rows += channel.rows / channel.correlation;
   const double quantile = fitting::student_95(std::max(1.0, rows - static_cast<double>(n)));
-  out.parameters.correlation = MatrixX::Zero(n, n);
+  std::vector<fitting::EndPoint> ends;
   for (Eigen::Index i = 0; i < n; ++i) {
-    FittedParameter& one = out.parameters.parameters.emplace_back();
-    one.value = coordinates.value(i, x[i]);
-    const double margin = 1e-9 * coordinates.range(i);
-    one.at_bound = x[i] <= coordinates.lower[i] + margin || x[i] >= coordinates.upper[i] - margin;
-    const double deviation = std::sqrt(std::max(0.0, covariance(i, i)));
-    const auto bounded = [&](double by) {
-      return coordinates.value(i,
-                               std::clamp(x[i] + by, coordinates.lower[i], coordinates.upper[i]));
-    };
-    if (deviation * deviation * prior[i] < kTold * kTold)
-      one.interval = {bounded(-quantile * deviation), bounded(quantile * deviation)};
-    for (Eigen::Index j = 0; j < n; ++j)
-      out.parameters.correlation(i, j) =
-          covariance(i, j) / std::sqrt(covariance(i, i) * covariance(j, j));
+    const Parameter& p = coordinates.parameters[static_cast<std::size_t>(i)];
+    ends.push_back({coordinates.value(i, x[i]), x[i], p.lower, p.upper, p.logarithmic,
+                    covariance(i, i) * prior[i] < kTold * kTold});
   }
+  fitting::set_parameters(ends, covariance, quantile, out.parameters);
   const Eigen::Index inertial = quantities.num_inertial();
   const MatrixX D = quantities.derivatives(coordinates, x).topRows(inertial);
   out.bodies = quantities.bodies();

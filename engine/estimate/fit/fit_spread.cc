@@ -50,4 +50,24 @@ Spread spread(const System& system, const VectorX& at) {
   return out;
 }
 
+void set_parameters(const std::vector<EndPoint>& ends, const MatrixX& covariance, double quantile,
+                    Fit& out) {
+  const VectorX deviations = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    const EndPoint& end = ends[i];
+    FittedParameter& one = out.parameters.emplace_back();
+    one.value = end.value;
+    const double margin = 1e-9 * (end.upper - end.lower);
+    one.at_bound = end.value <= end.lower + margin || end.value >= end.upper - margin;
+    if (!end.told) continue;
+    const double half = quantile * deviations[static_cast<Eigen::Index>(i)];
+    const auto bounded = [&](double by) {
+      const double x = end.coordinate + by;
+      return std::clamp(end.logarithmic ? std::exp(x) : x, end.lower, end.upper);
+    };
+    one.interval = {bounded(-half), bounded(half)};
+  }
+  out.correlation = covariance.cwiseQuotient(deviations * deviations.transpose());
+}
+
 }  // namespace counterpoint::estimation::fitting

@@ -25,4 +25,16 @@ struct Spread {
 /// were independent.
 Spread spread(const System& system, const VectorX& at);
 
+/// A parameter at the end of a fit, whose search coordinate is its value or the logarithm of it.
+struct EndPoint {
+  double value = 0.0, coordinate = 0.0;
+  double lower = 0.0, upper = 0.0;  ///< bounds of the value
+  bool logarithmic = false;
+  bool told = false;  ///< it gets an interval
+};
+/// Appends the parameters with 95 % intervals within their bounds, and sets the correlations.
+/// covariance: of the coordinates; quantile: of its intervals.
+void set_parameters(const std::vector<EndPoint>& ends, const MatrixX& covariance, double quantile,
+                    Fit& out);
+
 }  // namespace counterpoint::estimation::fitting

@@ -8,9 +8,9 @@
 #include <memory>
 #include <numbers>
 #include <random>
-#include <thread>
 
 #include "counterpoint/contact/thread_pool.h"
+#include "counterpoint/engine/batch.h"
 #include "counterpoint/engine/estimate/torques/linear_quantities.h"
 #include "counterpoint/engine/step.h"
 
@@ -204,11 +204,7 @@ class Design {
 class MotionSearch {
  public:
   MotionSearch(const Design& design, const ExcitationOptions& options)
-      : design_(design),
-        options_(options),
-        pool_(options.threads > 0
-                  ? options.threads
-                  : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()))) {
+      : design_(design), options_(options), pool_(num_threads_of(options.threads)) {
     for (int i = 0; i < pool_.size(); ++i)
       scratch_.push_back(std::make_unique<Design::Scratch>(design));
   }

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <thread>
 
 #include "counterpoint/contact/thread_pool.h"
+#include "counterpoint/engine/batch.h"
 #include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/trajectory.h"
@@ -270,8 +270,7 @@ std::vector<ChannelRows> torque_rows(const Scene& scene, const TorqueTask& task,
     channel.coordinate = k;
     channel.derivatives.resize(0, static_cast<Eigen::Index>(parameters.size()));
   }
-  const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  contact::ThreadPool pool(task.options.threads > 0 ? task.options.threads : cores);
+  contact::ThreadPool pool(num_threads_of(task.options.threads));
   for (std::size_t r = 0; r < task.recordings.size(); ++r) {
     if (task.options.stop && task.options.stop()) break;
     const Pass pass(scene, task, parameters, channels, *task.recordings[r]);
