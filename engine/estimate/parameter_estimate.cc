@@ -12,7 +12,8 @@
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"
 #include "counterpoint/engine/estimate/motion/motion_priors.h"
 #include "counterpoint/engine/estimate/motion/recorded_motion.h"
-#include "counterpoint/engine/estimate/parameters/gradient.h"
+#include "counterpoint/engine/estimate/parameters/parameter_kinds.h"
+#include "counterpoint/engine/estimate/parameters/step_parameters.h"
 #include "counterpoint/engine/estimate/sensors/motion_filter.h"
 #include "counterpoint/model/special_values.h"
 
@@ -43,12 +44,11 @@ struct SearchedParameters {
 };
 
 bool is_found_with_motion(ParameterKind kind) {
+  if (is_inertial(kind)) return true;
   switch (kind) {
     case ParameterKind::kFriction:
     case ParameterKind::kTorsionalFriction:
     case ParameterKind::kRollingFriction:
-    case ParameterKind::kMass:
-    case ParameterKind::kInertia:
     case ParameterKind::kDamping:
     case ParameterKind::kDryFriction:
     case ParameterKind::kArmature:
@@ -68,15 +68,15 @@ SearchedParameters searched_parameters(const std::vector<Parameter>& parameters,
     if (!is_found_with_motion(p.kind))
       throw InputError(fmt::format(
           "parameter '{}': not found together with the motion; expected friction, "
-          "torsional_friction, rolling_friction, mass, inertia, damping, dry_friction, armature, "
-          "gravity or height, or another objective",
+          "torsional_friction, rolling_friction, an inertial parameter, damping, dry_friction, "
+          "armature, gravity or height, or another objective",
           p.name));
     const double value = start[static_cast<Eigen::Index>(i)];
     if (value < p.lower || value > p.upper)
       throw InputError(fmt::format(
           "parameter '{}': the scene has {:g}; expected a value between the bounds {:g} and {:g}",
           p.name, value, p.lower, p.upper));
-    out.steps.push_back(*step_parameter(p, value, model));
+    out.steps.push_back(step_parameter(parameters, i, start, model));
     // Friction scales forces, so the search uses its logarithm too.
     const bool factor = p.kind == ParameterKind::kFriction && p.lower > 0.0;
     out.shared.push_back({value, p.lower, p.upper, p.logarithmic || factor});
@@ -91,6 +91,7 @@ MotionPoint found_alone(const MotionProblem& joint, const std::vector<VectorX>& 
                         const MotionEstimateOptions& options) {
   MotionProblem problem = joint;
   problem.parameters.clear();
+  problem.named.clear();
   problem.parameter_weight.resize(0);
   MotionPoint start{low_pass(problem.model, frames, problem.h(), kBeginCutoff), VectorX()};
   MotionPoint best;
@@ -200,6 +201,8 @@ ParameterEstimate estimate_parameters(const Scene& given_scene, const ColumnMap&
     for (const RecordedMotion& one : recorded) {
       problems.push_back(motion_problem(scene, one, white_priors(scene, map, one)));
       problems.back().parameters = searched.steps;
+      problems.back().named = parameters;
+      problems.back().named_values = start;
       problems.back().parameter_weight = VectorX::Zero(start.size());
       points.push_back(found_alone(problems.back(), one.frames, options));
     }

@@ -56,7 +56,8 @@ def parameter_rows(report):
 def cube_toss(options):
     words = ["data/scenes/cube_toss.yaml", "cube_toss/toss_*.csv", "--columns", "data/maps/cube_toss.yaml"]
     fit = ["--objective", "rows", "--horizon", "15", "--samples", "40", "--refined", "1", "--parameters",
-           "friction=0.1..0.4,restitution=0..0.5,size=0.9..1.05,gravity=9.4..10,inertia=0.7..2"]
+           "friction=0.1..0.4,restitution=0..0.5,size=0.9..1.05,inertia=0.7..2,com_x=-0.015..0.015,"
+           "com_y=-0.015..0.015,com_z=-0.015..0.015"]
     text = ("Median over recordings, position [mm] / rotation [degrees]; whole rollouts. Half A is the first toss, the "
             "third and so on.\n\n")
     text += "| | mean | at the end |\n|---|---|---|\n"

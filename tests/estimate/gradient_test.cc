@@ -75,7 +75,8 @@ void expect_exact(const Experiment& e, const std::string& names, double change, 
     const VectorX far = (moved(2.0 * step) - moved(-2.0 * step)) / (4.0 * step);
     const VectorX reference = (4.0 * near - far) / 3.0;
     const VectorX column = exact->jacobians[0].col(i);
-    EXPECT_GT(reference.lpNorm<Eigen::Infinity>(), 0.0);
+    EXPECT_GT(reference.lpNorm<Eigen::Infinity>(), 0.0)
+        << parameters[static_cast<std::size_t>(i)].name;
     EXPECT_LE((column - reference).lpNorm<Eigen::Infinity>(),
               kTolerance * reference.lpNorm<Eigen::Infinity>())
         << parameters[static_cast<std::size_t>(i)].name;
@@ -86,6 +87,8 @@ TEST(Gradient, OfForcesOfAnArm) {
   Experiment e = experiment_of(scene_of("double_pendulum.yaml"), 60, 2);
   map_joints(e);
   expect_exact(e, "armature:shoulder,damping:elbow,mass:lower,inertia:upper,gravity", 0.1, true);
+  // Each acts on what those before it leave of the inertia.
+  expect_exact(e, "com_x:lower,mass:lower,shear_xz:lower,spread_x:lower,com_x:upper", 0.1, true);
 }
 
 TEST(Gradient, OfPredictionsOfAnArm) {

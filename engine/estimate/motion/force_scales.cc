@@ -21,15 +21,16 @@ VectorX force_scales(const Model& model) {
 
 MatrixX force_scale_slopes(const std::vector<StepParameter>& parameters, const Model& model,
                            const VectorX& scales) {
-  constexpr double kStep = 1e-4;  // scales are linear in the inertias: any step is exact
+  constexpr double kStep = 1e-4;  // scales are of second degree in the inertias: any step is exact
   MatrixX out = MatrixX::Zero(model.nv(), static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     if (parameters[k].kind != StepParameterKind::kInertia) continue;
-    Model moved = model;
+    Model ahead = model, back = model;
     SimulationOptions unused;
-    change_parameter(parameters[k], kStep, moved, unused);
+    change_parameter(parameters[k], kStep, ahead, unused);
+    change_parameter(parameters[k], -kStep, back, unused);
     out.col(static_cast<Eigen::Index>(k)) =
-        (force_scales(moved) - scales).cwiseQuotient(scales) / kStep;
+        (force_scales(ahead) - force_scales(back)).cwiseQuotient(scales) / (2.0 * kStep);
   }
   return out;
 }

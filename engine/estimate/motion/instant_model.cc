@@ -54,7 +54,7 @@ bool any(const VectorX& weight) { return weight.size() > 0 && weight.maxCoeff() 
 }  // namespace
 
 struct InstantModel::Impl {
-  Impl(const MotionProblem& of, const Model& changed)
+  Impl(const MotionProblem& of, const Model& changed, const std::vector<StepParameter>& parameters)
       : problem(of),
         model(changed),
         rotations(optimization::rotation_starts(changed)),
@@ -62,11 +62,11 @@ struct InstantModel::Impl {
         sensors(changed, of.sensors, static_cast<int>(of.constants.size())),
         force_sensors(of.sensors) {
     for (VectorX* x : {&v, &w, &difference}) x->resize(model.nv());
-    if (!problem.parameters.empty()) {
-      derivator.emplace(model, problem.parameters);
+    if (!parameters.empty()) {
+      derivator.emplace(model, parameters);
       const VectorX scales = force_scales(model);
       scale_ratio = force_scales(problem.model).cwiseQuotient(scales);
-      slopes = force_scale_slopes(problem.parameters, model, scales);
+      slopes = force_scale_slopes(parameters, model, scales);
     }
   }
 
@@ -261,8 +261,9 @@ struct InstantModel::Impl {
   MatrixX rows, change, by_parameters;
 };
 
-InstantModel::InstantModel(const MotionProblem& problem, const Model& model)
-    : impl_(std::make_unique<Impl>(problem, model)) {}
+InstantModel::InstantModel(const MotionProblem& problem, const Model& model,
+                           const std::vector<StepParameter>& parameters)
+    : impl_(std::make_unique<Impl>(problem, model, parameters)) {}
 InstantModel::~InstantModel() = default;
 
 const Inverse& InstantModel::invert(const MotionPoint& point, const SimulationOptions& options,

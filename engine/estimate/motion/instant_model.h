@@ -23,7 +23,12 @@ struct Instant {
 
 class InstantModel {
  public:
-  InstantModel(const MotionProblem& problem, const Model& model);
+  /// model: with the parameters at their current values; parameters: as steps differentiate them
+  /// there, by default as the problem has them.
+  InstantModel(const MotionProblem& problem, const Model& model,
+               const std::vector<StepParameter>& parameters);
+  InstantModel(const MotionProblem& problem, const Model& model)
+      : InstantModel(problem, model, problem.parameters) {}
   ~InstantModel();
 
   /// Computes cost and force of instant t; infinite cost if inverse dynamics fails.

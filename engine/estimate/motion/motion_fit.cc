@@ -5,6 +5,8 @@
 #include <stdexcept>
 
 #include "counterpoint/engine/batch.h"
+#include "counterpoint/engine/estimate/parameters/parameter_kinds.h"
+#include "counterpoint/engine/estimate/parameters/step_parameters.h"
 #include "counterpoint/model/special_values.h"
 
 namespace counterpoint::estimation {
@@ -36,11 +38,20 @@ void MotionFit::apply_parameters() {
   if (!models_.empty() && problem_->parameters.empty()) return;
   models_.clear();
   model_ = problem_->model;
-  for (std::size_t k = 0; k < problem_->parameters.size(); ++k)
-    change_parameter(problem_->parameters[k], point_.parameters[static_cast<int>(k)], model_,
-                     options_);
+  std::vector<StepParameter> parameters = problem_->parameters;
+  const auto count = static_cast<Eigen::Index>(parameters.size());
+  if (problem_->named.empty()) {
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+      change_parameter(parameters[k], point_.parameters[static_cast<int>(k)], model_, options_);
+  } else {
+    const VectorX values = problem_->named_values + point_.parameters.head(count);
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      parameters[k] = step_parameter(problem_->named, k, values, problem_->model);
+      set_parameter(problem_->named[k], values[static_cast<Eigen::Index>(k)], model_, options_);
+    }
+  }
   for (int i = 0; i < pool_.size(); ++i)
-    models_.push_back(std::make_unique<InstantModel>(*problem_, model_));
+    models_.push_back(std::make_unique<InstantModel>(*problem_, model_, parameters));
 }
 
 void MotionFit::begin(const SimulationOptions& options, const MotionPoint& point) {

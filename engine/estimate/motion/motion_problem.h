@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "counterpoint/engine/derivatives.h"
+#include "counterpoint/engine/estimate/estimate.h"
 #include "counterpoint/engine/estimate/sensors/robust_loss.h"
 #include "counterpoint/engine/estimate/sensors/sensor_rows.h"
 
@@ -44,7 +45,12 @@ struct MotionProblem {
   double sensor_loss_scale = 0.0;
   bool convex_sensor_loss = false;  ///< pseudo-Huber loss: outliers keep a constant pull
 
+  /// Parameters, as steps differentiate them at `model`.
   std::vector<StepParameter> parameters = {};
+  /// The same by name, with their values in `model`; empty if `parameters` tells all, as it does
+  /// where the model is linear in them.
+  std::vector<Parameter> named = {};
+  VectorX named_values = {};
   std::vector<SensorConstant> constants = {};  ///< offsets and delays, after the parameters
   VectorX parameter_weight = {};               ///< inverse prior standard deviations of both
   /// Standard deviation of the drift of parameters during the recording. It widens intervals and

@@ -6,7 +6,7 @@
 #include "counterpoint/engine/constraints/bounce.h"
 #include "counterpoint/engine/derivatives/dynamics/right_jacobian.h"
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/estimate/parameters/parameter_kinds.h"
+#include "counterpoint/engine/estimate/parameters/step_parameters.h"
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint::estimation {
@@ -28,14 +28,13 @@ struct Known {
 };
 
 Known known_parameters(const Experiment& experiment, const std::vector<Parameter>& parameters,
-                       const VectorX& values, bool by_force, const Model& model) {
+                       const VectorX& values, bool by_force) {
   const std::vector<char> exact = exact_parameters(experiment, parameters, by_force);
   Known out;
   for (size_t i = 0; i < parameters.size(); ++i) {
     if (!exact[i]) continue;
-    const auto column = static_cast<Eigen::Index>(i);
-    out.parameters.push_back(*step_parameter(parameters[i], values[column], model));
-    out.column.push_back(column);
+    out.parameters.push_back(step_parameter(parameters, i, values, experiment.scene.model));
+    out.column.push_back(static_cast<Eigen::Index>(i));
   }
   return out;
 }
@@ -162,7 +161,7 @@ LinearizedResiduals of_predictions(const Experiment& experiment,
   const RowWeights by_row = row_weights(experiment);
   const Scene scene = with_parameters(experiment.scene, parameters, values);
   Predictor predictor(scene, experiment.map, experiment.prediction);
-  const Known known = known_parameters(experiment, parameters, values, false, predictor.model());
+  const Known known = known_parameters(experiment, parameters, values, false);
   Sensitivity watch(experiment, predictor.model(), known);
   for (const int i : which) {
     const Recording& recording = experiment.recordings[static_cast<size_t>(i)];
@@ -184,7 +183,7 @@ std::optional<LinearizedResiduals> of_forces(const Experiment& experiment,
   const Scene scene = with_parameters(experiment.scene, parameters, values);
   Explainer explainer(scene, experiment.map, experiment.reach);
   const VectorX scales = explainer.scales();
-  const Known known = known_parameters(experiment, parameters, values, true, scene.model);
+  const Known known = known_parameters(experiment, parameters, values, true);
   ParameterDerivator derivator(scene.model, known.parameters);
   InverseParameterDerivatives d;
   LinearizedResiduals out;
@@ -212,70 +211,7 @@ std::optional<LinearizedResiduals> of_forces(const Experiment& experiment,
   return out;
 }
 
-/// The inertial parameters are polynomials of second degree in these parameters, so that central
-/// differences are exact.
-StepParameter deformation_parameter(const Parameter& p, double value, const Model& model) {
-  const bool moves = p.kind == K::kCenterX || p.kind == K::kCenterY || p.kind == K::kCenterZ;
-  StepParameter out{S::kInertia, p.targets, {}, {}};
-  for (const int target : p.targets) {
-    const SpatialInertia& now = model.body(target).inertia;
-    const double middle = moves ? value : 1.0, step = moves ? 1e-2 : 1e-1;
-    const InertialParameters change = inertial_parameters(with_value(p.kind, middle + step, now)) -
-                                      inertial_parameters(with_value(p.kind, middle - step, now));
-    out.changes.push_back(change / (2.0 * step * (moves ? 1.0 : value)));
-  }
-  return out;
-}
-
 }  // namespace
-
-std::optional<StepParameter> step_parameter(const Parameter& p, double value, const Model& model) {
-  const auto all = [&](S kind) { return StepParameter{kind, p.targets, {}, {}}; };
-  switch (p.kind) {
-    case K::kFriction:
-      return all(S::kFriction);
-    case K::kRestitution:
-      return all(S::kRestitution);
-    case K::kTorsionalFriction:
-      return all(S::kTorsionalFriction);
-    case K::kRollingFriction:
-      return all(S::kRollingFriction);
-    case K::kHeight:
-      return all(S::kHeight);
-    case K::kDamping:
-      return all(S::kDamping);
-    case K::kDryFriction:
-      return all(S::kDryFriction);
-    case K::kArmature:
-      return all(S::kArmature);
-    case K::kMass:
-      return mass_parameter(model, p.targets.front());
-    case K::kInertia: {
-      StepParameter out = inertia_scale_parameter(model, p.targets.front());
-      out.changes.front() /= value;  // relative to the scene's inertia, not the current one
-      return out;
-    }
-    case K::kCenterX:
-    case K::kCenterY:
-    case K::kCenterZ:
-    case K::kSpreadX:
-    case K::kSpreadY:
-    case K::kSpreadZ:
-      return deformation_parameter(p, value, model);
-    case K::kGravity:
-      return all(S::kGravity);
-    case K::kCompliance:
-      return all(S::kCompliance);
-    case K::kSmoothing:
-      return all(S::kSmoothing);
-    case K::kStabilization:
-      return all(S::kStabilization);
-    case K::kMaxRecoverySpeed:
-      return all(S::kMaxRecoverySpeed);
-    default:
-      return std::nullopt;
-  }
-}
 
 std::vector<char> exact_parameters(const Experiment& experiment,
                                    const std::vector<Parameter>& parameters, bool by_force) {
@@ -291,7 +227,7 @@ std::vector<char> exact_parameters(const Experiment& experiment,
     const K kind = parameters[i].kind;
     // Forces on floating links are divided by their weight, which depends on these parameters.
     const bool weighs = by_force && (kind == K::kMass || kind == K::kGravity);
-    exact[i] = step_parameter(parameters[i], 1.0, model) && !(weighs && any_floating(model));
+    exact[i] = step_kind(kind) && !(weighs && any_floating(model));
   }
   return exact;
 }

@@ -6,11 +6,6 @@
 
 namespace counterpoint::estimation {
 
-/// Converts a parameter to the form that steps differentiate; none for sizes. value: the
-/// parameter's value in `model`.
-std::optional<StepParameter> step_parameter(const Parameter& parameter, double value,
-                                            const Model& model);
-
 /// Marks the parameters whose derivatives `linearize` computes. None for maps of impacts, or an
 /// integrator other than semi-implicit Euler; sizes never. Derivatives of predictions that bounce
 /// omit the effect of the parameters on the impact's displacement within its step

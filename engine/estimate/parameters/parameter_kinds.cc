@@ -232,6 +232,9 @@ SpatialInertia with_value(ParameterKind kind, double value, const SpatialInertia
     out.mass = value;
   } else if (kind == K::kInertia) {
     out.rotational *= value;
+  } else if (kind == K::kSize) {
+    out.center *= value;
+    out.rotational *= value * value;
   } else if (kind == K::kCenterX || kind == K::kCenterY || kind == K::kCenterZ) {
     out.center[axis_of(kind)] = value;
   } else {
@@ -325,16 +328,16 @@ void set_target(ParameterKind kind, int target, double value, const Model& model
   }
 }
 
-bool set_scene(ParameterKind kind, double value, Scene& scene) {
-  ContactOptions& contact = scene.options.contact;
+bool set_scene(ParameterKind kind, double value, Model& model, SimulationOptions& options) {
+  ContactOptions& contact = options.contact;
   switch (kind) {
     case K::kGravity: {
-      const Vector3 down = scene.model.gravity().normalized();
+      const Vector3 down = model.gravity().normalized();
       check_option(value, 0.0, 1e6, "gravity");
       if (down.isZero()) throw InputError("gravity: the scene has none, hence no direction");
-      ModelEditor editor(std::move(scene.model));
+      ModelEditor editor(std::move(model));
       editor.set_gravity(value * down);
-      scene.model = editor.take();
+      model = editor.take();
       return true;
     }
     case K::kCompliance:

@@ -34,13 +34,16 @@ std::vector<int> targets_of(const KindTraits& kind, const std::string& element, 
 
 /// Value of a parameter in the scene, for one of its targets.
 double value_at(ParameterKind kind, const Scene& scene, int target);
-/// The inertia of a body after an inertial parameter has taken a value.
+/// The inertia of a body after an inertial parameter, or its size, has taken a value.
 SpatialInertia with_value(ParameterKind kind, double value, const SpatialInertia& inertia);
 /// Sets the parameter for one target.
 void set_target(ParameterKind kind, int target, double value, const Model& model,
                 ModelEditor& editor);
 /// Sets a parameter that belongs to the whole scene, or to no part of it. Returns false for kinds
 /// with targets.
-bool set_scene(ParameterKind kind, double value, Scene& scene);
+bool set_scene(ParameterKind kind, double value, Model& model, SimulationOptions& options);
+/// Sets a parameter of the scene. @throws InputError for a value outside the range that it allows.
+void set_parameter(const Parameter& parameter, double value, Model& model,
+                   SimulationOptions& options);
 
 }  // namespace counterpoint::estimation

@@ -172,19 +172,21 @@ VectorX parameter_values(const std::vector<Parameter>& parameters, const Scene& 
   return values;
 }
 
+void set_parameter(const Parameter& parameter, double value, Model& model,
+                   SimulationOptions& options) {
+  if (set_scene(parameter.kind, value, model, options)) return;
+  for (const int target : parameter.targets) {
+    ModelEditor editor(model);
+    set_target(parameter.kind, target, value, model, editor);
+    model = editor.take();
+  }
+}
+
 Scene with_parameters(const Scene& scene, const std::vector<Parameter>& parameters,
                       const VectorX& values) {
   Scene out = scene;
-  for (size_t i = 0; i < parameters.size(); ++i) {
-    const Parameter& p = parameters[i];
-    const double value = values[static_cast<Eigen::Index>(i)];
-    if (set_scene(p.kind, value, out)) continue;
-    for (const int target : p.targets) {
-      ModelEditor editor(out.model);
-      set_target(p.kind, target, value, out.model, editor);
-      out.model = editor.take();
-    }
-  }
+  for (size_t i = 0; i < parameters.size(); ++i)
+    set_parameter(parameters[i], values[static_cast<Eigen::Index>(i)], out.model, out.options);
   return out;
 }
 

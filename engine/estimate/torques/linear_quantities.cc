@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/engine/estimate/parameters/gradient.h"
 #include "counterpoint/engine/estimate/parameters/parameter_kinds.h"
+#include "counterpoint/engine/estimate/parameters/step_parameters.h"
 
 namespace counterpoint::estimation {
 namespace {
@@ -82,22 +82,18 @@ std::vector<StepParameter> LinearQuantities::step_parameters(const Model& model)
   std::vector<StepParameter> out;
   for (const int body : bodies_)
     for (int k = 0; k < 10; ++k) out.push_back(all[static_cast<std::size_t>(10 * (body - 1) + k)]);
-  for (const Eigen::Index i : others_)
-    out.push_back(*step_parameter(parameters_[static_cast<std::size_t>(i)], 0.0, model));
+  for (const Eigen::Index i : others_) {
+    const Parameter& p = parameters_[static_cast<std::size_t>(i)];
+    out.push_back({*step_kind(p.kind), p.targets, {}, {}});
+  }
   return out;
 }
 
 VectorX LinearQuantities::at(const VectorX& values) const {
   VectorX out(size());
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    SpatialInertia inertia = inertias_[b];
-    for (std::size_t i = 0; i < parameters_.size(); ++i) {
-      const Parameter& p = parameters_[i];
-      if (is_inertial(p.kind) && has(p.targets, bodies_[b]))
-        inertia = with_value(p.kind, values[static_cast<Eigen::Index>(i)], inertia);
-    }
-    out.segment<10>(10 * static_cast<Eigen::Index>(b)) = inertial_parameters(inertia);
-  }
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    out.segment<10>(10 * static_cast<Eigen::Index>(b)) =
+        inertial_parameters(inertia_at(parameters_, values, bodies_[b], inertias_[b]));
   for (std::size_t i = 0; i < others_.size(); ++i)
     out[num_inertial() + static_cast<Eigen::Index>(i)] = values[others_[i]];
   return out;
