@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -55,8 +56,11 @@ struct InputColumns {
 /// Returns true if this is the name of such a column. Links fixed to the world have none.
 bool is_input_column(const Model& model, const std::string& name);
 
-/// Returns the input columns of a table; a link is included if one of its six columns is present.
+/// Returns the input columns of a table, or of names; a link is included if one of its six columns
+/// is present.
 InputColumns find_input_columns(const Table& table, const Model& model);
+InputColumns find_input_columns(const std::function<bool(const std::string&)>& has,
+                                const Model& model);
 
 /// Returns the values in the first `steps` rows of the table: one row per name, one column per
 /// step. Missing columns have the model's targets, or zero wrenches, and leave closures and

@@ -65,7 +65,7 @@ class MapReader : public MapNodes {
         one_of(root, "velocities", {"instantaneous", "backward_difference"}) ==
         "backward_difference";
     read_sensors(*this, root, map);
-    if (root["columns"] || map.sensors.empty()) map.entries = entries(root, "columns");
+    if (root["columns"] || map.sensors.empty()) read_columns(root, map);
     if (const YAML::Node node = root["treadmill"]) map.treadmill = vector(node, "treadmill");
     if (const YAML::Node node = root["free"]) map.free_body = free_body(node, map);
     if (const YAML::Node node = root["contact_forces"]) read_contact_forces(node, map);
@@ -84,7 +84,7 @@ class MapReader : public MapNodes {
     map.after = entries(root, "after");
     for (const std::vector<ColumnMap::Entry>* list : {&map.entries, &map.after})
       for (const ColumnMap::Entry& e : *list)
-        if (e.kind == ColumnMap::Entry::Kind::kForce ||
+        if (e.kind == ColumnMap::Entry::Kind::kForce || e.kind == ColumnMap::Entry::Kind::kInput ||
             (list == &map.after && e.kind == ColumnMap::Entry::Kind::kPosition))
           fail(root["after"],
                fmt::format("'{}': of impacts, 'columns' are positions and velocities "
@@ -141,6 +141,23 @@ class MapReader : public MapNodes {
     return out;
   }
 
+  /// Reads `columns`; recorded inputs become a list of their own.
+  void read_columns(const YAML::Node& root, ColumnMap& map) const {
+    for (ColumnMap::Entry& one : entries(root, "columns"))
+      (one.kind == ColumnMap::Entry::Kind::kInput ? map.inputs : map.entries)
+          .push_back(std::move(one));
+    if (map.entries.empty() && map.sensors.empty())
+      fail(root["columns"], "expected positions, velocities or forces beside the inputs");
+    const auto has = [&](const std::string& name) {
+      return std::any_of(map.inputs.begin(), map.inputs.end(),
+                         [&](const ColumnMap::Entry& one) { return one.name == name; });
+    };
+    map.input_columns = find_input_columns(has, model());
+    const std::vector<std::string> all = map.input_columns.names(model());
+    for (ColumnMap::Entry& one : map.inputs)
+      one.index = static_cast<int>(std::find(all.begin(), all.end(), one.name) - all.begin());
+  }
+
   void read_time(const YAML::Node& root, ColumnMap& map) const {
     const YAML::Node node = root["time"];
     if (static_cast<bool>(root["rate"]) == static_cast<bool>(node)) {
@@ -163,8 +180,14 @@ class MapReader : public MapNodes {
         return {kind, static_cast<int>(it - list->begin()), name, source(value, name)};
       }
     }
-    fail(key, fmt::format("'{}' is no coordinate of this scene; there are: {}", name,
-                          fmt::join(names().q, ", ")));
+    if (is_input_column(model(), name)) return {Kind::kInput, -1, name, source(value, name)};
+    fail(key, fmt::format("'{}' is no coordinate of this scene; there are: {}{}", name,
+                          fmt::join(names().q, ", "), inputs_in_words()));
+  }
+
+  std::string inputs_in_words() const {
+    const std::vector<std::string> all = InputColumns::of(model()).names(model());
+    return all.empty() ? "" : fmt::format("; inputs: {}", fmt::join(all, ", "));
   }
 
   /// NAME: {links: [LINK, ...], x: COLUMN, y: COLUMN, z: COLUMN}.
@@ -198,10 +221,11 @@ class MapReader : public MapNodes {
     for (const auto& pair : node) {
       const ColumnMap::Entry named = entry(pair.first, pair.second);
       const double deviation = positive(pair.second, named.name);
-      if (named.kind == Kind::kVelocity)
-        fail(pair.first, fmt::format("deviations: '{}' is a velocity; positions and applied forces "
-                                     "have deviations",
-                                     named.name));
+      if (named.kind == Kind::kVelocity || named.kind == Kind::kInput)
+        fail(pair.first,
+             fmt::format("deviations: '{}' is {}; positions and applied forces have "
+                         "deviations",
+                         named.name, named.kind == Kind::kInput ? "an input" : "a velocity"));
       if (named.kind == Kind::kForce) {
         map.force_deviation[named.index] = deviation;
         continue;

@@ -232,6 +232,7 @@ MotionFollower::MotionFollower(const Scene& scene, const ColumnMap& map,
                                const FollowOptions& options)
     : impl_(std::make_unique<Impl>(scene, map, options)) {
   refuse_sensors(map, "rows that are followed");
+  refuse_inputs(map, "rows that are followed");
 }
 MotionFollower::~MotionFollower() = default;
 

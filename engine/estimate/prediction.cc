@@ -131,6 +131,8 @@ bool Predictor::predict_row(const Recording& recording, int row, PredictionWatch
   const int substeps = steps_of_row(recording, row, interval, options_);
   simulator.options().time_step = interval / substeps;
   simulator.input().applied_force = recording.applied_force.col(row);
+  if (recording.inputs.cols() > 0)
+    map_.input_columns.set(simulator.model(), recording.inputs.col(row), simulator.input());
   for (int k = 0; k < substeps; ++k) {
     out.stopped = options_.stop && options_.stop();
     if (out.stopped) return false;

@@ -116,9 +116,25 @@ void leave_treadmill(const Model& model, const ColumnMap& map, Recording& record
   }
 }
 
+void read_cell(const ColumnMap::Entry& entry, const Table& table, const ColumnMap& map, int row,
+               Recording& recording) {
+  using Kind = ColumnMap::Entry::Kind;
+  MatrixX& block = entry.kind == Kind::kPosition   ? recording.q
+                   : entry.kind == Kind::kVelocity ? recording.v
+                   : entry.kind == Kind::kForce    ? recording.applied_force
+                                                   : recording.inputs;
+  const bool acts = entry.kind == Kind::kForce || entry.kind == Kind::kInput;
+  const bool missing =
+      map.missing_cells && entry.kind == Kind::kPosition && is_missing(entry.source, table, row);
+  // A force acts from its row to the next: trajectories have none in the last row.
+  if (acts && row + 1 == table.num_rows() && row > 0 && is_missing(entry.source, table, row))
+    block(entry.index, row) = block(entry.index, row - 1);
+  else
+    block(entry.index, row) = missing ? kMissing : evaluate(entry.source, table, row);
+}
+
 Recording read_rows(const Table& table, const ColumnMap& map, const Model& model,
                     const VectorX& start_q, const VectorX& start_v) {
-  using Kind = ColumnMap::Entry::Kind;
   const int rows = table.num_rows();
   Recording recording;
   recording.file = table.file();
@@ -128,21 +144,11 @@ Recording read_rows(const Table& table, const ColumnMap& map, const Model& model
   recording.contact_force =
       MatrixX::Constant(3 * static_cast<Eigen::Index>(map.contact_forces.size()), rows, kMissing);
   recording.time = recorded_times(table, map.rate.value_or(0.0), map.time);
+  if (!map.inputs.empty())
+    recording.inputs = map.input_columns.values(model, Input()).replicate(1, rows);
   for (int row = 0; row < rows; ++row) {
-    for (const ColumnMap::Entry& entry : map.entries) {
-      MatrixX& block = entry.kind == Kind::kPosition   ? recording.q
-                       : entry.kind == Kind::kVelocity ? recording.v
-                                                       : recording.applied_force;
-      const bool missing = map.missing_cells && entry.kind == Kind::kPosition &&
-                           is_missing(entry.source, table, row);
-      // A force acts from its row to the next: trajectories have none in the last row.
-      if (entry.kind == Kind::kForce && row + 1 == rows && row > 0 &&
-          is_missing(entry.source, table, row)) {
-        block(entry.index, row) = block(entry.index, row - 1);
-        continue;
-      }
-      block(entry.index, row) = missing ? kMissing : evaluate(entry.source, table, row);
-    }
+    for (const std::vector<ColumnMap::Entry>* list : {&map.entries, &map.inputs})
+      for (const ColumnMap::Entry& entry : *list) read_cell(entry, table, map, row, recording);
     for (std::size_t k = 0; k < map.contact_forces.size(); ++k)
       for (std::size_t axis = 0; axis < 3; ++axis)
         if (const ColumnSource& source = map.contact_forces[k].components[axis];
@@ -204,6 +210,8 @@ Recording averaged(const Recording& recording, int count, const Model& model) {
     out.v.col(row) = recording.v.middleCols(row, count).rowwise().mean();
     out.applied_force.col(row) = recording.applied_force.middleCols(row, count).rowwise().mean();
     out.contact_force.col(row) = recording.contact_force.middleCols(row, count).rowwise().mean();
+    if (recording.inputs.cols() > 0)
+      out.inputs.col(row) = recording.inputs.middleCols(row, count).rowwise().mean();
     normalize_quaternions(model, kAverageTolerance,
                           fmt::format("{}: mean over {} rows", recording.file, count),
                           out.q.col(row));
@@ -224,6 +232,7 @@ Recording rows_of(const Recording& whole, int first, int count) {
   out.q = columns(whole.q);
   out.v = columns(whole.v);
   out.applied_force = columns(whole.applied_force);
+  out.inputs = columns(whole.inputs);
   out.contact_force = columns(whole.contact_force);
   out.missing = columns(whole.missing);
   out.sensors = whole.sensors;

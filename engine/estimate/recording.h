@@ -18,19 +18,23 @@
 #include "counterpoint/engine/sensors/sensor_table.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/tables.h"
+#include "counterpoint/engine/trajectory.h"
 
 namespace counterpoint::estimation {
 
 struct ColumnMap {
   /// One coordinate of the scene and its column in the recording.
   struct Entry {
-    enum class Kind { kPosition, kVelocity, kForce };
+    enum class Kind { kPosition, kVelocity, kForce, kInput };
     Kind kind = Kind::kPosition;
-    int index = 0;     ///< index into q, v or the applied force
+    int index = 0;     ///< index into q, v, the applied force, or the names of input_columns
     std::string name;  ///< column name of the coordinate in a trajectory file
     ColumnSource source;
   };
   std::vector<Entry> entries;
+  /// Recorded inputs of servos, tendons, actuators, wrenches and others, which predictions replay.
+  std::vector<Entry> inputs;
+  InputColumns input_columns;  ///< of these inputs
   /// Velocities after an impact. If not empty, each row is one impact: `entries` describe the state
   /// before it, and there is no time.
   std::vector<Entry> after;
@@ -83,6 +87,7 @@ struct Recording {
   std::vector<double> time;  ///< [s]
   MatrixX q, v;              ///< nq, nv; coordinates without a column have the scene's start value
   MatrixX applied_force;     ///< nv [N, N m]; zero where the map has no column
+  MatrixX inputs;            ///< ColumnMap::input_columns; the scene's where the map has no column
   MatrixX contact_force;     ///< 3 ColumnMap::contact_forces [N]; NaN where the map has no column
   /// nq x rows: 1 where a position is missing and was interpolated; no columns if none is missing.
   MatrixX missing;
@@ -102,6 +107,9 @@ void read_sources(const std::map<std::string, std::string>& files, const ColumnM
 /// the scene where the command takes them, sources, a treadmill.
 void refuse_sensors(const ColumnMap& map, const std::string& command,
                     bool takes_scene_sensors = false);
+
+/// @throws InputError if the map has recorded inputs, which predictions and Explainer alone use.
+void refuse_inputs(const ColumnMap& map, const std::string& command);
 
 /// Indices into q of angles on a circle: revolute joints without limits, and the angle of planar
 /// joints.

@@ -51,6 +51,7 @@ struct Explainer::Impl {
         data(model),
         finder(model, compute_inverse_weights(model, data)),
         effects(contact_effects(model, finder.collider())),
+        inputs(map.input_columns),
         counts(model.nv(), 0) {
     for (int i = 1; i < model.num_bodies(); ++i) {
       const Body& body = model.body(i);
@@ -76,11 +77,13 @@ struct Explainer::Impl {
   Data data;
   ConstraintFinder finder;
   EffectSet effects;
+  InputColumns inputs;  ///< recorded ones
   std::vector<char> counts;
   double weight = 0.0;
   Inverse inverse;
   struct {
     VectorX q, v, v_next;
+    Input known;
   } last;  ///< arguments of the last explained step
   ConstraintSet constraints;
   std::vector<int> block_of_tree;
@@ -176,7 +179,9 @@ Explanation Explainer::explain(const Recording& recording, int row, double inter
   s.last.v = recording.v.col(row);
   s.last.v_next = recording.v.col(row + 1);
   s.free.time_step = interval;
-  step_inverse(s.model, s.free, s.last.q, s.last.v, s.last.v_next, s.workspace, s.inverse);
+  if (recording.inputs.cols() > 0) s.inputs.set(s.model, recording.inputs.col(row), s.last.known);
+  step_inverse(s.model, s.free, s.last.q, s.last.v, s.last.v_next, s.last.known, s.workspace,
+               s.inverse);
   if (s.inverse.fault.any())
     throw InputError(fmt::format("{}: row {}: {}", recording.file, row,
                                  describe(s.model, s.inverse.fault).reason));
@@ -227,7 +232,7 @@ Explanation Explainer::explain(const Recording& recording, int row, double inter
 bool Explainer::derive(ParameterDerivator& derivator, InverseParameterDerivatives& out) {
   Impl& s = *impl_;
   if (!s.constraints.pairs.empty()) return false;
-  derivator.inverse(s.model, s.free, s.last.q, s.last.v, s.last.v_next, Input(), s.workspace,
+  derivator.inverse(s.model, s.free, s.last.q, s.last.v, s.last.v_next, s.last.known, s.workspace,
                     s.inverse, out);
   return true;
 }

@@ -78,9 +78,10 @@ std::string wrench_stem(const Model& model, int frame) {
   return takes_names ? link.name + ".wrench" : link.name;
 }
 
-bool has_wrench_column(const Table& table, const std::string& stem) {
+bool has_wrench_column(const std::function<bool(const std::string&)>& has,
+                       const std::string& stem) {
   return std::any_of(std::begin(kComponents), std::end(kComponents),
-                     [&](const char* c) { return table.find_column(stem + c) >= 0; });
+                     [&](const char* c) { return has(stem + c); });
 }
 
 /// Returns the links that move with a body.
@@ -223,26 +224,31 @@ bool is_input_column(const Model& model, const std::string& name) {
   return std::find(all.begin(), all.end(), name) != all.end();
 }
 
-InputColumns find_input_columns(const Table& table, const Model& model) {
+InputColumns find_input_columns(const std::function<bool(const std::string&)>& has,
+                                const Model& model) {
   InputColumns columns;
   for (const JointServo& servo : model.servos()) {
-    columns.targets = columns.targets || table.find_column(target_name(model, servo)) >= 0 ||
-                      table.find_column(target_velocity_name(model, servo)) >= 0;
+    columns.targets = columns.targets || has(target_name(model, servo)) ||
+                      has(target_velocity_name(model, servo));
   }
   for (const Tendon& tendon : model.tendons())
-    columns.tendons = columns.tendons || table.find_column(tendon_force_name(tendon)) >= 0 ||
-                      table.find_column(tendon_target_name(tendon)) >= 0;
+    columns.tendons =
+        columns.tendons || has(tendon_force_name(tendon)) || has(tendon_target_name(tendon));
   for (const Actuator& actuator : model.actuators())
-    columns.actuators = columns.actuators || table.find_column(command_name(actuator)) >= 0;
+    columns.actuators = columns.actuators || has(command_name(actuator));
   for (const int i : switched_closures(model))
     columns.closures =
-        columns.closures ||
-        table.find_column(attach_name(model.closures()[static_cast<size_t>(i)])) >= 0;
+        columns.closures || has(attach_name(model.closures()[static_cast<size_t>(i)]));
   for (const std::string& name : prescribed_names(model))
-    columns.prescribed = columns.prescribed || table.find_column(name) >= 0;
+    columns.prescribed = columns.prescribed || has(name);
   for (const int link : moving_links(model))
-    if (has_wrench_column(table, wrench_stem(model, link))) columns.links.push_back(link);
+    if (has_wrench_column(has, wrench_stem(model, link))) columns.links.push_back(link);
   return columns;
+}
+
+InputColumns find_input_columns(const Table& table, const Model& model) {
+  return find_input_columns([&](const std::string& name) { return table.find_column(name) >= 0; },
+                            model);
 }
 
 MatrixX read_input_columns(const InputColumns& columns, const Table& table, const Model& model,

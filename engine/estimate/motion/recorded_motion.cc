@@ -157,6 +157,7 @@ VectorX given(const VectorX& deviation, int nv) {
 }
 
 RecordedMotion prepare(const Model& model, const ColumnMap& map, const Recording& recording) {
+  refuse_inputs(map, "explain");
   if (recording.num_rows() < kLeastRows)
     throw InputError(fmt::format("{}: {} rows; {} or more are expected to explain a motion",
                                  recording.file, recording.num_rows(), kLeastRows));

@@ -108,4 +108,13 @@ void refuse_sensors(const ColumnMap& map, const std::string& command, bool takes
       command, takes_scene_sensors ? "; sensors of the scene may be given, without a kind" : ""));
 }
 
+void refuse_inputs(const ColumnMap& map, const std::string& command) {
+  if (map.inputs.empty()) return;
+  throw InputError(
+      fmt::format("{}: the column map has the input '{}', which only predictions and inverse "
+                  "dynamics row by row "
+                  "replay; expected applied forces (JOINT.u), or no such column",
+                  command, map.inputs.front().name));
+}
+
 }  // namespace counterpoint::estimation

@@ -231,6 +231,7 @@ std::vector<int> recorded_forces(const ColumnMap& map) {
 
 void check_torques(const Scene& scene, const TorqueTask& task) {
   const Model& model = scene.model;
+  refuse_inputs(task.map, "objective torque");
   if (model.nq() != model.nv())
     throw InputError(
         "objective torque: the scene has free, spherical or planar joints; use --objective "
