@@ -52,23 +52,32 @@ enum class ParameterKind {
   kMaxRecoverySpeed,
 };
 
-/// One scalar parameter of a scene, with the bounds of the search.
+/// One scalar parameter of a scene, with the bounds of the search. All its targets share the value.
 struct Parameter {
   ParameterKind kind = ParameterKind::kFriction;
-  std::string name;  ///< KIND or KIND:ELEMENT, as written by the user
+  std::string name;  ///< KIND or KIND:ELEMENT, as written by the user; KIND:A+~B if it is tied
   std::string unit;
   double lower = 0.0, upper = 0.0;
   bool logarithmic = false;  ///< the search uses its logarithm
   std::vector<int> targets;  ///< indices of geometries, bodies or velocity coordinates, depending
                              ///< on the kind
+  std::vector<double> signs = {};  ///< -1 for each target that takes the negative value, otherwise
+                                   ///< 1; empty: all 1
+  /// Standard deviation of the prior about the scene's value, in the parameter's unit; none: that
+  /// of the objective, if it has priors.
+  std::optional<double> deviation = {};
+
+  double sign(std::size_t index) const { return signs.empty() ? 1.0 : signs[index]; }
+  double sign_of(int target) const;  ///< the same by target; 0 if it is none of the parameter
 };
 
-/// Parses KIND[:ELEMENT][=LOW..HIGH], comma separated, for this scene. Kinds, elements, units and
-/// default bounds: docs/reference/recording-format.md. @throws InputError that names the unknown
-/// part and lists the valid ones.
+/// Parses KIND[:ELEMENT[+ELEMENT...]][=LOW..HIGH][~DEVIATION], comma separated, or the YAML file of
+/// "@FILE", for this scene. Kinds, elements, units, default bounds and the file's format:
+/// docs/reference/recording-format.md. @throws InputError that names the unknown part, or file and
+/// line, and lists the valid ones.
 std::vector<Parameter> parse_parameters(const std::string& text, const Scene& scene);
 
-/// Returns the value of each parameter in the scene; the mean over its targets.
+/// Returns the value of each parameter in the scene: the mean over its targets, each with its sign.
 VectorX parameter_values(const std::vector<Parameter>& parameters, const Scene& scene);
 
 /// Returns the scene with these parameter values. @throws InputError for a value outside the range
@@ -76,9 +85,9 @@ VectorX parameter_values(const std::vector<Parameter>& parameters, const Scene& 
 Scene with_parameters(const Scene& scene, const std::vector<Parameter>& parameters,
                       const VectorX& values);
 
-/// Applies KIND[:ELEMENT]=VALUE, comma separated, to a scene ("" leaves it unchanged); "@FILE": the
-/// lines of a file, in which '#' begins a comment. @throws InputError naming the part that is
-/// wrong, or a file that cannot be read.
+/// Applies KIND[:ELEMENT[+ELEMENT...]]=VALUE, comma separated, to a scene ("" leaves it unchanged);
+/// "@FILE": the lines of a file, in which '#' begins a comment. @throws InputError naming the part
+/// that is wrong, or a file that cannot be read.
 Scene with_settings(Scene scene, const std::string& text);
 
 // ---- Forces behind a recorded motion, and the part that contacts cannot have exerted.

@@ -171,6 +171,10 @@ FitProblem fit_problem(const Experiment& experiment, const std::vector<Parameter
         p.kind == ParameterKind::kForceDelay)
       throw InputError("parameter '" + p.name +
                        "': it belongs to a recorded force; use the objective torque");
+    if (p.deviation)
+      throw InputError("parameter '" + p.name +
+                       "': this objective has no model of the noise to weigh a prior against; use "
+                       "the objective torque or explain");
     problem.lower[i] = parameters[i].lower;
     problem.upper[i] = parameters[i].upper;
     problem.logarithmic.push_back(parameters[i].logarithmic);

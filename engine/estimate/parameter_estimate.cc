@@ -79,7 +79,7 @@ SearchedParameters searched_parameters(const std::vector<Parameter>& parameters,
     out.steps.push_back(step_parameter(parameters, i, start, model));
     // Friction scales forces, so the search uses its logarithm too.
     const bool factor = p.kind == ParameterKind::kFriction && p.lower > 0.0;
-    out.shared.push_back({value, p.lower, p.upper, p.logarithmic || factor});
+    out.shared.push_back({value, p.lower, p.upper, p.logarithmic || factor, p.deviation});
   }
   return out;
 }
@@ -173,7 +173,7 @@ void fill_fit(const SearchedParameters& searched, JointFit& fit, Fit& out) {
   for (Eigen::Index i = 0; i < p; ++i) {
     const SharedParameter& shared = searched.shared[static_cast<std::size_t>(i)];
     ends.push_back({values[i], fit.coordinates()[i], shared.lower, shared.upper, shared.logarithmic,
-                    inverse(i, i) * information.prior[i] < kTold * kTold});
+                    fitting::is_told(inverse(i, i), information.prior[i], information.range[i])});
   }
   fitting::set_parameters(ends, covariance, quantile, out);
 }

@@ -12,7 +12,8 @@ namespace counterpoint::estimation {
 /// Estimated parameters, and the motions that were estimated with them.
 struct ParameterEstimate {
   /// Values with 95 % intervals; no interval for a parameter that the motions do not determine
-  /// much better than its prior (the range between its bounds). Costs are half sums of squared
+  /// better than its prior, and much better than the range between its bounds, which is the
+  /// standard deviation of a prior that has none stated. Costs are half sums of squared
   /// residuals over their standard deviations (Cauchy loss); evaluations are Newton steps.
   Fit parameters;
   std::vector<std::vector<double>> times;     ///< row times of each recording [s]

@@ -28,7 +28,10 @@ void check_parameters(const std::vector<Parameter>& parameters, const std::vecto
           "com_y, com_z, inertia, shear_*, spread_*, inertial, damping, dry_friction, armature, "
           "gravity, force_offset, force_gain or force_delay, or another objective",
           p.name));
-    if (channel && std::find(forces.begin(), forces.end(), p.targets.front()) == forces.end())
+    const bool recorded = std::all_of(p.targets.begin(), p.targets.end(), [&](int target) {
+      return std::find(forces.begin(), forces.end(), target) != forces.end();
+    });
+    if (channel && !recorded)
       throw InputError(
           fmt::format("parameter '{}': the force of this joint is not recorded", p.name));
   }
@@ -56,7 +59,7 @@ void fill(const Coordinates& coordinates, const LinearQuantities& quantities,
   const Eigen::Index n = x.size();
   MatrixX by_recording = MatrixX::Zero(n, static_cast<Eigen::Index>(recordings));
   const MatrixX information = search.information(&by_recording);
-  const VectorX prior = search.prior_weights();
+  const VectorX prior = coordinates.prior_weights;
   out.told =
       identifiability(coordinates.parameters, coordinates.values(x), information, by_recording);
   const MatrixX H = information + MatrixX(prior.asDiagonal());
@@ -72,7 +75,7 @@ void fill(const Coordinates& coordinates, const LinearQuantities& quantities,
   for (Eigen::Index i = 0; i < n; ++i) {
     const Parameter& p = coordinates.parameters[static_cast<std::size_t>(i)];
     ends.push_back({coordinates.value(i, x[i]), x[i], p.lower, p.upper, p.logarithmic,
-                    covariance(i, i) * prior[i] < kTold * kTold});
+                    fitting::is_told(covariance(i, i), prior[i], coordinates.range(i))});
   }
   fitting::set_parameters(ends, covariance, quantile, out.parameters);
   const Eigen::Index inertial = quantities.num_inertial();

@@ -49,9 +49,9 @@ struct TorqueFit {
 
 /// Fits masses, centres of mass, shears, spreads, inertias, damping, dry friction, armatures,
 /// gravity, and offsets, gains and delays of the recorded forces. The priors are the scene's
-/// values, with the range between the bounds as standard deviation. @throws InputError for other
-/// parameters, a model with quaternions or closures, a recording without forces, with uneven rows,
-/// or during which something touches.
+/// values, with the stated standard deviation or the range between the bounds. @throws InputError
+/// for other parameters, a model with quaternions or closures, a recording without forces, with
+/// uneven rows, or during which something touches.
 TorqueFit fit_torques(const Scene& scene, const ColumnMap& map,
                       const std::vector<const Recording*>& recordings,
                       const std::vector<Parameter>& parameters, const TorqueFitOptions& options);

@@ -101,6 +101,17 @@ TEST(Gradient, OfPredictionsOfAnArm) {
   }
 }
 
+TEST(Gradient, OfTiedParameters) {
+  const char* tied =
+      "mass:upper+lower,inertia:upper+lower,com_x:upper+~lower,spread_x:lower+upper,"
+      "damping:elbow+shoulder";
+  Experiment e = experiment_of(scene_of("double_pendulum.yaml"), 40, 2);
+  map_joints(e);
+  expect_exact(e, tied, 0.1, true);
+  e.prediction.horizon = 10;
+  expect_exact(e, tied, 0.1, false);
+}
+
 /// Removes restitution: a bounce also displaces the prediction within its step, and this
 /// displacement has no derivative here (bounce.h).
 Scene without_restitution(Scene scene) {

@@ -157,6 +157,24 @@ TEST(ParameterEstimate, FindsTheTrunkOfALeggedRobot) {
         << parameters[static_cast<std::size_t>(k)].name;
     EXPECT_LE(deviation, k == 0 ? 0.02 * exact[0] : 0.005);
   }
+TEST(ParameterEstimate, ATieOfAllSurfacesIsTheirOnlyFriction) {
+  const Scene scene = test::box_on_plane({});
+  const auto& shapes = scene.model.geometries();
+  ASSERT_EQ(shapes.size(), 2u);
+  const std::string tied = "friction:" + shapes[0].name + "+" + shapes[1].name;
+  EXPECT_EQ(estimate("friction", 1).parameters.values(), estimate(tied, 1).parameters.values());
+}
+
+// The recordings know the logarithm of the friction to 1.5 % (above), a prior of 0.0001 / 0.5 holds
+// it 75 times as firmly: it moves by less than 1 / 75^2 of the distance to the truth, of which the
+// tolerance is ten times.
+TEST(ParameterEstimate, AFirmPriorHoldsAndDoesNotTell) {
+  const FittedParameter held = estimate("friction~0.0001", 1).parameters.parameters[0];
+  EXPECT_NEAR(held.value, 0.5, 10.0 / (75.0 * 75.0) * 0.2);
+  EXPECT_FALSE(held.interval);
+  const FittedParameter loose = estimate("friction~0.2", 1).parameters.parameters[0];
+  EXPECT_NEAR(loose.value, 0.3, 0.045 * 0.3);
+  EXPECT_TRUE(loose.interval);
 }
 
 TEST(ParameterEstimate, RefusesWhatTheSearchChangesItself) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/engine/estimate/identifiability.h"
+
 namespace counterpoint::estimation::fitting {
 // Cornish-Fisher expansion about the normal quantile; within 1 % from 4 degrees of freedom on.
 double student_95(double degrees) {
@@ -48,6 +50,17 @@ Spread spread(const System& system, const VectorX& at) {
     out.quantile = student_95(degrees);
   }
   return out;
+}
+
+double prior_weight(std::optional<double> deviation, double mean, bool logarithmic, double range) {
+  const double wide = !deviation ? range : logarithmic ? *deviation / mean : *deviation;
+  return 1.0 / (wide * wide);
+}
+
+bool is_told(double variance, double prior, double range) {
+  const double known = 1.0 / variance - prior;  // the information of all but the prior
+  // The range counts as a prior too, as where none is stated.
+  return known > prior && (known * range * range + 1.0) * kTold * kTold > 1.0;
 }
 
 void set_parameters(const std::vector<EndPoint>& ends, const MatrixX& covariance, double quantile,

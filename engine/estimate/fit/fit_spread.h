@@ -1,6 +1,7 @@
 // Uncertainty of the parameters of a fit.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "counterpoint/engine/estimate/fit/fit_system.h"
@@ -24,6 +25,15 @@ struct Spread {
 /// more recordings than parameters: the variance of the residuals times inv(H), as if residuals
 /// were independent.
 Spread spread(const System& system, const VectorX& at);
+
+/// Inverse square of the standard deviation of a prior, in a search coordinate. deviation: of the
+/// value, about `mean`, if it is stated; range: between the bounds of the coordinate, the standard
+/// deviation otherwise.
+double prior_weight(std::optional<double> deviation, double mean, bool logarithmic, double range);
+/// Whether recordings tell a coordinate of this variance (with its prior): without its own prior
+/// its standard deviation is at most kTold of its range, and below that of the prior. prior:
+/// prior_weight.
+bool is_told(double variance, double prior, double range);
 
 /// A parameter at the end of a fit, whose search coordinate is its value or the logarithm of it.
 struct EndPoint {

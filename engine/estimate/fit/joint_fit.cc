@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "counterpoint/engine/estimate/fit/fit_spread.h"
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"
 
 namespace counterpoint::estimation {
@@ -20,16 +21,16 @@ JointFit::JointFit(std::vector<MotionProblem> problems, const std::vector<Motion
                    std::vector<SharedParameter> parameters, int threads)
     : parameters_(std::move(parameters)) {
   const auto count = static_cast<Eigen::Index>(parameters_.size());
-  for (VectorX* x : {&scene_, &lower_, &upper_}) x->resize(count);
+  for (VectorX* x : {&scene_, &lower_, &upper_, &prior_}) x->resize(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const SharedParameter& p = parameters_[static_cast<std::size_t>(i)];
     const auto coordinate = [&](double value) { return p.logarithmic ? std::log(value) : value; };
     scene_[i] = coordinate(p.scene);
     lower_[i] = coordinate(p.lower);
     upper_[i] = coordinate(p.upper);
+    prior_[i] = fitting::prior_weight(p.deviation, p.scene, p.logarithmic, upper_[i] - lower_[i]);
   }
   x_ = scene_;
-  prior_ = (upper_ - lower_).cwiseAbs2().cwiseInverse();
   for (std::size_t i = 0; i < problems.size(); ++i) {
     problems_.push_back(std::make_unique<MotionProblem>(std::move(problems[i])));
     fits_.push_back(std::make_unique<MotionFit>(*problems_.back(), start[i], threads));
@@ -178,7 +179,7 @@ JointFit::Information JointFit::information() {
   for (double mu = 0.0; !reduce(mu); mu = optimization::Damping::stronger(mu))
     if (optimization::Damping::exhausted(mu))
       throw std::runtime_error("the recorded motions have no finite forces in this scene");
-  return {schur_, scatter_, prior_};
+  return {schur_, scatter_, prior_, upper_ - lower_};
 }
 
 }  // namespace counterpoint::estimation

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "counterpoint/engine/estimate/motion/motion_fit.h"
@@ -17,13 +18,13 @@ struct SharedParameter {
   double scene = 0.0;  ///< value in the scene
   double lower = 0.0, upper = 0.0;
   bool logarithmic = false;
+  std::optional<double> deviation = {};  ///< standard deviation of the prior; none: the range
 };
 
 class JointFit {
  public:
   /// problems: their parameters are the shared ones, in this order, with zero prior weights. The
-  /// prior mean of a coordinate is the scene's value, its standard deviation the width of the
-  /// range. threads: as for MotionFit.
+  /// prior mean of a coordinate is the scene's value. threads: as for MotionFit.
   JointFit(std::vector<MotionProblem> problems, const std::vector<MotionPoint>& start,
            std::vector<SharedParameter> parameters, int threads);
 
@@ -46,6 +47,7 @@ class JointFit {
     MatrixX hessian;  ///< Schur complement of all motions, with the priors
     MatrixX scatter;  ///< sum over motions of g g', g the gradient of one motion
     VectorX prior;    ///< part of the priors in the Hessian's diagonal
+    VectorX range;    ///< range of each coordinate
   };
   Information information();
 

@@ -225,6 +225,22 @@ bool is_inertial(ParameterKind kind) {
   }
 }
 
+bool has_sign(ParameterKind kind) {
+  switch (kind) {
+    case K::kCenterX:
+    case K::kCenterY:
+    case K::kCenterZ:
+    case K::kShearXY:
+    case K::kShearXZ:
+    case K::kShearYZ:
+    case K::kForceOffset:
+    case K::kHeight:
+      return true;
+    default:
+      return false;
+  }
+}
+
 SpatialInertia with_value(ParameterKind kind, double value, const SpatialInertia& inertia) {
   SpatialInertia out = inertia;
   if (kind == K::kMass) {

@@ -28,6 +28,8 @@ struct KindTraits {
 const KindTraits& kind_named(const std::string& name);
 const KindTraits& kind_of(ParameterKind kind);
 bool is_inertial(ParameterKind kind);
+/// Whether a quantity changes its sign on the other side of a symmetric robot.
+bool has_sign(ParameterKind kind);
 
 /// Indices of the elements of a kind that a user names. @throws InputError with those there are.
 std::vector<int> targets_of(const KindTraits& kind, const std::string& element, const Model& model);

@@ -1,30 +1,18 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <fstream>
-#include <optional>
+#include <tuple>
 #include <utility>
 
 #include "counterpoint/engine/estimate/parameters/parameter_kinds.h"
+#include "counterpoint/engine/estimate/parameters/parameter_parts.h"
 #include "counterpoint/model/model_builder.h"
-#include "counterpoint/model/text_files.h"
 
 namespace counterpoint::estimation {
 namespace {
-
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> parts;
-  for (size_t begin = 0; begin <= text.size();) {
-    const size_t end = std::min(text.find(',', begin), text.size());
-    parts.push_back(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return parts;
-}
 
 /// Lines of a file without comments, blanks and empty lines.
 std::vector<std::string> lines_of(const std::string& file) {
@@ -39,30 +27,42 @@ std::vector<std::string> lines_of(const std::string& file) {
   return out;
 }
 
-double number(const std::string& text, const std::string& where) {
-  const std::optional<double> value = parse_number(text);
-  if (!value || !std::isfinite(*value))
-    throw InputError(fmt::format("'{}': '{}' is no finite number", where, text));
-  return *value;
+/// Appends the targets of an element, and their signs if any element of the part is mirrored.
+void add_targets(const ParameterPart& part, const KindTraits& kind, const NamedElement& element,
+                 const Model& model, Parameter& p) {
+  std::vector<int> targets;
+  try {
+    targets = targets_of(kind, element.name, model);
+  } catch (const InputError& error) {
+    part.fail(error.what());
+  }
+  for (const int target : targets) {
+    if (p.sign_of(target) != 0.0)
+      part.fail(fmt::format("'{}' shares the value already", element.name));
+    p.targets.push_back(target);
+    p.signs.push_back(element.mirrored ? -1.0 : 1.0);
+  }
 }
 
-/// Parses KIND[:ELEMENT], with the default bounds.
-Parameter named(const std::string& text, const Scene& scene) {
-  const size_t colon = text.find(':');
-  const KindTraits& kind = kind_named(text.substr(0, colon));
+/// Returns the parameter with its targets and the default bounds.
+Parameter parameter_of(const ParameterPart& part, const Scene& scene) {
+  const KindTraits& kind = kind_named(part.kind);
   Parameter p;
   p.kind = kind.kind;
-  p.name = text;
+  p.name = part.name();
   p.unit = kind.unit;
   p.lower = kind.lower;
   p.upper = kind.upper;
   p.logarithmic = kind.logarithmic;
-  try {
-    p.targets =
-        targets_of(kind, colon == std::string::npos ? "" : text.substr(colon + 1), scene.model);
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("parameter '{}': {}", text, error.what()));
+  for (const NamedElement& element : part.elements) {
+    if (element.mirrored && !has_sign(kind.kind))
+      part.fail(
+          fmt::format("'~' takes the negative value, and {} has no sign; it is for com_*, "
+                      "shear_*, force_offset and height",
+                      kind.name));
+    add_targets(part, kind, element, scene.model, p);
   }
+  if (part.elements.empty()) add_targets(part, kind, {}, scene.model, p);
   const double value = parameter_values({p}, scene)[0];
   if (kind.bounds == Bounds::kTimesScene) {
     p.lower *= value;
@@ -74,83 +74,55 @@ Parameter named(const std::string& text, const Scene& scene) {
   return p;
 }
 
-/// The ten parameters that make up `inertial`. Shears come first: spreads commute then.
-constexpr std::array kInertialGroup = {"mass",     "com_x",    "com_y",    "com_z",    "shear_xy",
-                                       "shear_xz", "shear_yz", "spread_x", "spread_y", "spread_z"};
-
-/// Names of the elements that `KIND:*` stands for.
-std::vector<std::string> elements(const std::string& kind, const Model& model) {
-  const bool joints = kind != "inertial" && (kind_named(kind).target == Target::kCoordinates ||
-                                             kind_named(kind).target == Target::kChannel);
-  std::vector<std::string> out;
-  if (kind != "inertial" && !joints && kind_named(kind).target != Target::kBody) return out;
-  for (int i = 1; i < model.num_bodies(); ++i) {
-    const JointInfo& joint = model.joint(i - 1);
-    if (joints && model.body(i).joint_type == JointType::kFloating) continue;
-    if (!joints && !(model.body(i).inertia.mass > 0.0)) continue;
-    out.push_back(joints ? joint.name : joint.link);
-  }
-  return out;
+/// Sets the deviation of the prior about the scene's value.
+void set_prior(const ParameterPart& part, const Scene& scene, Parameter& p) {
+  if (!part.deviation) return;
+  const double value = parameter_values({p}, scene)[0];
+  if (value < p.lower || value > p.upper)
+    part.fail(
+        fmt::format("the prior is about the scene's value {:g}; expected bounds around it, "
+                    "not {:g} and {:g}",
+                    value, p.lower, p.upper));
+  p.deviation = part.deviation->value * (part.deviation->percent ? 0.01 * std::abs(value) : 1.0);
+  if (!(*p.deviation > 0.0))
+    part.fail(
+        fmt::format("the scene's value is 0, which has no percent; expected a standard "
+                    "deviation [{}]",
+                    p.unit));
 }
 
-/// Splits a list of parameters, with `KIND:*` as one parameter for each link or joint, and
-/// `inertial` as the ten of a link.
-std::vector<std::string> expanded(const std::string& text, const Model& model) {
-  std::vector<std::string> out;
-  for (const std::string& part : split(text)) {
-    const size_t equals = std::min(part.find('='), part.size());
-    const std::string name = part.substr(0, equals), bounds = part.substr(equals);
-    const size_t colon = std::min(name.find(':'), name.size());
-    const std::string kind = name.substr(0, colon);
-    std::vector<std::string> each = {name.substr(std::min(colon + 1, name.size()))};
-    const bool whole_kind = each[0] == "*";
-    if (whole_kind) each = elements(kind, model);
-    if (whole_kind && each.empty())
-      throw InputError(
-          fmt::format("parameter '{}': '*' stands for all links or joints; there are "
-                      "none for this kind",
-                      part));
-    if (kind == "inertial" && !bounds.empty())
-      throw InputError(
-          fmt::format("parameter '{}': 'inertial' has no bounds of its own; name the "
-                      "parameters: {}",
-                      part, fmt::join(kInertialGroup, ", ")));
-    for (const std::string& element : each) {
-      const std::string of = element.empty() ? "" : ":" + element;
-      if (kind != "inertial")
-        out.push_back(kind + of + bounds);
-      else
-        for (const char* one : kInertialGroup) out.push_back(one + of);
-    }
-  }
-  return out;
+/// Refuses a target that two parameters of a kind would set, one of them as a tie.
+void check_ties(const ParameterPart& part, const Parameter& p, bool tied, const Parameter& other,
+                bool other_tied) {
+  if (p.kind != other.kind || !(tied || other_tied)) return;
+  for (const int target : p.targets)
+    if (other.sign_of(target) != 0.0)
+      part.fail(fmt::format("'{}' and '{}' set the same element", other.name, p.name));
 }
 
 }  // namespace
 
+double Parameter::sign_of(int target) const {
+  for (std::size_t i = 0; i < targets.size(); ++i)
+    if (targets[i] == target) return sign(i);
+  return 0.0;
+}
+
 std::vector<Parameter> parse_parameters(const std::string& text, const Scene& scene) {
   std::vector<Parameter> parameters;
-  for (const std::string& part : expanded(text, scene.model)) {
-    const size_t equals = part.find('=');
-    Parameter p = named(part.substr(0, equals), scene);
-    if (equals != std::string::npos) {
-      const std::string bounds = part.substr(equals + 1);
-      const size_t dots = bounds.find("..");
-      if (dots == std::string::npos)
-        throw InputError(fmt::format("parameter '{}': expected NAME=LOW..HIGH", part));
-      p.lower = number(bounds.substr(0, dots), part);
-      p.upper = number(bounds.substr(dots + 2), part);
-    }
+  std::vector<char> tied;
+  for (const ParameterPart& part : parameter_parts(text, scene.model)) {
+    Parameter p = parameter_of(part, scene);
+    if (part.bounds) std::tie(p.lower, p.upper) = *part.bounds;
     if (!(p.lower < p.upper))
-      throw InputError(
-          fmt::format("parameter '{}': lower bound {:g} is not below {:g}; give "
-                      "NAME=LOW..HIGH",
-                      part, p.lower, p.upper));
-    if (p.logarithmic && !(p.lower > 0.0))
-      throw InputError(fmt::format("parameter '{}': the lower bound must be positive", part));
-    for (const Parameter& other : parameters) {
-      if (other.name == p.name)
-        throw InputError(fmt::format("parameter '{}' is given twice", part));
+      part.fail(
+          fmt::format("lower bound {:g} is not below {:g}; give NAME=LOW..HIGH", p.lower, p.upper));
+    if (p.logarithmic && !(p.lower > 0.0)) part.fail("the lower bound must be positive");
+    set_prior(part, scene, p);
+    tied.push_back(part.elements.size() > 1);
+    for (std::size_t i = 0; i < parameters.size(); ++i) {
+      if (parameters[i].name == p.name) part.fail(fmt::format("'{}' is given twice", p.name));
+      check_ties(part, p, tied.back(), parameters[i], tied[i]);
     }
     // Check here, rather than in the middle of a fit, that the bounds make valid scenes.
     for (const double bound : {p.lower, p.upper})
@@ -165,7 +137,8 @@ VectorX parameter_values(const std::vector<Parameter>& parameters, const Scene& 
   for (size_t i = 0; i < parameters.size(); ++i) {
     const Parameter& p = parameters[i];
     double sum = p.targets.empty() ? value_at(p.kind, scene, 0) : 0.0;
-    for (const int target : p.targets) sum += value_at(p.kind, scene, target);
+    for (std::size_t k = 0; k < p.targets.size(); ++k)
+      sum += p.sign(k) * value_at(p.kind, scene, p.targets[k]);
     values[static_cast<Eigen::Index>(i)] =
         sum / static_cast<double>(std::max<size_t>(p.targets.size(), 1));
   }
@@ -175,9 +148,9 @@ VectorX parameter_values(const std::vector<Parameter>& parameters, const Scene& 
 void set_parameter(const Parameter& parameter, double value, Model& model,
                    SimulationOptions& options) {
   if (set_scene(parameter.kind, value, model, options)) return;
-  for (const int target : parameter.targets) {
+  for (std::size_t k = 0; k < parameter.targets.size(); ++k) {
     ModelEditor editor(model);
-    set_target(parameter.kind, target, value, model, editor);
+    set_target(parameter.kind, parameter.targets[k], parameter.sign(k) * value, model, editor);
     model = editor.take();
   }
 }
@@ -192,13 +165,14 @@ Scene with_parameters(const Scene& scene, const std::vector<Parameter>& paramete
 
 Scene with_settings(Scene scene, const std::string& text) {
   if (text.empty()) return scene;
-  for (const std::string& part : text[0] == '@' ? lines_of(text.substr(1)) : split(text)) {
+  for (const std::string& part :
+       text[0] == '@' ? lines_of(text.substr(1)) : split_text(text, ',')) {
     const size_t equals = part.find('=');
     if (equals == std::string::npos)
       throw InputError(fmt::format("'{}': expected NAME=VALUE", part));
-    const Parameter p = named(part.substr(0, equals), scene);
-    scene =
-        with_parameters(scene, {p}, VectorX::Constant(1, number(part.substr(equals + 1), part)));
+    const Parameter p = parameter_of(part_named(part.substr(0, equals), scene.model), scene);
+    const double value = finite_number(part.substr(equals + 1), fmt::format("'{}'", part));
+    scene = with_parameters(scene, {p}, VectorX::Constant(1, value));
   }
   return scene;
 }

@@ -54,8 +54,9 @@ SpatialInertia inertia_at(const std::vector<Parameter>& parameters, const Vector
   SpatialInertia out = of_scene;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const Parameter& p = parameters[i];
-    if (changes_inertia(p.kind) && std::count(p.targets.begin(), p.targets.end(), body) > 0)
-      out = with_value(p.kind, values[static_cast<Eigen::Index>(i)], out);
+    const double sign = p.sign_of(body);
+    if (changes_inertia(p.kind) && sign != 0.0)
+      out = with_value(p.kind, sign * values[static_cast<Eigen::Index>(i)], out);
   }
   return out;
 }
@@ -66,6 +67,8 @@ StepParameter step_parameter(const std::vector<Parameter>& parameters, std::size
                              const VectorX& values, const Model& model) {
   const Parameter& p = parameters[k];
   StepParameter out{*step_kind(p.kind), p.targets, {}, {}};
+  for (std::size_t i = 0; i < p.targets.size() && out.kind == S::kHeight; ++i)
+    out.directions.push_back(p.sign(i) * Vector3::UnitZ());
   if (out.kind != S::kInertia) return out;
   const auto at = static_cast<Eigen::Index>(k);
   const double step = 0.1 * std::max(std::abs(values[at]), 0.1);

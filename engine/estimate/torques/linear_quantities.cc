@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/engine/estimate/fit/fit_spread.h"
 #include "counterpoint/engine/estimate/parameters/parameter_kinds.h"
 #include "counterpoint/engine/estimate/parameters/step_parameters.h"
 
@@ -18,13 +19,18 @@ bool has(const std::vector<int>& list, int value) {
 }  // namespace
 
 Coordinates::Coordinates(const std::vector<Parameter>& list, const VectorX& start)
-    : parameters(list), lower(start.size()), upper(start.size()), prior(start.size()) {
+    : parameters(list),
+      lower(start.size()),
+      upper(start.size()),
+      prior(start.size()),
+      prior_weights(start.size()) {
   for (Eigen::Index i = 0; i < start.size(); ++i) {
     const Parameter& p = list[static_cast<std::size_t>(i)];
     lower[i] = p.logarithmic ? std::log(p.lower) : p.lower;
     upper[i] = p.logarithmic ? std::log(p.upper) : p.upper;
     const double at = std::clamp(start[i], p.lower, p.upper);
     prior[i] = p.logarithmic ? std::log(at) : at;
+    prior_weights[i] = fitting::prior_weight(p.deviation, at, p.logarithmic, range(i));
   }
 }
 
@@ -54,10 +60,11 @@ std::vector<ChannelValues> channel_values(const std::vector<int>& coordinates,
     const Parameter& p = parameters[i];
     const double value = values[static_cast<Eigen::Index>(i)];
     for (std::size_t c = 0; c < coordinates.size(); ++c) {
-      if (!is_channel(p.kind) || !has(p.targets, coordinates[c])) continue;
+      const double sign = p.sign_of(coordinates[c]);
+      if (!is_channel(p.kind) || sign == 0.0) continue;
       (p.kind == K::kForceOffset ? out[c].offset
        : p.kind == K::kForceGain ? out[c].gain
-                                 : out[c].delay) = value;
+                                 : out[c].delay) = sign * value;
     }
   }
   return out;

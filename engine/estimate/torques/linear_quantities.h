@@ -19,6 +19,7 @@ struct Coordinates {
 
   const std::vector<Parameter>& parameters;
   VectorX lower, upper, prior;
+  VectorX prior_weights;  ///< inverse squares of the standard deviations
 };
 
 /// Whether a parameter belongs to a recorded force, not to the scene.

@@ -25,8 +25,7 @@ bool may_rest(int coordinate, const std::vector<Parameter>& parameters,
               const VectorX& dry_friction) {
   return dry_friction[coordinate] > 0.0 ||
          std::any_of(parameters.begin(), parameters.end(), [&](const Parameter& p) {
-           return p.kind == K::kDryFriction &&
-                  std::find(p.targets.begin(), p.targets.end(), coordinate) != p.targets.end();
+           return p.kind == K::kDryFriction && p.sign_of(coordinate) != 0.0;
          });
 }
 
@@ -81,10 +80,6 @@ double TorqueSearch::moved(const VectorX& before) const {
   return most;
 }
 
-VectorX TorqueSearch::prior_weights() const {
-  return (coordinates_.upper - coordinates_.lower).cwiseAbs2().cwiseInverse();
-}
-
 MatrixX TorqueSearch::information(MatrixX* by_recording) const {
   const Point point = point_at(x_, true);
   MatrixX H = MatrixX::Zero(x_.size(), x_.size());
@@ -125,8 +120,9 @@ MatrixX TorqueSearch::mixture_derivatives(std::size_t c, const Point& point) con
   out.topRows(linear) = now.gain * point.derivatives;
   for (Eigen::Index i = 0; i < x_.size(); ++i) {
     const Parameter& p = coordinates_.parameters[static_cast<std::size_t>(i)];
-    if (!is_channel(p.kind) || p.targets.front() != forces_[c]) continue;
-    if (p.kind == K::kForceOffset) out(linear + 2, i) = 1.0;
+    const double sign = p.sign_of(forces_[c]);
+    if (!is_channel(p.kind) || sign == 0.0) continue;
+    if (p.kind == K::kForceOffset) out(linear + 2, i) = sign;
     if (p.kind == K::kForceDelay) out(linear + 1, i) = now.gain;
     if (p.kind == K::kForceGain)  // its coordinate is its logarithm
       out.col(i).head(linear + 2) = mixture(c, point).head(linear + 2);
@@ -140,7 +136,7 @@ double TorqueSearch::weight(std::size_t c) const {
 }
 
 double TorqueSearch::cost_of(const VectorX& x) const {
-  double sum = (x - coordinates_.prior).cwiseAbs2().dot(prior_weights());
+  double sum = (x - coordinates_.prior).cwiseAbs2().dot(coordinates_.prior_weights);
   const Point point = point_at(x, false);
   for (std::size_t c = 0; c < models_.size(); ++c) {
     const VectorX z = mixture(c, point);
@@ -154,7 +150,7 @@ double TorqueSearch::cost_of(const VectorX& x) const {
 /// trial is moved back to the bottom by what the step's curvature added to the residuals.
 bool TorqueSearch::improve() {
   const Point point = point_at(x_, true);
-  const VectorX prior = prior_weights();
+  const VectorX& prior = coordinates_.prior_weights;
   MatrixX H = MatrixX(prior.asDiagonal());
   VectorX g = prior.cwiseProduct(x_ - coordinates_.prior);
   std::vector<MatrixX> derivatives, products;

@@ -26,8 +26,6 @@ class TorqueSearch {
   double cost() const { return cost_of(x_); }
   /// Largest change since `before`, in ranges.
   double moved(const VectorX& before) const;
-  /// Inverse squares of the ranges.
-  VectorX prior_weights() const;
   /// J' W J at the present coordinates; its diagonal by recording, if that is not null.
   MatrixX information(MatrixX* by_recording = nullptr) const;
 
