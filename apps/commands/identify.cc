@@ -1,37 +1,11 @@
 // counterpoint identify: fits scene parameters to some recordings and scores them on the others.
-#include <fmt/format.h>
-
-#include <cmath>
-#include <numeric>
-
 #include "command.h"
 #include "command_line/interrupt.h"
 #include "input/motion.h"
-#include "input/scene_arguments.h"
-#include "recordings/estimation.h"
-#include "recordings/identify_report.h"
-#include "recordings/page.h"
-#include "report/report.h"
-#include "tasks/fingerprint.h"
-#include "tasks/task_arguments.h"
+#include "recordings/identify_search.h"
 
 namespace counterpoint::apps {
 namespace {
-
-struct IdentifyArguments {
-  SceneArguments scene;
-  std::vector<std::string> recordings, test;
-  std::string map, parameters, set, output, page, loss = "cauchy", objective = "score";
-  std::optional<int> substeps;
-  std::optional<double> train;
-  std::string derivatives = "exact";
-  int horizon = 0;
-  bool swap = false;
-  FitOptions fit;
-  TorqueFitOptions torques;
-  tasks::TaskArguments tasks;
-  Report report;
-};
 
 Experiment make_experiment(const IdentifyArguments& arguments) {
   Experiment e{with_settings(arguments.scene.load(), arguments.set), {}, {}, 0, {}};
@@ -54,43 +28,22 @@ Experiment make_experiment(const IdentifyArguments& arguments) {
   return e;
 }
 
-/// Indices of the recordings to fit, and of those to predict with the parameters found.
-struct Split {
-  std::vector<int> train, test;
-};
-
-/// Splits the recordings evenly in the given order, without random numbers.
+/// Splits the recordings into those that the parameters of the result are fitted to, and the rest.
 Split split(const IdentifyArguments& arguments, const Experiment& e) {
-  Split out;
-  const double share = arguments.train.value_or(e.num_given > 1 ? 0.5 : 1.0);
-  for (int i = 0; i < static_cast<int>(e.recordings.size()); ++i) {
-    const bool train = arguments.test.empty()
-                           ? std::ceil((i + 1) * share - 1e-9) > std::ceil(i * share - 1e-9)
-                           : i < e.num_given;
-    (train ? out.train : out.test).push_back(i);
+  if (arguments.folds) {
+    if (arguments.train || arguments.swap || !arguments.test.empty())
+      throw InputError(
+          "--folds: leave out --train, --test and --swap; each fold is scored in turn");
+    return deal(e.num_given, 1.0);
   }
+  Split out =
+      deal(e.num_given,
+           arguments.test.empty() ? arguments.train.value_or(e.num_given > 1 ? 0.5 : 1.0) : 1.0);
+  for (int i = e.num_given; i < static_cast<int>(e.recordings.size()); ++i) out.test.push_back(i);
   if (arguments.swap) std::swap(out.train, out.test);
   if (out.train.empty())
     throw InputError("no recording is left to fit: expected a larger --train, or no --swap");
   return out;
-}
-
-std::uint64_t fingerprint(const IdentifyArguments& a, const Experiment& e) {
-  tasks::Fingerprint hash;
-  hash.add_scene(e.scene);
-  hash.add_file(a.map);
-  for (const auto* files : {&a.recordings, &a.test}) {
-    hash.add(static_cast<std::uint64_t>(files->size()));
-    for (const std::string& file : *files) hash.add_file(file);
-  }
-  for (const std::string* text : {&a.parameters, &a.loss, &a.objective, &a.derivatives})
-    hash.add(std::string_view(*text));
-  for (const int number : {a.substeps.value_or(0), a.horizon, a.swap ? 1 : 0, a.fit.samples,
-                           a.fit.refined, a.fit.bootstrap})
-    hash.add(number);
-  hash.add(a.train.value_or(-1.0));
-  hash.add(a.fit.difference);
-  return hash.value();
 }
 
 /// Reports that Ctrl-C ended the search or the scoring. Returns the exit code.
@@ -98,23 +51,6 @@ int end_early(const char* figures, Report& report) {
   report["status"] = "stopped";
   report.write();
   return end_stopped(": the figures are {}", figures);
-}
-
-/// Finds the parameters with the best predictions. Every rank takes part.
-Fit predicted_best(IdentifyArguments& arguments, const Experiment& e,
-                   const std::vector<Parameter>& parameters, const std::vector<int>& which,
-                   tasks::World& world) {
-  const FitProblem problem = fit_problem(e, parameters, which, arguments.objective == "force");
-  arguments.fit.robust = arguments.loss == "cauchy";
-  arguments.fit.stop = Interrupt::wanted;
-  tasks::RunSeries series(arguments.tasks, world, Interrupt::wanted, last_fit_list(arguments.fit));
-  arguments.fit.run = series.runner();
-  arguments.fit.fingerprint = fingerprint(arguments, e);
-  Fit found = fit(problem, arguments.fit);
-  series.finish();
-  arguments.report["ranks"] = series.last().ranks;
-  arguments.report["threads"] = series.last().threads;
-  return found;
 }
 
 /// Refuses options of the search from many points, for objectives that need none.
@@ -131,91 +67,45 @@ void refuse_search_options(const IdentifyArguments& arguments) {
                      "--horizon and --loss");
 }
 
-/// Refuses options of --objective torque with any other.
-void refuse_torque_options(const IdentifyArguments& arguments) {
+/// Refuses options that the objective does not use.
+void check_options(const IdentifyArguments& arguments) {
   const TorqueFitOptions usual;
-  if (arguments.torques.cutoff != usual.cutoff || arguments.torques.rest_speed != usual.rest_speed)
+  const bool torque = arguments.objective == "torque";
+  if (torque || arguments.objective == "explain") refuse_search_options(arguments);
+  if (!torque && (arguments.torques.cutoff != usual.cutoff ||
+                  arguments.torques.rest_speed != usual.rest_speed))
     throw InputError("--cutoff, --rest-speed: these are for --objective torque");
 }
 
-/// Finds the parameters and motions that explain the recordings, as one problem on rank 0.
-Fit explained_best(IdentifyArguments& arguments, const Experiment& e,
-                   const std::vector<Parameter>& parameters, const std::vector<int>& which,
-                   tasks::World& world) {
-  refuse_search_options(arguments);
-  if (!world.is_root()) return {};
-  std::vector<const Recording*> recordings;
-  for (const int i : which) recordings.push_back(&e.recordings[static_cast<std::size_t>(i)]);
-  MotionEstimateOptions options;
-  options.threads = arguments.tasks.threads(world);
-  options.stop = Interrupt::wanted;
-  const ParameterEstimate found =
-      estimate_parameters(e.scene, e.map, recordings, parameters, options);
+/// Reports the last fit and its scores. Returns the exit code.
+int report_found(IdentifyArguments& arguments, const Experiment& e,
+                 const std::vector<Parameter>& parameters, const Split& parts, const Found& found,
+                 IdentifySearch& search) {
   Report& report = arguments.report;
-  report["ranks"] = 1;
-  report["threads"] = options.threads;
-  report["smoothing_m"] = found.smoothing;
-  report["cost_ratio"] = std::vector<double>(found.cost_ratio.begin(), found.cost_ratio.end());
-  report.print("{} motions explained, {} Newton steps\n", recordings.size(),
-               found.parameters.evaluations);
-  return found.parameters;
-}
-
-/// Writes the file of --output, if that is given.
-void write_output(IdentifyArguments& arguments) {
+  const bool torque = arguments.objective == "torque";
+  fill_report(parameters, search.start(), found.fit, report);
   if (!arguments.output.empty())
-    write_settings(arguments.output, arguments.scene.file, arguments.report["parameters"]);
-}
-
-std::vector<const Recording*> chosen(const Experiment& e, const std::vector<int>& which) {
-  std::vector<const Recording*> out;
-  for (const int i : which) out.push_back(&e.recordings[static_cast<std::size_t>(i)]);
-  return out;
-}
-
-/// Fits recorded joint forces on rank 0, and reports.
-int identify_torques(IdentifyArguments& arguments, const Experiment& e,
-                     const std::vector<Parameter>& parameters, const Split& parts,
-                     tasks::World& world) {
-  refuse_search_options(arguments);
-  if (!world.is_root()) return kSuccess;
-  Report& report = arguments.report;
-  arguments.torques.threads = arguments.tasks.threads(world);
-  arguments.torques.stop = Interrupt::wanted;
-  const TorqueFit found =
-      fit_torques(e.scene, e.map, chosen(e, parts.train), parameters, arguments.torques);
-  report["ranks"] = 1;
-  report["threads"] = arguments.torques.threads;
-  const VectorX start = parameter_values(parameters, e.scene);
-  fill_report(parameters, start, found.parameters, report);
-  write_output(arguments);
-  if (found.parameters.stopped) return end_early("the best found so far, without scores", report);
-  fill_told(parameters, e.scene.model, found, report);
-  const VectorX values = found.parameters.values();
-  const Scene after = with_parameters(e.scene, parameters, values);
-  VectorX held;  // at rest, in the recordings that were fitted
-  for (const auto& [name, which] :
-       {std::pair{"train", &parts.train}, std::pair{"test", &parts.test}}) {
-    if (which->empty()) continue;
-    const auto recordings = chosen(e, *which);
-    const TorqueScore before =
-        score_torques(e.scene, e.map, recordings, parameters, start, arguments.torques, held);
-    const TorqueScore now =
-        score_torques(after, e.map, recordings, parameters, values, arguments.torques, held);
-    if (held.size() == 0) held = now.held;
-    report.print("{}: {} recordings\n", name, which->size());
-    Json& coordinates = report[name]["coordinates"];
-    coordinates = {{"scene", coordinate_list(before.coordinates)},
-                   {"found", coordinate_list(now.coordinates)}};
-    print_coordinates(coordinates, report);
-    report[name]["recordings"] = which->size();
-    for (std::size_t c = 0; c < found.channels.size(); ++c)
-      report["channels"][c]["held"] = held[static_cast<Eigen::Index>(c)];
-  }
+    write_settings(arguments.output, arguments.scene.file, report["parameters"]);
+  if (found.fit.stopped)
+    return end_early(torque ? "the best found so far, without scores"
+                            : "the best found so far, without intervals or scores",
+                     report);
+  if (torque)
+    fill_told(parameters, e.scene.model, found.torques, report);
+  else
+    print_untold(parameters, found.fit, report);
+  if (!search.score(found, parts, true, report.json()))
+    return end_early("those found, without all scores", report);
+  for (std::size_t c = 0; c < found.torques.channels.size(); ++c)
+    report["channels"][c]["held"] = search.held()[static_cast<Eigen::Index>(c)];
   Interrupt::end();
   report.write();
-  if (!arguments.page.empty())
+  if (arguments.page.empty()) return kSuccess;
+  if (torque)
     write_torque_page(arguments.page, arguments.scene.file, report.json());
+  else
+    write_identify_page(arguments.page, arguments.scene.file, search.shown(), compared(e.map),
+                        report.json());
   return kSuccess;
 }
 
@@ -225,46 +115,19 @@ int identify(IdentifyArguments& arguments, tasks::World& world) {
   const Experiment e = make_experiment(arguments);
   const std::vector<Parameter> parameters = parse_parameters(arguments.parameters, e.scene);
   const Split parts = split(arguments, e);
+  const std::vector<Split> folds =
+      arguments.folds ? folds_of(e.num_given, *arguments.folds) : std::vector<Split>();
+  check_options(arguments);
   const Interrupt interrupt;
-  if (arguments.objective == "torque")
-    return identify_torques(arguments, e, parameters, parts, world);
-  refuse_torque_options(arguments);
-  const auto search = arguments.objective == "explain" ? explained_best : predicted_best;
-  const Fit found = search(arguments, e, parameters, parts.train, world);
+  const bool on_root = arguments.objective == "torque" || arguments.objective == "explain";
+  if (on_root && !world.is_root()) return kSuccess;
+  IdentifySearch search(arguments, e, parameters, world);
+  if (!folds.empty() && !search.find_folds(folds))
+    return !world.is_root() ? kSuccess
+                            : end_early("those of the folds that were finished", arguments.report);
+  const Found found = search.find(parts.train);
   if (!world.is_root()) return kSuccess;
-
-  Report& report = arguments.report;
-  fill_report(parameters, parameter_values(parameters, e.scene), found, report);
-  write_output(arguments);
-  if (found.stopped) return end_early("the best found so far, without intervals or scores", report);
-  print_untold(parameters, found, report);
-  const Scene after = with_parameters(e.scene, parameters, found.values());
-  const Compared by = compared(e.map);
-  Rollouts shown;  // the recordings that were not fitted, or all if all were fitted
-  for (const auto& [name, which] :
-       {std::pair{"train", &parts.train}, std::pair{"test", &parts.test}}) {
-    if (which->empty()) continue;
-    shown = roll_out(e, after, *which);
-    if (Interrupt::wanted()) break;
-    report[name] = score(shown, by);
-    print_score(name, report[name], report);
-    Json& coordinates = report[name]["coordinates"];
-    const auto add = [&, which = which](const char* key, const Scene& scene,
-                                        const std::vector<Prediction>& set) {
-      coordinates[key] =
-          coordinate_list(arguments.objective == "force" ? unexplained_metrics(e, scene, *which)
-                                                         : velocity_metrics(e.map, set));
-    };
-    add("scene", e.scene, shown.before);
-    add("found", after, shown.after);
-    print_coordinates(coordinates, report);
-  }
-  if (Interrupt::wanted()) return end_early("those found, without all scores", report);
-  Interrupt::end();
-  report.write();
-  if (!arguments.page.empty())
-    write_identify_page(arguments.page, arguments.scene.file, shown, by, report.json());
-  return kSuccess;
+  return report_found(arguments, e, parameters, parts, found, search);
 }
 
 }  // namespace
@@ -279,13 +142,16 @@ void add_identify(CommandLine& line) {
   command.add("RECORDING", arguments.recordings, "Recordings (any table)", required);
   command.add("--columns", arguments.map, "Column map (docs/guide/recordings.md)", required);
   command.add("--parameters", arguments.parameters,
-              "What to find: KIND[:ELEMENT][=LOW..HIGH], comma separated", required);
+              "What to find: KIND[:ELEMENT+...][=LOW..HIGH][~DEVIATION], comma separated, or @FILE",
+              required);
   command.add("--set", arguments.set, "Figures to set first: KIND[:ELEMENT]=VALUE,...");
   command.add("--substeps", arguments.substeps, "Time steps between two rows");
   command.add("--train", arguments.train,
               "Share of the recordings to fit, spread evenly; the others are scored (default 0.5; "
               "1 for a single recording)",
               range(0.0, 1.0));
+  command.add("--folds", arguments.folds,
+              "Fit N times, each without another part, which is scored; then all");
   command.add("--test", arguments.test, "Recordings to score; all others are fitted");
   command.add(
       "--objective score|rows|one-step|force|torque|explain", arguments.objective,
@@ -300,11 +166,11 @@ void add_identify(CommandLine& line) {
               "With --objective torque: slower joints with dry friction rest [rad/s, m/s]; default "
               "0",
               not_negative);
-  command.add("--swap", arguments.swap, "Exchange the recordings fitted and scored");
+  command.add("--swap", arguments.swap, "Exchange the recordings fitted and scored", seldom);
   command.add("--horizon", arguments.horizon,
               "Rows between restarts from the recording; 0: start at its first row only",
               not_negative);
-  command.add("--loss cauchy|squares", arguments.loss, "cauchy (default) or squares");
+  command.add("--loss cauchy|squares", arguments.loss, "cauchy (default) or squares", seldom);
   command.add("--samples", arguments.fit.samples, "Points tried before any is refined",
               range(0, 1'000'000));
   command.add("--refined", arguments.fit.refined, "Points refined", range(1, 1000), seldom);

@@ -38,7 +38,8 @@ Json json_parameter(const Parameter& parameter, double scene, const FittedParame
           {"identifiable", found.interval.has_value()},
           {"lower_bound", parameter.lower},
           {"upper_bound", parameter.upper},
-          {"at_bound", found.at_bound}};
+          {"at_bound", found.at_bound},
+          {"prior_deviation", parameter.deviation ? Json(*parameter.deviation) : Json()}};
 }
 
 void print_parameter(const Json& p, const Report& report) {
@@ -81,12 +82,20 @@ void fill_base_parameters(const Model& model, const TorqueFit& found, Report& re
       values.size(), all.size());
 }
 
-void add_parameters(const Json& list, HtmlPage& page) {
+void add_parameters(const Json& report, HtmlPage& page) {
+  const Json& list = report["parameters"];
   PageTable table{{"parameter", "unit", "scene", "found", "95 % from", "to"}, {}};
   for (const Json& p : list)
     table.rows.push_back({p["name"], p["unit"], number_text(p["scene"]), number_text(p["value"]),
                           number_text(p["lower_95"]), number_text(p["upper_95"])});
   page.table(table);
+  if (!report.contains("fold_parameters")) return;
+  page.heading(fmt::format("Parameters over {} folds", report["folds"].size()));
+  PageTable folds{{"parameter", "unit", "mean", "standard deviation"}, {}};
+  for (const Json& p : report["fold_parameters"])
+    folds.rows.push_back(
+        {p["name"], p["unit"], number_text(p["mean"]), number_text(p["deviation"])});
+  page.table(folds);
 }
 
 }  // namespace
@@ -225,7 +234,7 @@ void write_identify_page(const std::string& folder, const std::string& scene_fil
                          const Rollouts& rollouts, Compared by, const Json& report) {
   const auto& [before, after] = rollouts;
   HtmlPage page("Parameters found: " + scene_file);
-  add_parameters(report["parameters"], page);
+  add_parameters(report, page);
   for (const char* part : {"train", "test"}) {
     if (!report.contains(part)) continue;
     page.heading(fmt::format("{}: {} recordings", part, report[part]["recordings"].get<int>()));
@@ -245,7 +254,7 @@ void write_identify_page(const std::string& folder, const std::string& scene_fil
 void write_torque_page(const std::string& folder, const std::string& scene_file,
                        const Json& report) {
   HtmlPage page("Parameters found: " + scene_file);
-  add_parameters(report["parameters"], page);
+  add_parameters(report, page);
   page.heading("Combinations that the recordings do not tell");
   std::vector<std::string> untold;
   for (const Json& direction : report["told"]["untold"])

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -221,6 +222,77 @@ TEST(Identify, IntervalsCoverTheTruthUnderNoise) {
   EXPECT_NE(folder.read("page/index.html").find("friction"), std::string::npos);
 }
 
+/// Checks that every fold has the values and scores of a fit with --test of the same recordings.
+void expect_folds_of_fits(const CommandFolder& folder, const std::string& options) {
+  constexpr int kRecordings = 5, kFolds = 2;
+  std::string all;
+  std::array<std::string, kFolds> kept, fitted;
+  for (int i = 0; i < kRecordings; ++i) {
+    const std::string file = fmt::format(" {{}}/toss{}.csv", i);
+    all += file;
+    for (int k = 0; k < kFolds; ++k) (i % kFolds == k ? kept[k] : fitted[k]) += file;
+  }
+  const std::string scene = "identify {}/scene.yaml", map = " --columns {}/map.yaml " + options;
+  const nlohmann::json folds = folder.report(scene + all + map + " --folds 2");
+  ASSERT_EQ(folds["folds"].size(), std::size_t{kFolds});
+  double sum = 0.0, squares = 0.0;
+  const std::string name = folds["parameters"][0]["name"];
+  for (int k = 0; k < kFolds; ++k) {
+    const nlohmann::json& fold = folds["folds"][k];
+    const nlohmann::json one = folder.report(scene + fitted[k] + map + " --test" + kept[k]);
+    for (const auto& p : one["parameters"])
+      EXPECT_EQ(fold["values"][p["name"].get<std::string>()], p["value"]);
+    EXPECT_EQ(fold["train"], one["train"]);
+    EXPECT_EQ(fold["test"], one["test"]);
+    EXPECT_EQ(fold["kept_back"].size(), k == 0 ? 3u : 2u);
+    sum += fold["values"][name].get<double>();
+    squares += std::pow(fold["values"][name].get<double>(), 2);
+  }
+  const nlohmann::json whole = folder.report(scene + all + map + " --train 1");
+  EXPECT_EQ(folds["parameters"], whole["parameters"]);
+  EXPECT_EQ(folds["train"], whole["train"]);
+  const nlohmann::json& over = folds["fold_parameters"][0];
+  EXPECT_DOUBLE_EQ(over["mean"], sum / kFolds);
+  // Round-off of a difference of squares.
+  EXPECT_NEAR(std::pow(over["deviation"].get<double>(), 2),
+              (squares - sum * sum / kFolds) / (kFolds - 1), 1e-14);
+}
+
+TEST(Identify, AFoldIsAFitWithoutIt) {
+  const CommandFolder folder("identify_folds");
+  toss(folder, 5, "friction: 0.25, restitution: 0.3");
+  expect_folds_of_fits(folder,
+                       "--parameters friction=0.05..0.8,restitution=0..0.8 --samples 6 --refined 1 "
+                       "--horizon 20");
+  const auto refuse = [&](const std::string& more, const std::string& part) {
+    folder.refuse(
+        "identify {}/scene.yaml {}/toss0.csv {}/toss1.csv --columns {}/map.yaml "
+        "--parameters friction " +
+            more,
+        part);
+  };
+  refuse("--folds 1", "expected 2 or more");
+  refuse("--folds 3", "at most the number of recordings, 2");
+  refuse("--folds 2 --train 0.5", "leave out --train");
+  refuse("--folds 2 --test {}/toss1.csv", "leave out --train");
+  refuse("--folds 2 --swap", "leave out --train");
+}
+
+TEST(Identify, FoldsOfJointForces) {
+  const CommandFolder folder("identify_fold_forces");
+  folder.write("scene.yaml", fmt::format("time_step: 0.002\nduration: 2\nmodels:\n"
+                                         "  - {{urdf: {}/data/robots/double_pendulum.urdf,\n"
+                                         "     joints: {{shoulder: 1.2, elbow: 0.7}}}}\n",
+                                         test::source_dir()));
+  for (int i = 0; i < 5; ++i)
+    folder.succeed(fmt::format(
+        "simulate {{}}/scene.yaml --random-inputs {} --output {{}}/toss{}.csv", 0.3 + 0.1 * i, i));
+  folder.write("map.yaml",
+               "time: time\ncolumns: {shoulder.q: shoulder.q, shoulder.v: shoulder.v, elbow.q: "
+               "elbow.q, elbow.v: elbow.v, shoulder.u: shoulder.u, elbow.u: elbow.u}\n");
+  expect_folds_of_fits(folder, "--objective torque --parameters mass:upper+lower~10%,damping:*");
+}
+
 TEST(Identify, SaysWhatIsWrongInItsArguments) {
   const CommandFolder folder("identify_bad");
   toss(folder, 1, "friction: 0.25");
@@ -246,6 +318,8 @@ TEST(Identify, SaysWhatIsWrongInItsArguments) {
   expect("--parameters mass --cutoff 5", "for --objective torque");
   expect("--parameters mass --objective torque --horizon 3", "--horizon");
   expect("--parameters mass --objective torque", "use --objective explain");
+  expect("--parameters friction~0.1", "use the objective torque or explain");
+  expect("--parameters @{}/none.yaml", "there is no such file");
 }
 
 }  // namespace

@@ -91,6 +91,23 @@ TEST(Interrupt, IdentifyHasTheBestSoFar) {
   EXPECT_GT(report["evaluations"].get<int>(), 1);
 }
 
+TEST(Interrupt, IdentifyHasTheFoldsSoFar) {
+  const CommandFolder folder(test_name());
+  record_tosses(folder);
+  // The first fold takes minutes.
+  const CommandResult result =
+      interrupted(folder,
+                  "identify data/scenes/cube_drop.yaml {}/toss.csv {}/toss.csv --columns "
+                  "{}/map.yaml --parameters friction=0.1..0.9 --samples 1000000 --substeps 10 "
+                  "--folds 2");
+  EXPECT_NE(result.errors.find("those of the folds that were finished"), std::string::npos)
+      << result.errors;
+  const auto report = folder.json("r.json");
+  EXPECT_TRUE(report["folds"].is_array());
+  EXPECT_TRUE(report["folds"].empty());
+  EXPECT_FALSE(report.contains("parameters"));
+}
+
 TEST(Interrupt, AccuracyHasTheSettingsSoFar) {
   const CommandFolder folder(test_name());
   interrupted(folder,

@@ -215,7 +215,8 @@ columns : ColumnMap
 recordings : sequence of Recording
     All are fitted; score others with predict.
 parameters : str
-    What to find: KIND[:ELEMENT][=LOW..HIGH], comma separated (docs/guide/recordings.md).
+    What to find: KIND[:ELEMENT[+ELEMENT...]][=LOW..HIGH][~DEVIATION], comma separated, or @FILE.yaml
+    (docs/reference/recording-format.md).
 objective : {'score', 'rows', 'one-step', 'force', 'torque', 'explain'}
     What is made small. 'torque' fits recorded joint forces; of the settings below it takes cutoff,
     rest_speed and progress. 'explain' finds the motions behind noisy recordings with the figures, from
