@@ -336,6 +336,12 @@ class ModelEditor {
   void set_damping(int v_index, double value);       ///< [N m s/rad or N s/m]
   void set_dry_friction(int v_index, double value);  ///< [N m or N]
   void set_armature(int v_index, double value);      ///< [kg m^2 or kg]
+  /// Replace an element by one of the same joint, or of the same place and law.
+  void set_spring(int index, const JointSpring& spring);
+  void set_servo(int index, const JointServo& servo);
+  void set_actuator(int index, const Actuator& actuator);
+  /// Sets the pose of a body's joint frame in its parent.
+  void set_joint_pose(int body, const Pose& X_PJ);
 
   /// Returns the model; the editor is empty afterwards.
   Model take() { return std::move(model_); }

@@ -128,4 +128,33 @@ void ModelEditor::set_armature(int v_index, double value) {
   model_.armature_[v_index] = value;
 }
 
+void ModelEditor::set_spring(int index, const JointSpring& spring) {
+  const std::string& name = model_.joint(spring.joint).name;
+  check(spring.stiffness, kLeast, kMost, "stiffness of the spring", name);
+  check(spring.reference, -kMost, kMost, "reference of the spring", name);
+  model_.springs_[static_cast<size_t>(index)] = spring;
+}
+
+void ModelEditor::set_servo(int index, const JointServo& servo) {
+  const std::string& name = model_.joint(servo.joint).name;
+  check(servo.stiffness, 0.0, kMost, "stiffness of the servo", name);
+  check(servo.damping, 0.0, kMost, "damping of the servo", name);
+  check(servo.stiffness + servo.damping, kLeast, 2.0 * kMost, "sum of the servo's gains", name);
+  model_.servos_[static_cast<size_t>(index)] = servo;
+}
+
+void ModelEditor::set_actuator(int index, const Actuator& actuator) {
+  for (const double value : {actuator.gear, actuator.gain, actuator.torque_constant})
+    check(value, -kMost, kMost, "gear, gain or torque constant", actuator.name);
+  check(actuator.resistance, actuator.law == ActuatorLaw::kDcMotor ? kLeast : 0.0, kMost,
+        "resistance", actuator.name);
+  model_.actuators_[static_cast<size_t>(index)] = actuator;
+}
+
+void ModelEditor::set_joint_pose(int body, const Pose& X_PJ) {
+  check(X_PJ.translation.norm(), 0.0, kMost, "distance of the joint from its link's origin",
+        model_.joint(body - 1).name);
+  model_.bodies_[static_cast<size_t>(body)].X_PJ = X_PJ;
+}
+
 }  // namespace counterpoint

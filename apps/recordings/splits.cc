@@ -43,7 +43,7 @@ Json& add_fold(const std::vector<Parameter>& parameters, const std::vector<std::
 }
 
 void fill_fold_parameters(const std::vector<Parameter>& parameters, Report& report) {
-  const Json& folds = report["folds"];
+  const Json folds = report["folds"];  // a copy: new entries move those of a report
   if (folds.size() < 2) return;
   const auto count = static_cast<double>(folds.size());
   Json& list = report["fold_parameters"] = Json::array();

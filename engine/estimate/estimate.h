@@ -26,9 +26,15 @@ enum class ParameterKind {
   kTorsionalFriction,
   kRollingFriction,
   kStiffness,
+  kPlaceX,  ///< places and tilts of geometries, along and about their axes
+  kPlaceY,
+  kPlaceZ,
+  kTiltX,
+  kTiltY,
+  kTiltZ,
   kMass,
   kInertia,
-  kCenterX,
+  kCenterX,  ///< centres, shears and spreads are in axes of the link's file
   kCenterY,
   kCenterZ,
   kShearXY,  ///< shears and spreads deform the body about its centre of mass
@@ -41,6 +47,18 @@ enum class ParameterKind {
   kDamping,
   kDryFriction,
   kArmature,
+  kSpringStiffness,
+  kSpringReference,
+  kServoStiffness,
+  kServoDamping,
+  kGear,  ///< of actuators, as the three after it
+  kGain,
+  kTorqueConstant,
+  kResistance,
+  kJointX,  ///< place of a joint in the link that carries it
+  kJointY,
+  kJointZ,
+  kJointZero,    ///< the scene's coordinate where the joint is at zero
   kForceOffset,  ///< offset, gain and delay of the recorded force of a joint, not of the scene
   kForceGain,
   kForceDelay,
@@ -59,8 +77,8 @@ struct Parameter {
   std::string unit;
   double lower = 0.0, upper = 0.0;
   bool logarithmic = false;  ///< the search uses its logarithm
-  std::vector<int> targets;  ///< indices of geometries, bodies or velocity coordinates, depending
-                             ///< on the kind
+  std::vector<int> targets;  ///< indices of geometries, bodies, coordinates of v, springs, servos
+                             ///< or actuators, depending on the kind
   std::vector<double> signs = {};  ///< -1 for each target that takes the negative value, otherwise
                                    ///< 1; empty: all 1
   /// Standard deviation of the prior about the scene's value, in the parameter's unit; none: that

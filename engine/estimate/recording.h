@@ -34,7 +34,7 @@ struct ColumnMap {
   std::vector<Entry> entries;
   /// Recorded inputs of servos, tendons, actuators, wrenches and others, which predictions replay.
   std::vector<Entry> inputs;
-  InputColumns input_columns;  ///< of these inputs
+  InputColumns input_columns;  ///< columns of these inputs
   /// Velocities after an impact. If not empty, each row is one impact: `entries` describe the state
   /// before it, and there is no time.
   std::vector<Entry> after;

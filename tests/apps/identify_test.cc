@@ -222,12 +222,29 @@ TEST(Identify, IntervalsCoverTheTruthUnderNoise) {
   EXPECT_NE(folder.read("page/index.html").find("friction"), std::string::npos);
 }
 
+/// Records a box that slides, 0.5 s at 100 Hz, into toss0.csv ..., and writes scene and map.
+void slide(const CommandFolder& folder, int count) {
+  const auto write = [&](double friction, double speed) {
+    folder.write("scene.yaml",
+                 fmt::format("time_step: 0.01\nduration: 0.5\nground: {{friction: {0}}}\nmodels:\n"
+                             "  - {{name: box, box: [0.1, 0.1, 0.05], mass: 1, friction: {0},\n"
+                             "     position: [0, 0, 0.05], velocity: {{linear: [{1}, 0, 0]}}}}\n",
+                             friction, speed));
+  };
+  for (int i = 0; i < count; ++i) {
+    write(0.3, 0.9 + 0.1 * i);
+    folder.succeed(fmt::format("simulate {{}}/scene.yaml --output {{}}/toss{}.csv", i));
+  }
+  write(0.5, 1.0);
+  folder.write("map.yaml", test::free_body_map("time: time\n", "box/body"));
+}
+
 /// Checks that every fold has the values and scores of a fit with --test of the same recordings.
-void expect_folds_of_fits(const CommandFolder& folder, const std::string& options) {
-  constexpr int kRecordings = 5, kFolds = 2;
+void expect_folds_of_fits(const CommandFolder& folder, int recordings, const std::string& options) {
+  constexpr int kFolds = 2;
   std::string all;
   std::array<std::string, kFolds> kept, fitted;
-  for (int i = 0; i < kRecordings; ++i) {
+  for (int i = 0; i < recordings; ++i) {
     const std::string file = fmt::format(" {{}}/toss{}.csv", i);
     all += file;
     for (int k = 0; k < kFolds; ++k) (i % kFolds == k ? kept[k] : fitted[k]) += file;
@@ -244,7 +261,7 @@ void expect_folds_of_fits(const CommandFolder& folder, const std::string& option
       EXPECT_EQ(fold["values"][p["name"].get<std::string>()], p["value"]);
     EXPECT_EQ(fold["train"], one["train"]);
     EXPECT_EQ(fold["test"], one["test"]);
-    EXPECT_EQ(fold["kept_back"].size(), k == 0 ? 3u : 2u);
+    EXPECT_EQ(fold["kept_back"].size(), static_cast<std::size_t>((recordings + 1 - k) / 2));
     sum += fold["values"][name].get<double>();
     squares += std::pow(fold["values"][name].get<double>(), 2);
   }
@@ -261,7 +278,7 @@ void expect_folds_of_fits(const CommandFolder& folder, const std::string& option
 TEST(Identify, AFoldIsAFitWithoutIt) {
   const CommandFolder folder("identify_folds");
   toss(folder, 5, "friction: 0.25, restitution: 0.3");
-  expect_folds_of_fits(folder,
+  expect_folds_of_fits(folder, 5,
                        "--parameters friction=0.05..0.8,restitution=0..0.8 --samples 6 --refined 1 "
                        "--horizon 20");
   const auto refuse = [&](const std::string& more, const std::string& part) {
@@ -278,6 +295,12 @@ TEST(Identify, AFoldIsAFitWithoutIt) {
   refuse("--folds 2 --swap", "leave out --train");
 }
 
+TEST(Identify, FoldsOfMotions) {
+  const CommandFolder folder("identify_fold_motions");
+  slide(folder, 2);
+  expect_folds_of_fits(folder, 2, "--objective explain --parameters friction:ground+box/body~20%");
+}
+
 TEST(Identify, FoldsOfJointForces) {
   const CommandFolder folder("identify_fold_forces");
   folder.write("scene.yaml", fmt::format("time_step: 0.002\nduration: 2\nmodels:\n"
@@ -290,7 +313,7 @@ TEST(Identify, FoldsOfJointForces) {
   folder.write("map.yaml",
                "time: time\ncolumns: {shoulder.q: shoulder.q, shoulder.v: shoulder.v, elbow.q: "
                "elbow.q, elbow.v: elbow.v, shoulder.u: shoulder.u, elbow.u: elbow.u}\n");
-  expect_folds_of_fits(folder, "--objective torque --parameters mass:upper+lower~10%,damping:*");
+  expect_folds_of_fits(folder, 5, "--objective torque --parameters mass:upper+lower~10%,damping:*");
 }
 
 TEST(Identify, SaysWhatIsWrongInItsArguments) {

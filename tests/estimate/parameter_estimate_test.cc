@@ -157,6 +157,8 @@ TEST(ParameterEstimate, FindsTheTrunkOfALeggedRobot) {
         << parameters[static_cast<std::size_t>(k)].name;
     EXPECT_LE(deviation, k == 0 ? 0.02 * exact[0] : 0.005);
   }
+}
+
 TEST(ParameterEstimate, ATieOfAllSurfacesIsTheirOnlyFriction) {
   const Scene scene = test::box_on_plane({});
   const auto& shapes = scene.model.geometries();

@@ -7,19 +7,30 @@
 #include <array>
 #include <cmath>
 
-#include "counterpoint/model/model_builder.h"
-
 namespace counterpoint::estimation {
 namespace {
 
 using K = ParameterKind;
+
 constexpr std::array kKinds = {
-    KindTraits{K::kFriction, "friction", "-", Target::kGeometries, 0.01, 1.5},
-    KindTraits{K::kStaticFriction, "static_friction", "-", Target::kGeometries, 0.01, 2.0},
-    KindTraits{K::kRestitution, "restitution", "-", Target::kGeometries, 0.0, 0.95},
-    KindTraits{K::kTorsionalFriction, "torsional_friction", "m", Target::kGeometries, 0.0, 0.05},
-    KindTraits{K::kRollingFriction, "rolling_friction", "m", Target::kGeometries, 0.0, 0.05},
-    KindTraits{K::kStiffness, "stiffness", "N/m", Target::kGeometries, 1e3, 1e7, true},
+    KindTraits{K::kFriction, "friction", "-", Target::kGeometries, 0.01, 1.5, false,
+               Bounds::kValues, &Material::friction},
+    KindTraits{K::kStaticFriction, "static_friction", "-", Target::kGeometries, 0.01, 2.0, false,
+               Bounds::kValues, &Material::static_friction},
+    KindTraits{K::kRestitution, "restitution", "-", Target::kGeometries, 0.0, 0.95, false,
+               Bounds::kValues, &Material::restitution},
+    KindTraits{K::kTorsionalFriction, "torsional_friction", "m", Target::kGeometries, 0.0, 0.05,
+               false, Bounds::kValues, &Material::torsional_friction},
+    KindTraits{K::kRollingFriction, "rolling_friction", "m", Target::kGeometries, 0.0, 0.05, false,
+               Bounds::kValues, &Material::rolling_friction},
+    KindTraits{K::kStiffness, "stiffness", "N/m", Target::kGeometries, 1e3, 1e7, true,
+               Bounds::kValues, &Material::stiffness},
+    KindTraits{K::kPlaceX, "place_x", "m from the scene's", Target::kGeometries, -0.02, 0.02},
+    KindTraits{K::kPlaceY, "place_y", "m from the scene's", Target::kGeometries, -0.02, 0.02},
+    KindTraits{K::kPlaceZ, "place_z", "m from the scene's", Target::kGeometries, -0.02, 0.02},
+    KindTraits{K::kTiltX, "tilt_x", "rad from the scene's", Target::kGeometries, -0.1, 0.1},
+    KindTraits{K::kTiltY, "tilt_y", "rad from the scene's", Target::kGeometries, -0.1, 0.1},
+    KindTraits{K::kTiltZ, "tilt_z", "rad from the scene's", Target::kGeometries, -0.1, 0.1},
     KindTraits{K::kMass, "mass", "kg", Target::kBody, 0.2, 5.0, true, Bounds::kTimesScene},
     KindTraits{K::kInertia, "inertia", "times the scene's", Target::kBody, 0.3, 3.0, true},
     KindTraits{K::kCenterX, "com_x", "m", Target::kBody, -0.1, 0.1, false, Bounds::kAroundScene},
@@ -35,138 +46,95 @@ constexpr std::array kKinds = {
     KindTraits{K::kDamping, "damping", "N s/m|N m s/rad", Target::kCoordinates, 0.0, 20.0},
     KindTraits{K::kDryFriction, "dry_friction", "N|N m", Target::kCoordinates, 0.0, 50.0},
     KindTraits{K::kArmature, "armature", "kg|kg m^2", Target::kCoordinates, 0.0, 10.0},
+    KindTraits{K::kSpringStiffness, "spring_stiffness", "N/m|N m/rad", Target::kSprings, 0.2, 5.0,
+               true, Bounds::kTimesScene, &JointSpring::stiffness},
+    KindTraits{K::kSpringReference, "spring_reference", "m|rad", Target::kSprings, -0.5, 0.5, false,
+               Bounds::kAroundScene, &JointSpring::reference},
+    KindTraits{K::kServoStiffness, "servo_stiffness", "N/m|N m/rad", Target::kServos, 0.2, 5.0,
+               true, Bounds::kTimesScene, &JointServo::stiffness},
+    KindTraits{K::kServoDamping, "servo_damping", "N s/m|N m s/rad", Target::kServos, 0.2, 5.0,
+               true, Bounds::kTimesScene, &JointServo::damping},
+    KindTraits{K::kGear, "gear", "-|rad/m", Target::kActuators, 0.2, 5.0, true, Bounds::kTimesScene,
+               &Actuator::gear},
+    KindTraits{K::kGain, "gain", "N|N m per unit", Target::kActuators, 0.2, 5.0, true,
+               Bounds::kTimesScene, &Actuator::gain},
+    KindTraits{K::kTorqueConstant, "torque_constant", "N m/A", Target::kActuators, 0.2, 5.0, true,
+               Bounds::kTimesScene, &Actuator::torque_constant},
+    KindTraits{K::kResistance, "resistance", "Ohm", Target::kActuators, 0.2, 5.0, true,
+               Bounds::kTimesScene, &Actuator::resistance},
+    KindTraits{K::kJointX, "joint_x", "m from the scene's", Target::kJoints, -0.05, 0.05},
+    KindTraits{K::kJointY, "joint_y", "m from the scene's", Target::kJoints, -0.05, 0.05},
+    KindTraits{K::kJointZ, "joint_z", "m from the scene's", Target::kJoints, -0.05, 0.05},
+    KindTraits{K::kJointZero, "joint_zero", "m|rad from the scene's", Target::kJoints, -0.1, 0.1},
     KindTraits{K::kForceOffset, "force_offset", "N|N m", Target::kChannel, -20.0, 20.0},
     KindTraits{K::kForceGain, "force_gain", "-", Target::kChannel, 0.5, 2.0, true},
     KindTraits{K::kForceDelay, "force_delay", "s", Target::kChannel, -0.05, 0.05},
     KindTraits{K::kGravity, "gravity", "m/s^2", Target::kNone, 0.7, 1.3, false,
                Bounds::kTimesScene},
     KindTraits{K::kHeight, "height", "m above the scene's", Target::kGround, -0.02, 0.02},
-    KindTraits{K::kCompliance, "compliance", "-", Target::kNone, 1e-8, 0.1, true},
-    KindTraits{K::kSmoothing, "smoothing", "m", Target::kNone, 1e-14, 1e-3, true},
-    KindTraits{K::kStabilization, "stabilization", "-", Target::kNone, 0.0, 1.0},
-    KindTraits{K::kMaxRecoverySpeed, "max_recovery_speed", "m/s", Target::kNone, 0.0, 5.0},
+    KindTraits{K::kCompliance, "compliance", "-", Target::kNone, 1e-8, 0.1, true, Bounds::kValues,
+               &ContactOptions::compliance},
+    KindTraits{K::kSmoothing, "smoothing", "m", Target::kNone, 1e-14, 1e-3, true, Bounds::kValues,
+               &ContactOptions::smoothing},
+    KindTraits{K::kStabilization, "stabilization", "-", Target::kNone, 0.0, 1.0, false,
+               Bounds::kValues, &ContactOptions::stabilization},
+    KindTraits{K::kMaxRecoverySpeed, "max_recovery_speed", "m/s", Target::kNone, 0.0, 5.0, false,
+               Bounds::kValues, &ContactOptions::max_recovery_speed},
 };
-
-std::vector<std::string> links(const Model& model) {
-  std::vector<std::string> names;
-  for (const JointInfo& joint : model.joints()) names.push_back(joint.link);
-  return names;
-}
 
 /// Throws the error "'element' is no KINDS are NAMES"; kinds: such as "joint; joints".
 [[noreturn]] void refuse(const std::string& element, const char* kinds,
-                         const std::vector<std::string>& names) {
+                         const std::vector<NamedTargets>& all) {
+  std::vector<std::string> names;
+  for (const NamedTargets& one : all) names.push_back(one.name);
   throw InputError(fmt::format("'{}' is no {} are {}", element, kinds,
                                names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
 }
 
+/// Describes the elements for an error: "joint; joints".
+const char* words_of(Target target) {
+  switch (target) {
+    case Target::kGeometries:
+    case Target::kGround:
+      return "geometry and no link with one; geometries";
+    case Target::kBody:
+      return "link; links";
+    case Target::kSprings:
+      return "joint with a spring; those with one";
+    case Target::kServos:
+      return "joint with a servo; those with one";
+    case Target::kActuators:
+      return "actuator; actuators";
+    default:
+      return "joint; joints";
+  }
+}
+
+/// Returns the targets if no element is named: all of the kind, or the only one.
+std::vector<int> unnamed_targets(const KindTraits& kind, const std::vector<NamedTargets>& all) {
+  const bool single = kind.target == Target::kBody || kind.target == Target::kActuators ||
+                      kind.target == Target::kJoints || kind.target == Target::kChannel;
+  if (all.empty()) refuse("", words_of(kind.target), all);
+  if (single && (all.size() > 1 || kind.target == Target::kChannel)) {
+    std::vector<std::string> names;
+    for (const NamedTargets& one : all) names.push_back(one.name);
+    throw InputError(
+        fmt::format("expected {}:ELEMENT with one of {}", kind.name, fmt::join(names, ", ")));
+  }
+  std::vector<int> out;
+  for (const NamedTargets& one : all) out.insert(out.end(), one.targets.begin(), one.targets.end());
+  return out;
+}
+
+/// Geometries of a name, or of a link.
 std::vector<int> geometries_named(const Model& model, const std::string& element) {
   std::vector<int> found;
-  std::vector<std::string> names;
   const int frame = model.find_frame(element);
   for (int i = 0; i < static_cast<int>(model.geometries().size()); ++i) {
-    const Geometry& g = model.geometries()[i];
-    names.push_back(g.name);
-    if (element.empty() || g.name == element || (frame >= 0 && g.frame == frame))
-      found.push_back(i);
-  }
-  if (found.empty()) refuse(element, "geometry and no link with one; geometries", names);
-  return found;
-}
-
-std::vector<int> body_named(const Model& model, const std::string& element) {
-  const std::vector<std::string> names = links(model);
-  if (element.empty() && names.size() == 1) return {1};
-  for (size_t i = 0; i < names.size(); ++i)
-    if (names[i] == element) return {static_cast<int>(i) + 1};
-  throw InputError(fmt::format("expected KIND:LINK with one of the links {}; there is '{}'",
-                               fmt::join(names, ", "), element));
-}
-
-std::vector<int> coordinates_named(const Model& model, const std::string& element) {
-  std::vector<int> found;
-  std::vector<std::string> names;
-  for (int i = 1; i < model.num_bodies(); ++i) {
-    const Body& body = model.body(i);
-    if (body.joint_type == JointType::kFloating) continue;
-    names.push_back(model.joint(i - 1).name);
-    if (!element.empty() && element != names.back()) continue;
-    for (int k = 0; k < joint_nv(body.joint_type); ++k) found.push_back(body.v_index + k);
-  }
-  if (found.empty()) refuse(element, "joint; joints", names);
-  return found;
-}
-
-std::vector<int> ground_named(const Model& model, const std::string& element) {
-  std::vector<int> found = geometries_named(model, element.empty() ? "ground" : element);
-  for (const int i : found) {
-    if (model.geometries()[i].body != 0)
-      throw InputError(fmt::format("'{}' moves; 'height' is of what is fixed to the world",
-                                   model.geometries()[i].name));
+    const Geometry& g = model.geometries()[static_cast<std::size_t>(i)];
+    if (g.name == element || (frame >= 0 && g.frame == frame)) found.push_back(i);
   }
   return found;
-}
-
-int axis_of(ParameterKind kind) {
-  if (kind == K::kCenterX || kind == K::kSpreadX) return 0;
-  return kind == K::kCenterY || kind == K::kSpreadY ? 1 : 2;
-}
-
-/// The deformation of a body about its centre of mass, in body axes. It maps the second moments of
-/// its mass S to A S A', so that bodies stay physical (Rucker and Wensing, "Smooth Parameterization
-/// of Rigid-Body Inertia", RA-L 2022: A is upper triangular there, too).
-Matrix3 deformation(ParameterKind kind, double value) {
-  Matrix3 A = Matrix3::Identity();
-  switch (kind) {
-    case K::kShearXY:
-      A(0, 1) = value;
-      break;
-    case K::kShearXZ:
-      A(0, 2) = value;
-      break;
-    case K::kShearYZ:
-      A(1, 2) = value;
-      break;
-    default:
-      A(axis_of(kind), axis_of(kind)) = value;
-  }
-  return A;
-}
-
-void set_geometry(ParameterKind kind, int target, double value, const Model& model,
-                  ModelEditor& editor) {
-  const Geometry& g = model.geometries()[target];
-  Material material = g.material;
-  Pose pose = g.X_BG;
-  switch (kind) {
-    case K::kFriction:
-      material.friction = value;
-      break;
-    case K::kRestitution:
-      material.restitution = value;
-      break;
-    case K::kStaticFriction:
-      material.static_friction = value;
-      break;
-    case K::kStiffness:
-      material.stiffness = value;
-      break;
-    case K::kTorsionalFriction:
-      material.torsional_friction = value;
-      break;
-    case K::kRollingFriction:
-      material.rolling_friction = value;
-      break;
-    default:
-      pose.translation += value * pose.rotation.col(2);
-  }
-  editor.set_material(target, material);
-  editor.set_pose(target, pose);
-}
-
-void check_option(double value, double low, double high, const char* name) {
-  if (value >= low && value <= high) return;
-  throw InputError(fmt::format("{}: {:.6g}; expected {:g} to {:g}", name, value, low, high));
 }
 
 }  // namespace
@@ -185,44 +153,59 @@ const KindTraits& kind_of(ParameterKind kind) {
                        [&](const KindTraits& k) { return k.kind == kind; });
 }
 
+std::vector<NamedTargets> elements_of(Target target, const Model& model) {
+  std::vector<NamedTargets> out;
+  const auto joint_of = [&](int i) { return model.joint(i).name; };
+  for (int i = 0; i < static_cast<int>(model.geometries().size()); ++i)
+    if (target == Target::kGeometries || target == Target::kGround)
+      out.push_back({model.geometries()[static_cast<std::size_t>(i)].name, {i}});
+  for (int i = 0; i < static_cast<int>(model.springs().size()) && target == Target::kSprings; ++i)
+    out.push_back({joint_of(model.springs()[static_cast<std::size_t>(i)].joint), {i}});
+  for (int i = 0; i < static_cast<int>(model.servos().size()) && target == Target::kServos; ++i)
+    out.push_back({joint_of(model.servos()[static_cast<std::size_t>(i)].joint), {i}});
+  for (int i = 0; i < static_cast<int>(model.actuators().size()) && target == Target::kActuators;
+       ++i)
+    out.push_back({model.actuators()[static_cast<std::size_t>(i)].name, {i}});
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    if (target == Target::kBody) out.push_back({model.joint(i - 1).link, {i}});
+    if (body.joint_type == JointType::kFloating) continue;
+    if (target == Target::kJoints) out.push_back({joint_of(i - 1), {i}});
+    if (target != Target::kCoordinates && target != Target::kChannel) continue;
+    NamedTargets& joint = out.emplace_back(NamedTargets{joint_of(i - 1), {}});
+    for (int k = 0; k < joint_nv(body.joint_type); ++k) joint.targets.push_back(body.v_index + k);
+  }
+  return out;
+}
+
 std::vector<int> targets_of(const KindTraits& kind, const std::string& element,
                             const Model& model) {
-  switch (kind.target) {
-    case Target::kGeometries:
-      return geometries_named(model, element);
-    case Target::kBody:
-      return body_named(model, element);
-    case Target::kCoordinates:
-      return coordinates_named(model, element);
-    case Target::kChannel:
-      if (element.empty()) throw InputError("is of one joint: expected KIND:JOINT");
-      return coordinates_named(model, element);
-    case Target::kGround:
-      return ground_named(model, element);
-    case Target::kNone:
-      if (!element.empty()) throw InputError("is of the whole scene: expected no ':ELEMENT'");
-      return {};
+  if (kind.target == Target::kNone) {
+    if (!element.empty()) throw InputError("is of the whole scene: expected no ':ELEMENT'");
+    return {};
   }
-  return {};
+  const std::vector<NamedTargets> all = elements_of(kind.target, model);
+  std::vector<int> found;
+  if (kind.target == Target::kGround) {
+    found = geometries_named(model, element.empty() ? "ground" : element);
+    for (const int i : found)
+      if (const Geometry& g = model.geometries()[static_cast<std::size_t>(i)]; g.body != 0)
+        throw InputError(
+            fmt::format("'{}' moves; 'height' is of what is fixed to the world", g.name));
+  } else if (element.empty()) {
+    return unnamed_targets(kind, all);
+  } else if (kind.target == Target::kGeometries) {
+    found = geometries_named(model, element);
+  } else {
+    for (const NamedTargets& one : all)
+      if (one.name == element) found = one.targets;
+  }
+  if (found.empty()) refuse(element, words_of(kind.target), all);
+  return found;
 }
 
 bool is_inertial(ParameterKind kind) {
-  switch (kind) {
-    case K::kMass:
-    case K::kInertia:
-    case K::kCenterX:
-    case K::kCenterY:
-    case K::kCenterZ:
-    case K::kShearXY:
-    case K::kShearXZ:
-    case K::kShearYZ:
-    case K::kSpreadX:
-    case K::kSpreadY:
-    case K::kSpreadZ:
-      return true;
-    default:
-      return false;
-  }
+  return kind_of(kind).target == Target::kBody && kind != K::kSize;
 }
 
 bool has_sign(ParameterKind kind) {
@@ -233,147 +216,13 @@ bool has_sign(ParameterKind kind) {
     case K::kShearXY:
     case K::kShearXZ:
     case K::kShearYZ:
+    case K::kSpringReference:
     case K::kForceOffset:
     case K::kHeight:
       return true;
     default:
-      return false;
-  }
-}
-
-SpatialInertia with_value(ParameterKind kind, double value, const SpatialInertia& inertia) {
-  SpatialInertia out = inertia;
-  if (kind == K::kMass) {
-    if (inertia.mass > 0.0) out.rotational *= value / inertia.mass;
-    out.mass = value;
-  } else if (kind == K::kInertia) {
-    out.rotational *= value;
-  } else if (kind == K::kSize) {
-    out.center *= value;
-    out.rotational *= value * value;
-  } else if (kind == K::kCenterX || kind == K::kCenterY || kind == K::kCenterZ) {
-    out.center[axis_of(kind)] = value;
-  } else {
-    const Matrix3 A = deformation(kind, value);
-    const Matrix3& I = inertia.rotational;
-    const Matrix3 moments = A * (0.5 * I.trace() * Matrix3::Identity() - I) * A.transpose();
-    out.rotational = moments.trace() * Matrix3::Identity() - moments;
-  }
-  return out;
-}
-
-double value_at(ParameterKind kind, const Scene& scene, int target) {
-  const Model& model = scene.model;
-  switch (kind) {
-    case K::kFriction:
-      return model.geometries()[target].material.friction;
-    case K::kRestitution:
-      return model.geometries()[target].material.restitution;
-    case K::kTorsionalFriction:
-      return model.geometries()[target].material.torsional_friction;
-    case K::kRollingFriction:
-      return model.geometries()[target].material.rolling_friction;
-    case K::kStaticFriction:
-      return model.geometries()[target].material.static_friction;
-    case K::kStiffness:
-      return model.geometries()[target].material.stiffness;
-    case K::kMass:
-      return model.body(target).inertia.mass;
-    case K::kCenterX:
-    case K::kCenterY:
-    case K::kCenterZ:
-      return model.body(target).inertia.center[axis_of(kind)];
-    case K::kInertia:
-    case K::kSpreadX:
-    case K::kSpreadY:
-    case K::kSpreadZ:
-    case K::kSize:
-    case K::kForceGain:
-      return 1.0;
-    case K::kShearXY:
-    case K::kShearXZ:
-    case K::kShearYZ:
-    case K::kForceOffset:
-    case K::kForceDelay:
-      return 0.0;
-    case K::kDamping:
-      return model.damping()[target];
-    case K::kDryFriction:
-      return model.dry_friction()[target];
-    case K::kArmature:
-      return model.armature()[target];
-    case K::kGravity:
-      return model.gravity().norm();
-    case K::kHeight:
-      return 0.0;
-    case K::kCompliance:
-      return scene.options.contact.compliance;
-    case K::kSmoothing:
-      return scene.options.contact.smoothing;
-    case K::kStabilization:
-      return scene.options.contact.stabilization;
-    case K::kMaxRecoverySpeed:
-      return scene.options.contact.max_recovery_speed;
-  }
-  return 0.0;
-}
-
-void set_target(ParameterKind kind, int target, double value, const Model& model,
-                ModelEditor& editor) {
-  switch (kind) {
-    case K::kMass:
-      return editor.set_mass(target, value);
-    case K::kInertia:
-      return editor.scale_inertia(target, value);
-    case K::kForceOffset:
-    case K::kForceGain:
-    case K::kForceDelay:
-      return;  // a property of the recording
-    case K::kSize:
-      return editor.scale_size(target, value);
-    case K::kDamping:
-      return editor.set_damping(target, value);
-    case K::kDryFriction:
-      return editor.set_dry_friction(target, value);
-    case K::kArmature:
-      return editor.set_armature(target, value);
-    default:
-      if (is_inertial(kind))
-        return editor.set_inertia(target, with_value(kind, value, model.body(target).inertia));
-      return set_geometry(kind, target, value, model, editor);
-  }
-}
-
-bool set_scene(ParameterKind kind, double value, Model& model, SimulationOptions& options) {
-  ContactOptions& contact = options.contact;
-  switch (kind) {
-    case K::kGravity: {
-      const Vector3 down = model.gravity().normalized();
-      check_option(value, 0.0, 1e6, "gravity");
-      if (down.isZero()) throw InputError("gravity: the scene has none, hence no direction");
-      ModelEditor editor(std::move(model));
-      editor.set_gravity(value * down);
-      model = editor.take();
-      return true;
-    }
-    case K::kCompliance:
-      check_option(value, 1e-15, 1e6, "compliance");
-      contact.compliance = value;
-      return true;
-    case K::kSmoothing:
-      check_option(value, 0.0, 1e6, "smoothing");
-      contact.smoothing = value;
-      return true;
-    case K::kStabilization:
-      check_option(value, 0.0, 1.0, "stabilization");
-      contact.stabilization = value;
-      return true;
-    case K::kMaxRecoverySpeed:
-      check_option(value, 0.0, 1e6, "max_recovery_speed");
-      contact.max_recovery_speed = value;
-      return true;
-    default:
-      return false;
+      return kind_of(kind).target == Target::kJoints ||
+             (kind_of(kind).target == Target::kGeometries && kind_of(kind).field.index() == 0);
   }
 }
 

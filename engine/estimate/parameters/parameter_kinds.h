@@ -2,17 +2,35 @@
 #pragma once
 
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "counterpoint/engine/estimate/estimate.h"
 
 namespace counterpoint::estimation {
 
-/// Elements of a scene that a kind belongs to; kChannel: the recorded force of a joint.
-enum class Target { kGeometries, kBody, kCoordinates, kGround, kChannel, kNone };
+/// Elements of a scene that a kind belongs to, whose indices are Parameter::targets: geometries,
+/// bodies, coordinates of v, bodies that joints move, springs, servos, actuators, world geometries;
+/// kChannel: the recorded force of a joint.
+enum class Target {
+  kGeometries,
+  kBody,
+  kCoordinates,
+  kJoints,
+  kSprings,
+  kServos,
+  kActuators,
+  kGround,
+  kChannel,
+  kNone
+};
 
 /// Meaning of the default bounds: values, multiples of the scene's value, or added to it.
 enum class Bounds { kValues, kTimesScene, kAroundScene };
+
+/// The member that a kind sets; none where it takes more than that.
+using Field = std::variant<std::monostate, double Material::*, double JointSpring::*,
+                           double JointServo::*, double Actuator::*, double ContactOptions::*>;
 
 struct KindTraits {
   ParameterKind kind;
@@ -22,6 +40,7 @@ struct KindTraits {
   double lower, upper;  ///< default bounds
   bool logarithmic = false;
   Bounds bounds = Bounds::kValues;
+  Field field = {};
 };
 
 /// @throws InputError that lists the kinds if there is none of this name
@@ -31,13 +50,24 @@ bool is_inertial(ParameterKind kind);
 /// Whether a quantity changes its sign on the other side of a symmetric robot.
 bool has_sign(ParameterKind kind);
 
+/// An element and its indices.
+struct NamedTargets {
+  std::string name;
+  std::vector<int> targets;
+};
+std::vector<NamedTargets> elements_of(Target target, const Model& model);
+
 /// Indices of the elements of a kind that a user names. @throws InputError with those there are.
 std::vector<int> targets_of(const KindTraits& kind, const std::string& element, const Model& model);
 
 /// Value of a parameter in the scene, for one of its targets.
 double value_at(ParameterKind kind, const Scene& scene, int target);
-/// The inertia of a body after an inertial parameter, or its size, has taken a value.
-SpatialInertia with_value(ParameterKind kind, double value, const SpatialInertia& inertia);
+/// Returns the pose of a moving body's link, with the axes of its file, in the body frame.
+Pose link_pose(const Model& model, int body);
+/// Returns the inertia of a body after an inertial parameter, or its size, has taken a value. link:
+/// link_pose, whose axes centres, spreads and shears refer to.
+SpatialInertia with_value(ParameterKind kind, double value, const SpatialInertia& inertia,
+                          const Pose& link);
 /// Sets the parameter for one target.
 void set_target(ParameterKind kind, int target, double value, const Model& model,
                 ModelEditor& editor);

@@ -37,14 +37,11 @@ bool exists(const std::string& kind, const std::string& element, const Model& mo
 /// Names of the elements that `KIND:*` stands for.
 std::vector<std::string> each_of(const std::string& kind, const Model& model) {
   const Target target = traits_of(kind).target;
-  const bool joints = target == Target::kCoordinates || target == Target::kChannel;
   std::vector<std::string> out;
-  if (!joints && target != Target::kBody) return out;
-  for (int i = 1; i < model.num_bodies(); ++i) {
-    const JointInfo& joint = model.joint(i - 1);
-    if (joints && model.body(i).joint_type == JointType::kFloating) continue;
-    if (!joints && !(model.body(i).inertia.mass > 0.0)) continue;
-    out.push_back(joints ? joint.name : joint.link);
+  if (target == Target::kGeometries || target == Target::kGround) return out;
+  for (const NamedTargets& one : elements_of(target, model)) {
+    const int first = one.targets.front();
+    if (target != Target::kBody || model.body(first).inertia.mass > 0.0) out.push_back(one.name);
   }
   return out;
 }

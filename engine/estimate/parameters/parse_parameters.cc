@@ -145,16 +145,6 @@ VectorX parameter_values(const std::vector<Parameter>& parameters, const Scene& 
   return values;
 }
 
-void set_parameter(const Parameter& parameter, double value, Model& model,
-                   SimulationOptions& options) {
-  if (set_scene(parameter.kind, value, model, options)) return;
-  for (std::size_t k = 0; k < parameter.targets.size(); ++k) {
-    ModelEditor editor(model);
-    set_target(parameter.kind, parameter.targets[k], parameter.sign(k) * value, model, editor);
-    model = editor.take();
-  }
-}
-
 Scene with_parameters(const Scene& scene, const std::vector<Parameter>& parameters,
                       const VectorX& values) {
   Scene out = scene;

@@ -27,6 +27,9 @@ std::optional<StepParameterKind> step_kind(ParameterKind kind) {
     case K::kRollingFriction:
       return S::kRollingFriction;
     case K::kHeight:
+    case K::kPlaceX:
+    case K::kPlaceY:
+    case K::kPlaceZ:
       return S::kHeight;
     case K::kDamping:
       return S::kDamping;
@@ -50,13 +53,14 @@ std::optional<StepParameterKind> step_kind(ParameterKind kind) {
 }
 
 SpatialInertia inertia_at(const std::vector<Parameter>& parameters, const VectorX& values, int body,
-                          const SpatialInertia& of_scene) {
-  SpatialInertia out = of_scene;
+                          const Model& model) {
+  SpatialInertia out = model.body(body).inertia;
+  const Pose link = link_pose(model, body);
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const Parameter& p = parameters[i];
     const double sign = p.sign_of(body);
     if (changes_inertia(p.kind) && sign != 0.0)
-      out = with_value(p.kind, sign * values[static_cast<Eigen::Index>(i)], out);
+      out = with_value(p.kind, sign * values[static_cast<Eigen::Index>(i)], out, link);
   }
   return out;
 }
@@ -68,7 +72,9 @@ StepParameter step_parameter(const std::vector<Parameter>& parameters, std::size
   const Parameter& p = parameters[k];
   StepParameter out{*step_kind(p.kind), p.targets, {}, {}};
   for (std::size_t i = 0; i < p.targets.size() && out.kind == S::kHeight; ++i)
-    out.directions.push_back(p.sign(i) * Vector3::UnitZ());
+    out.directions.push_back(p.sign(i) * Vector3::Unit(p.kind == K::kPlaceX   ? 0
+                                                       : p.kind == K::kPlaceY ? 1
+                                                                              : 2));
   if (out.kind != S::kInertia) return out;
   const auto at = static_cast<Eigen::Index>(k);
   const double step = 0.1 * std::max(std::abs(values[at]), 0.1);
@@ -76,7 +82,7 @@ StepParameter step_parameter(const std::vector<Parameter>& parameters, std::size
     const auto moved = [&](double by) {
       VectorX to = values;
       to[at] += by;
-      return inertial_parameters(inertia_at(parameters, to, body, model.body(body).inertia));
+      return inertial_parameters(inertia_at(parameters, to, body, model));
     };
     out.changes.push_back((moved(step) - moved(-step)) / (2.0 * step));
   }

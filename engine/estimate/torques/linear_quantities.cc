@@ -71,14 +71,13 @@ std::vector<ChannelValues> channel_values(const std::vector<int>& coordinates,
 }
 
 LinearQuantities::LinearQuantities(const Scene& scene, const std::vector<Parameter>& parameters)
-    : parameters_(parameters) {
+    : parameters_(parameters), model_(scene.model) {
   for (const Parameter& p : parameters) {
     if (!is_inertial(p.kind)) continue;
     for (const int body : p.targets)
       if (!has(bodies_, body)) bodies_.push_back(body);
   }
   std::sort(bodies_.begin(), bodies_.end());
-  for (const int body : bodies_) inertias_.push_back(scene.model.body(body).inertia);
   for (std::size_t i = 0; i < parameters.size(); ++i)
     if (!is_inertial(parameters[i].kind) && !is_channel(parameters[i].kind))
       others_.push_back(static_cast<Eigen::Index>(i));
@@ -100,7 +99,7 @@ VectorX LinearQuantities::at(const VectorX& values) const {
   VectorX out(size());
   for (std::size_t b = 0; b < bodies_.size(); ++b)
     out.segment<10>(10 * static_cast<Eigen::Index>(b)) =
-        inertial_parameters(inertia_at(parameters_, values, bodies_[b], inertias_[b]));
+        inertial_parameters(inertia_at(parameters_, values, bodies_[b], model_));
   for (std::size_t i = 0; i < others_.size(); ++i)
     out[num_inertial() + static_cast<Eigen::Index>(i)] = values[others_[i]];
   return out;

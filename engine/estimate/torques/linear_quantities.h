@@ -53,8 +53,8 @@ class LinearQuantities {
 
  private:
   const std::vector<Parameter>& parameters_;
+  Model model_;  ///< of the scene
   std::vector<int> bodies_;
-  std::vector<SpatialInertia> inertias_;
   std::vector<Eigen::Index> others_;  ///< parameters
 };
 
