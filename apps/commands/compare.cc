@@ -26,7 +26,7 @@ namespace {
 struct CompareArguments {
   SceneArguments scene;
   std::vector<std::string> recordings;
-  std::string map, output, set, page, mode = "rollout";
+  std::string map, output, page, mode = "rollout";
   std::optional<int> substeps;
   std::optional<double> reach;
   int horizon = 0, shown = 20;
@@ -219,7 +219,7 @@ void write_page_of(const Compilation& of) {
   make_report_folder(arguments.page);
   HtmlPage page("Recordings predicted: " + arguments.scene.file);
   page.paragraph(fmt::format("{} recordings, mode {}{}.", predictions.size(), arguments.mode,
-                             arguments.set.empty() ? "" : ", " + arguments.set));
+                             arguments.scene.set.empty() ? "" : ", " + arguments.scene.set));
   PageTable medians{{"median", "value"}, {}};
   for (const auto& [name, value] : median_metrics(predictions, by))
     medians.rows.push_back({name, fmt::format("{:.5g}", value)});
@@ -278,7 +278,7 @@ int compare(CompareArguments& arguments) {
   const bool inverse = arguments.mode == "inverse";
   if (inverse && arguments.view.wanted())
     throw InputError("--view shows predictions; with --mode inverse there are none");
-  const Scene scene = with_settings(arguments.scene.load(), arguments.set);
+  const Scene scene = arguments.scene.load();
   const ColumnMap map = load_column_map(arguments.map, scene.model);
   refuse_sensors(map, "compare", !inverse);
   Report& report = arguments.report;
@@ -345,9 +345,6 @@ void add_compare(CommandLine& line) {
   command.add("--reach", arguments.reach,
               "inverse: contacts up to this gap [m] may push; default: the scene's margin",
               not_negative);
-  command.add(
-      "--set", arguments.set,
-      "Figures of the scene to change first: KIND[:ELEMENT]=VALUE,... (docs/guide/recordings.md)");
   command.add("--output", arguments.output, "CSV to write: the deviation at every row");
   command.add("--report DIR", arguments.page, "Folder for a page with tables and pictures");
   command.add("--shown", arguments.shown,

@@ -16,7 +16,7 @@ namespace {
 
 struct ExciteArguments {
   SceneArguments scene;
-  std::string parameters, set, output;
+  std::string parameters, output;
   double rate = 100.0;
   ExcitationOptions options;
   Report report;
@@ -60,7 +60,7 @@ double effort_share(const Model& model, const Excitation& motion) {
 }
 
 int excite_scene(ExciteArguments& arguments) {
-  const Scene scene = with_settings(arguments.scene.load(), arguments.set);
+  const Scene scene = arguments.scene.load();
   const std::vector<Parameter> parameters = parse_parameters(arguments.parameters, scene);
   const Interrupt interrupt;
   arguments.options.stop = Interrupt::wanted;
@@ -103,7 +103,6 @@ void add_excite(CommandLine& line) {
               required);
   command.add("--output", arguments.output,
               "Trajectory to write: the periodic motion and its forces", required);
-  command.add("--set", arguments.set, "Parameters to set first: KIND[:ELEMENT]=VALUE,...");
   command.add("--duration", arguments.options.duration, "Period of the motion [s]; default 10",
               positive);
   command.add("--harmonics", arguments.options.harmonics, "Sines for each joint; default 5",

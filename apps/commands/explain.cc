@@ -27,7 +27,7 @@ namespace {
 struct ExplainArguments {
   SceneArguments scene;
   std::vector<std::string> recordings, sources;
-  std::string map, set, page, errors;
+  std::string map, page, errors;
   FollowedFiles files;  ///< tables to write; with --follow the recording too
   std::optional<double> from, to;
   int threads = 0;
@@ -259,7 +259,7 @@ int follow(ExplainArguments& arguments, const Scene& scene, const ColumnMap& map
 }
 
 int explain(ExplainArguments& arguments) {
-  const Scene scene = with_settings(arguments.scene.load(), arguments.set);
+  const Scene scene = arguments.scene.load();
   ColumnMap map = load_column_map(arguments.map, scene.model);
   map.missing_cells = true;
   if (!map.after.empty())
@@ -332,9 +332,6 @@ void add_explain(CommandLine& line) {
       "--live", arguments.live,
       "Serve a page that shows the estimate's steps, and can end it; the address is printed");
   command.add("--threads", arguments.threads, "Threads; default: one a core", not_negative);
-  command.add(
-      "--set", arguments.set,
-      "Figures of the scene to change first: KIND[:ELEMENT]=VALUE,... (docs/guide/recordings.md)");
   arguments.report.add_to(command);
 }
 

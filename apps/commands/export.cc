@@ -15,7 +15,7 @@ namespace {
 
 struct ExportArguments {
   SceneArguments scene;
-  std::string to, set, output;
+  std::string to, output;
   Report report;
 };
 
@@ -27,7 +27,7 @@ void write_with_folder(const std::filesystem::path& path, const std::string& tex
 
 int export_scene(ExportArguments& arguments) {
   const std::filesystem::path output = arguments.output;
-  const Scene scene = with_settings(arguments.scene.load(), arguments.set);
+  const Scene scene = arguments.scene.load();
   const std::string meshes = output.stem().string() + "_meshes";
   const Exported out =
       arguments.to == "mjcf"
@@ -63,8 +63,6 @@ void add_export(CommandLine& line) {
   arguments.scene.add_to(command);
   command.add("--to mjcf|urdf", arguments.to,
               "mjcf: the whole scene; urdf: one robot, without its start", required);
-  command.add("--set", arguments.set,
-              "Parameters to set first: KIND[:ELEMENT]=VALUE,..., or @FILE of identify --output");
   command.add("--output FILE", arguments.output, "File to write; meshes go into a folder beside it",
               required);
   arguments.report.add_to(command);

@@ -8,7 +8,7 @@ namespace counterpoint::apps {
 namespace {
 
 Experiment make_experiment(const IdentifyArguments& arguments) {
-  Experiment e{with_settings(arguments.scene.load(), arguments.set), {}, {}, 0, {}};
+  Experiment e{arguments.scene.load(), {}, {}, 0, {}};
   e.map = load_column_map(arguments.map, e.scene.model);
   refuse_sensors(e.map, "identify");
   e.prediction = {arguments.substeps ? arguments.substeps : e.map.substeps,
@@ -90,10 +90,8 @@ int report_found(IdentifyArguments& arguments, const Experiment& e,
     return end_early(torque ? "the best found so far, without scores"
                             : "the best found so far, without intervals or scores",
                      report);
-  if (torque)
-    fill_told(parameters, e.scene.model, found.torques, report);
-  else
-    print_untold(parameters, found.fit, report);
+  fill_told(parameters, found.fit, report);
+  if (torque) fill_torques(e.scene.model, found.torques, report);
   if (!search.score(found, parts, true, report.json()))
     return end_early("those found, without all scores", report);
   for (std::size_t c = 0; c < found.torques.channels.size(); ++c)
@@ -144,7 +142,6 @@ void add_identify(CommandLine& line) {
   command.add("--parameters", arguments.parameters,
               "What to find: KIND[:ELEMENT+...][=LOW..HIGH][~DEVIATION], comma separated, or @FILE",
               required);
-  command.add("--set", arguments.set, "Figures to set first: KIND[:ELEMENT]=VALUE,...");
   command.add("--substeps", arguments.substeps, "Time steps between two rows");
   command.add("--train", arguments.train,
               "Share of the recordings to fit, spread evenly; the others are scored (default 0.5; "

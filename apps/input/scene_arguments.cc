@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "command_line/command_line.h"
+#include "counterpoint/engine/estimate/estimate.h"
 #include "data_folder.h"
 
 namespace counterpoint::apps {
@@ -56,6 +57,11 @@ void SceneArguments::add_to(Command& command) {
               "An option of the scene by its key in scene files, such as contact.smoothing=1e-6, "
               "effects.drag=off; may be repeated",
               seldom, one_value_each);
+  command.add(
+      "--set KIND[:ELEMENT]=VALUE,...", set,
+      "Masses, frictions, gains and others to set first (docs/reference/recording-format.md, "
+      "Parameters), or @FILE of identify --output",
+      seldom);
   command.add("--repair-inertias", overrides.repair_inertias,
               "Make non-physical inertias physical; each change is listed", seldom);
   command.add("--repair-joints", overrides.repair_joints,
@@ -100,7 +106,7 @@ Scene SceneArguments::load() const {
     const auto [key, value] = named_value("--option", setting, "KEY=VALUE");
     set_option(key, value, scene.options);
   }
-  return scene;
+  return estimation::with_settings(std::move(scene), set);
 }
 
 std::vector<std::string> SceneArguments::words() const {
@@ -125,6 +131,7 @@ std::vector<std::string> SceneArguments::words() const {
   flag("--repair-joints", overrides.repair_joints);
   add("--fill-inertia", fill_inertia);
   for (const std::string& setting : settings) add("--option", setting);
+  add("--set", set);
   return out;
 }
 

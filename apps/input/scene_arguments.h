@@ -25,11 +25,12 @@ struct SceneArguments {
   std::vector<std::string> packages;             ///< NAME=DIR
   std::string integrator, contact;
   std::vector<std::string> settings;  ///< KEY=VALUE
+  std::string set;                    ///< parameters to set: KIND[:ELEMENT]=VALUE,..., or @FILE
 
   void add_to(Command& command);
   /// Folder of each package name. @throws InputError for an argument that is not NAME=DIR
   std::map<std::string, std::filesystem::path> package_folders() const;
-  /// @throws InputError as load_scene does, and for a package that is not NAME=DIR
+  /// @throws InputError as load_scene and with_settings do, and for a package that is not NAME=DIR
   Scene load() const;
   /// The argument and its options as words of a command line.
   std::vector<std::string> words() const;

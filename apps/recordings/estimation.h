@@ -2,6 +2,7 @@
 #pragma once
 
 #include "counterpoint/engine/estimate/estimate.h"
+#include "counterpoint/engine/estimate/identifiability.h"
 #include "counterpoint/engine/estimate/motion_estimate.h"
 #include "counterpoint/engine/estimate/parameter_estimate.h"
 #include "counterpoint/engine/estimate/recording.h"

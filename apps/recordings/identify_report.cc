@@ -12,6 +12,9 @@
 namespace counterpoint::apps {
 namespace {
 
+/// Parameters of a page's table of correlations, at most.
+constexpr std::size_t kCorrelated = 20;
+
 Json json_metrics(const std::vector<Prediction>& predictions, Compared by) {
   Json out = Json::object();
   for (const auto& [name, value] : median_metrics(predictions, by)) out[name] = value;
@@ -98,6 +101,33 @@ void add_parameters(const Json& report, HtmlPage& page) {
   page.table(folds);
 }
 
+/// Adds what the recordings do not tell, the singular values, and the correlations.
+void add_told(const Json& report, HtmlPage& page) {
+  page.heading("Combinations that the recordings do not tell");
+  std::vector<std::string> untold;
+  for (const Json& direction : report["told"]["untold"])
+    untold.push_back(direction["words"].get<std::string>());
+  if (untold.empty()) untold.push_back("none");
+  page.list(untold);
+  page.heading("Singular values of the sensitivity [noise deviations a range]");
+  PageTable spectrum{{"direction", "singular value"}, {}};
+  for (const Json& value : report["told"]["spectrum"])
+    spectrum.rows.push_back({std::to_string(spectrum.rows.size() + 1), number_text(value)});
+  page.table(spectrum);
+  const Json& list = report["parameters"];
+  if (list.size() > kCorrelated) return;
+  page.heading("Correlations of the estimates");
+  PageTable correlations{{"parameter"}, {}};
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    correlations.header.push_back(list[i]["name"]);
+    std::vector<std::string> row = {list[i]["name"].get<std::string>()};
+    for (const Json& value : report["correlation"][i])
+      row.push_back(fmt::format("{:.3f}", value.get<double>()));
+    correlations.rows.push_back(row);
+  }
+  page.table(correlations);
+}
+
 }  // namespace
 
 Rollouts roll_out(Experiment e, const Scene& found, const std::vector<int>& which) {
@@ -170,16 +200,6 @@ void fill_report(const std::vector<Parameter>& parameters, const VectorX& start,
   report["linearizations"] = found.linearizations;
 }
 
-void print_untold(const std::vector<Parameter>& parameters, const Fit& found,
-                  const Report& report) {
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (!found.parameters[i].interval) names.push_back(parameters[i].name);
-  if (names.empty()) return;
-  report.print("the recordings do not tell {}: what is compared hardly depends on {}\n",
-               fmt::format("{}", fmt::join(names, ", ")), names.size() == 1 ? "it" : "them");
-}
-
 void write_settings(const std::string& file, const std::string& scene_file,
                     const Json& parameters) {
   std::string text = fmt::format("# Identified for {}: counterpoint ... --set @{}\n", scene_file,
@@ -193,9 +213,8 @@ void write_settings(const std::string& file, const std::string& scene_file,
   write_file(file, text);
 }
 
-void fill_told(const std::vector<Parameter>& parameters, const Model& model, const TorqueFit& found,
-               Report& report) {
-  const Identifiability& told = found.told;
+void fill_told(const std::vector<Parameter>& parameters, const Fit& found, Report& report) {
+  const Identifiability told = identifiability(parameters, found);
   Json& out = report["told"];
   out["spectrum"] = std::vector<double>(told.spectrum.begin(), told.spectrum.end());
   out["untold"] = Json::array();
@@ -211,7 +230,6 @@ void fill_told(const std::vector<Parameter>& parameters, const Model& model, con
     const VectorX row = told.shares.row(static_cast<Eigen::Index>(i));
     shares[parameters[i].name] = std::vector<double>(row.begin(), row.end());
   }
-  fill_base_parameters(model, found, report);
   const std::size_t count = parameters.size();
   report.print(
       "{} of {} directions are told; singular values {:.3g} ... {:.3g} noise deviations "
@@ -219,7 +237,11 @@ void fill_told(const std::vector<Parameter>& parameters, const Model& model, con
       count - told.untold.size(), count, told.spectrum[0], told.spectrum[told.spectrum.size() - 1]);
   for (const UntoldDirection& direction : told.untold)
     report.print("  not told: {}\n", direction.words);
-  if (!told.untold.empty())
+}
+
+void fill_torques(const Model& model, const TorqueFit& found, Report& report) {
+  fill_base_parameters(model, found, report);
+  if (!report["told"]["untold"].empty())
     report.print("`counterpoint excite` designs a motion that tells as much as any can\n");
   const CoordinateNames names = coordinate_names(model);
   Json& channels = report["channels"] = Json::array();
@@ -235,6 +257,7 @@ void write_identify_page(const std::string& folder, const std::string& scene_fil
   const auto& [before, after] = rollouts;
   HtmlPage page("Parameters found: " + scene_file);
   add_parameters(report, page);
+  add_told(report, page);
   for (const char* part : {"train", "test"}) {
     if (!report.contains(part)) continue;
     page.heading(fmt::format("{}: {} recordings", part, report[part]["recordings"].get<int>()));
@@ -255,12 +278,7 @@ void write_torque_page(const std::string& folder, const std::string& scene_file,
                        const Json& report) {
   HtmlPage page("Parameters found: " + scene_file);
   add_parameters(report, page);
-  page.heading("Combinations that the recordings do not tell");
-  std::vector<std::string> untold;
-  for (const Json& direction : report["told"]["untold"])
-    untold.push_back(direction["words"].get<std::string>());
-  if (untold.empty()) untold.push_back("none");
-  page.list(untold);
+  add_told(report, page);
   for (const char* part : {"train", "test"}) {
     if (!report.contains(part)) continue;
     const Json& scored = report[part];

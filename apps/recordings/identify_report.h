@@ -26,15 +26,14 @@ void print_coordinates(const Json& coordinates, const Report& report);
 /// Writes and prints the parameters found. start: their values in the scene.
 void fill_report(const std::vector<Parameter>& parameters, const VectorX& start, const Fit& found,
                  Report& report);
-/// Prints which parameters have no interval, if any, and why.
-void print_untold(const std::vector<Parameter>& parameters, const Fit& found, const Report& report);
 /// Writes the parameters found to a file that --set @FILE takes, one a line, with their units and
 /// intervals as comments.
 void write_settings(const std::string& file, const std::string& scene_file, const Json& parameters);
 
-/// Writes and prints the identifiability of the parameters, and the channels of a fit of torques.
-void fill_told(const std::vector<Parameter>& parameters, const Model& model, const TorqueFit& found,
-               Report& report);
+/// Writes and prints which directions of the parameters the recordings tell, and which not.
+void fill_told(const std::vector<Parameter>& parameters, const Fit& found, Report& report);
+/// Writes the base parameters and the channels of a fit of torques.
+void fill_torques(const Model& model, const TorqueFit& found, Report& report);
 
 /// Writes the page of a fit of predictions: parameters, scores, and errors of the rollouts over
 /// time.

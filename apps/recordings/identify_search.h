@@ -15,7 +15,7 @@ namespace counterpoint::apps {
 struct IdentifyArguments {
   SceneArguments scene;
   std::vector<std::string> recordings, test;
-  std::string map, parameters, set, output, page, loss = "cauchy", objective = "score";
+  std::string map, parameters, output, page, loss = "cauchy", objective = "score";
   std::optional<int> substeps;
   std::optional<double> train;
   std::string derivatives = "exact";

@@ -239,7 +239,11 @@ struct FittedParameter {
 
 struct Fit {
   std::vector<FittedParameter> parameters;
-  MatrixX correlation;      ///< correlation of the estimates, from the Jacobian
+  MatrixX correlation;  ///< correlation of the estimates, from the Jacobian
+  /// Information of the recordings on the parameters (logarithms of logarithmic ones), without
+  /// priors: J'J of residuals over their standard deviations; and its diagonal by recording
+  /// (parameters x recordings). Empty if the fit was stopped.
+  MatrixX information, information_by_recording;
   double start_cost = 0.0;  ///< sum over groups of the loss, at the start
   double cost = 0.0;        ///< the same at the estimate
   double loss_scale = 0.0;  ///< scale of the Cauchy loss, in units of the residuals; 0: squares

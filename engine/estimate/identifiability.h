@@ -37,6 +37,9 @@ struct Identifiability {
 Identifiability identifiability(const std::vector<Parameter>& parameters, const VectorX& values,
                                 const MatrixX& information, const MatrixX& by_recording);
 
+/// The same of a fit that was not stopped.
+Identifiability identifiability(const std::vector<Parameter>& parameters, const Fit& fit);
+
 /// The combinations of inertial parameters that motions of a model can tell at all, whatever the
 /// recording (base parameters: Gautier, "Numerical Calculation of the Base Inertial Parameters of
 /// Robots", J. Robotic Systems 1991).

@@ -160,10 +160,19 @@ double median_ratio(const JointFit& fit) {
 
 /// Sets values, intervals and correlations. The covariance is inv(H) of the noise, plus a sandwich
 /// term with the scatter of the motions' gradients, which measures how much the motions disagree.
-void fill_fit(const SearchedParameters& searched, JointFit& fit, Fit& out) {
+void fill_fit(const std::vector<Parameter>& parameters, const SearchedParameters& searched,
+              JointFit& fit, Fit& out) {
   const JointFit::Information information = fit.information();
   const MatrixX inverse = information.hessian.inverse();
   const VectorX values = fit.values();
+  VectorX slope = VectorX::Ones(values.size());  // of the coordinate by that of the parameter
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (searched.shared[i].logarithmic && !parameters[i].logarithmic)
+      slope[static_cast<Eigen::Index>(i)] = 1.0 / values[static_cast<Eigen::Index>(i)];
+  out.information = slope.asDiagonal() *
+                    (information.hessian - MatrixX(information.prior.asDiagonal())) *
+                    slope.asDiagonal();
+  out.information_by_recording = slope.cwiseAbs2().asDiagonal() * information.by_motion;
   const Eigen::Index p = values.size();
   const auto n = static_cast<double>(fit.size()), rest = n - static_cast<double>(p);
   MatrixX covariance = inverse;
@@ -219,7 +228,7 @@ ParameterEstimate estimate_parameters(const Scene& given_scene, const ColumnMap&
   out.parameters.cost = fit->cost();
   out.parameters.loss_scale = kLoss;
   out.parameters.stopped = options.stop && options.stop();
-  fill_fit(searched, *fit, out.parameters);
+  fill_fit(parameters, searched, *fit, out.parameters);
   out.cost_ratio.resize(static_cast<Eigen::Index>(fit->size()));
   for (MotionPoint& point : fit->points()) out.motions.push_back(std::move(point.q));
   for (std::size_t i = 0; i < fit->size(); ++i)

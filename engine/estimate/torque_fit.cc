@@ -57,12 +57,11 @@ void fill(const Coordinates& coordinates, const LinearQuantities& quantities,
           const TorqueSearch& search, std::size_t recordings, TorqueFit& out) {
   const VectorX& x = search.x();
   const Eigen::Index n = x.size();
-  MatrixX by_recording = MatrixX::Zero(n, static_cast<Eigen::Index>(recordings));
-  const MatrixX information = search.information(&by_recording);
+  MatrixX& by_recording = out.parameters.information_by_recording;
+  by_recording = MatrixX::Zero(n, static_cast<Eigen::Index>(recordings));
+  out.parameters.information = search.information(&by_recording);
   const VectorX prior = coordinates.prior_weights;
-  out.told =
-      identifiability(coordinates.parameters, coordinates.values(x), information, by_recording);
-  const MatrixX H = information + MatrixX(prior.asDiagonal());
+  const MatrixX H = out.parameters.information + MatrixX(prior.asDiagonal());
   const VectorX scale = H.diagonal().cwiseSqrt().cwiseInverse();
   const MatrixX covariance =
       scale.asDiagonal() *

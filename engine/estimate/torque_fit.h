@@ -9,7 +9,6 @@
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/estimate/estimate.h"
-#include "counterpoint/engine/estimate/identifiability.h"
 
 namespace counterpoint::estimation {
 
@@ -39,7 +38,6 @@ struct TorqueFit {
   /// squared residuals over the variances at the end.
   Fit parameters;
   std::vector<TorqueChannel> channels;
-  Identifiability told;
   /// Inertial parameters of the bodies that have any among the parameters, ten for each, and their
   /// covariance.
   std::vector<int> bodies;

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "counterpoint/engine/estimate/excitation.h"
+#include "counterpoint/engine/estimate/identifiability.h"
 #include "estimate/torque_recordings.h"
 
 namespace counterpoint::estimation::torque_fit_test {
@@ -171,9 +172,11 @@ TEST(TorqueFit, NamesTheSumThatAloneIsTold) {
   ColumnMap map = map_of(scene.model);
   map.entries.pop_back();  // the elbow's force
   const TorqueFit found = fitted(scene, map, recording, "mass:upper,mass:lower", {});
-  ASSERT_EQ(found.told.untold.size(), 1U);
+  const std::vector<UntoldDirection> untold =
+      identifiability(parse_parameters("mass:upper,mass:lower", scene), found.parameters).untold;
+  ASSERT_EQ(untold.size(), 1U);
   // m_1 0.5 m + m_2 (1 m + 0.5 m), with masses of 1 kg.
-  const std::string& words = found.told.untold[0].words;
+  const std::string& words = untold[0].words;
   EXPECT_TRUE(words.find("only mass:upper + 3 mass:lower is told: 4 kg") != std::string::npos ||
               words.find("only mass:lower + 0.333 mass:upper is told: 1.333 kg") !=
                   std::string::npos)

@@ -4,6 +4,7 @@
 
 #include <numeric>
 
+#include "counterpoint/engine/estimate/identifiability.h"
 #include "counterpoint/engine/estimate/parameter_estimate.h"
 #include "counterpoint/engine/estimate/torque_fit.h"
 #include "objects/handles.h"
@@ -31,7 +32,7 @@ struct IdentificationHandle {
   std::vector<FoundHandle> parameters;
   Fit fit;
   ScenePtr scene;
-  estimation::TorqueFit torques;  ///< the fit of the objective 'torque'
+  estimation::Identifiability told;
 };
 
 Bounds bounds(const std::optional<apps::Interval>& interval) {
@@ -90,10 +91,8 @@ Fit explained_best(const apps::Experiment& e, const std::vector<Parameter>& para
 
 /// Fits recorded joint forces. Calls `progress`, which may raise, before each recording of a pass
 /// with the number of recordings so far; their total is unknown and passed as 0.
-estimation::TorqueFit torques_best(const apps::Experiment& e,
-                                   const std::vector<Parameter>& parameters, double cutoff,
-                                   double rest_speed,
-                                   const std::function<void(int, int)>& progress) {
+Fit torques_best(const apps::Experiment& e, const std::vector<Parameter>& parameters, double cutoff,
+                 double rest_speed, const std::function<void(int, int)>& progress) {
   std::vector<const Recording*> recordings;
   for (const Recording& one : e.recordings) recordings.push_back(&one);
   estimation::TorqueFitOptions options{cutoff, rest_speed, 0};
@@ -102,7 +101,7 @@ estimation::TorqueFit torques_best(const apps::Experiment& e,
     progress(passed++, 0);
     return false;
   };
-  return estimation::fit_torques(e.scene, e.map, recordings, parameters, options);
+  return estimation::fit_torques(e.scene, e.map, recordings, parameters, options).parameters;
 }
 
 std::shared_ptr<IdentificationHandle> identify(
@@ -127,13 +126,13 @@ std::shared_ptr<IdentificationHandle> identify(
   {
     const py::gil_scoped_release release;
     if (objective == "torque") {
-      out->torques = torques_best(e, parameters, cutoff, rest_speed, options.progress);
-      out->fit = out->torques.parameters;
+      out->fit = torques_best(e, parameters, cutoff, rest_speed, options.progress);
     } else if (objective == "explain") {
       out->fit = explained_best(e, parameters, options.progress);
     } else {
       out->fit = fit(apps::fit_problem(e, parameters, all, objective == "force"), options);
     }
+    if (!out->fit.stopped) out->told = estimation::identifiability(parameters, out->fit);
     out->scene = handle_of(with_parameters(e.scene, parameters, out->fit.values()));
   }
   const VectorX start = apps::parameter_values(parameters, e.scene);
@@ -182,18 +181,17 @@ void bind_found(py::module_& r) {
           "untold",
           [](const I& i) {
             std::vector<std::string> words;
-            for (const auto& direction : i.torques.told.untold) words.push_back(direction.words);
+            for (const auto& direction : i.told.untold) words.push_back(direction.words);
             return words;
           },
-          "Of 'torque': sentences on the combinations of parameters that the recordings do not "
-          "tell.")
+          "Sentences on the combinations of parameters that the recordings do not tell.")
       .def_property_readonly(
           "spectrum",
           [](const I& i) {
-            const VectorX& values = i.torques.told.spectrum;
+            const VectorX& values = i.told.spectrum;
             return std::vector<double>(values.begin(), values.end());
           },
-          "Of 'torque': singular values of the sensitivity, descending, in standard deviations of "
+          "Singular values of the sensitivity, descending, in standard deviations of "
           "the noise over the range of a parameter.")
       .def("__repr__", [](const I& i) {
         std::string text = "<Identification:";

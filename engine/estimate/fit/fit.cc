@@ -306,6 +306,10 @@ void fill(const Shares& shares, const VectorX& at, const Spread& s,
           const std::vector<VectorX>& refits, Fit& out) {
   const Eigen::Index p = at.size();
   out.correlation = MatrixX::Zero(p, p);
+  const VectorX ranges = shares.ranges();
+  out.information =
+      ranges.cwiseInverse().asDiagonal() * s.information * ranges.cwiseInverse().asDiagonal();
+  out.information_by_recording = ranges.cwiseAbs2().cwiseInverse().asDiagonal() * s.by_recording;
   for (Eigen::Index i = 0; i < p; ++i) {
     FittedParameter& parameter = out.parameters.emplace_back();
     parameter.value = shares.value(i, at[i]);
@@ -380,7 +384,8 @@ Fit fit(const FitProblem& problem, const FitOptions& options) {
       if (!s.known[i]) best[i] = start[i];
   } else {
     s.known.assign(static_cast<size_t>(best.size()), 0);
-    s.covariance = MatrixX::Zero(best.size(), best.size());
+    s.covariance = s.information = MatrixX::Zero(best.size(), best.size());
+    s.by_recording = MatrixX::Zero(best.size(), 0);
   }
   system.bound_weight = bound_weight(out.cost);
   const bool more = !lists.stopped() && options.bootstrap > 0;

@@ -6,6 +6,13 @@
 #include "counterpoint/engine/estimate/identifiability.h"
 
 namespace counterpoint::estimation::fitting {
+namespace {
+
+/// Least variance of residuals: exact data have none.
+constexpr double kLeastVariance = 1e-30;
+
+}  // namespace
+
 // Cornish-Fisher expansion about the normal quantile; within 1 % from 4 degrees of freedom on.
 double student_95(double degrees) {
   constexpr double z = 1.959963984540054;
@@ -19,14 +26,18 @@ Spread spread(const System& system, const VectorX& at) {
   const GroupedResiduals r = system.groups(at);
   const std::vector<MatrixX> jacobians = system.derivatives(at);
   MatrixX H = MatrixX::Zero(p, p), G = MatrixX::Zero(p, p);
+  Spread out;
+  out.by_recording.resize(p, static_cast<Eigen::Index>(r.size()));
   Eigen::Index rows = 0;
   for (size_t g = 0; g < r.size(); ++g) {
     const VectorX gradient = jacobians[g].transpose() * r[g];
     H += jacobians[g].transpose() * jacobians[g];
     G += gradient * gradient.transpose();
+    out.by_recording.col(static_cast<Eigen::Index>(g)) =
+        jacobians[g].colwise().squaredNorm().transpose();
     rows += r[g].size();
   }
-  Spread out;
+  out.information = H;
   // Parameters without effect are left out of the inverse.
   const double largest = H.diagonal().maxCoeff();
   out.known.resize(p);
@@ -49,6 +60,13 @@ Spread spread(const System& system, const VectorX& at) {
     out.covariance = inverse * (total(r) / degrees);
     out.quantile = student_95(degrees);
   }
+  // The mean ratio of variances to those of residuals of variance 1, weighted by the information.
+  const double of_unit = H.diagonal().dot(inverse.diagonal());
+  const double variance =
+      of_unit > 0.0 ? H.diagonal().dot(out.covariance.diagonal()) / of_unit : 1.0;
+  const double scale = 1.0 / std::max(variance, kLeastVariance);
+  out.information *= scale;
+  out.by_recording *= scale;
   return out;
 }
 

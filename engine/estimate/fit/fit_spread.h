@@ -17,6 +17,9 @@ struct Spread {
   MatrixX covariance;
   std::vector<char> known;
   double quantile = 0.0;
+  MatrixX information;  ///< J'J over the variance of the residuals, as the covariance has it in the
+                        ///< mean over the parameters
+  MatrixX by_recording;  ///< its diagonal by recording
 };
 
 /// Computes the covariance from derivatives at the solution. Residuals within a recording are

@@ -37,6 +37,14 @@ class Shares {
     if (s == 1.0) return high;
     return problem_.logarithmic[i] ? low * std::pow(high / low, s) : low + s * (high - low);
   }
+  /// Ranges between the bounds, of logarithms for logarithmic parameters.
+  VectorX ranges() const {
+    VectorX out = problem_.upper - problem_.lower;
+    for (Eigen::Index i = 0; i < out.size(); ++i)
+      if (problem_.logarithmic[static_cast<size_t>(i)])
+        out[i] = std::log(problem_.upper[i] / problem_.lower[i]);
+    return out;
+  }
   /// d value / d share.
   double slope(Eigen::Index i, double share) const {
     const double low = problem_.lower[i], high = problem_.upper[i];

@@ -83,11 +83,15 @@ bool JointFit::reduce(double mu) {
   schur_ = prior_.asDiagonal();
   scatter_ = MatrixX::Zero(count, count);
   gradient_ = prior_.cwiseProduct(x_ - scene_);
+  by_motion_.resize(count, static_cast<Eigen::Index>(fits_.size()));
+  Eigen::Index next = 0;
   for (const auto& fit : fits_) {
     MotionSystem& system = fit->system();
     if (!system.reduce(mu, fit->pool())) return false;
     const VectorX own = slope.cwiseProduct(system.reduced_gradient());
-    schur_ += slope.asDiagonal() * system.schur() * slope.asDiagonal();
+    const MatrixX schur = slope.asDiagonal() * system.schur() * slope.asDiagonal();
+    schur_ += schur;
+    by_motion_.col(next++) = schur.diagonal();
     scatter_ += own * own.transpose();
     gradient_ += own;
   }
@@ -179,7 +183,7 @@ JointFit::Information JointFit::information() {
   for (double mu = 0.0; !reduce(mu); mu = optimization::Damping::stronger(mu))
     if (optimization::Damping::exhausted(mu))
       throw std::runtime_error("the recorded motions have no finite forces in this scene");
-  return {schur_, scatter_, prior_, upper_ - lower_};
+  return {schur_, scatter_, by_motion_, prior_, upper_ - lower_};
 }
 
 }  // namespace counterpoint::estimation

@@ -44,10 +44,11 @@ class JointFit {
 
   /// Information of the recordings about the coordinates at the current point.
   struct Information {
-    MatrixX hessian;  ///< Schur complement of all motions, with the priors
-    MatrixX scatter;  ///< sum over motions of g g', g the gradient of one motion
-    VectorX prior;    ///< part of the priors in the Hessian's diagonal
-    VectorX range;    ///< range of each coordinate
+    MatrixX hessian;    ///< Schur complement of all motions, with the priors
+    MatrixX scatter;    ///< sum over motions of g g', g the gradient of one motion
+    MatrixX by_motion;  ///< diagonal of the Schur complement of each motion
+    VectorX prior;      ///< part of the priors in the Hessian's diagonal
+    VectorX range;      ///< range of each coordinate
   };
   Information information();
 
@@ -65,7 +66,7 @@ class JointFit {
   std::vector<std::unique_ptr<MotionFit>> fits_;
   std::vector<SharedParameter> parameters_;
   VectorX x_, scene_, lower_, upper_, prior_;  ///< coordinates, and squared weights of the priors
-  MatrixX schur_, scatter_;
+  MatrixX schur_, scatter_, by_motion_;
   VectorX gradient_;
   double cost_ = 0.0;
   optimization::Damping damping_;

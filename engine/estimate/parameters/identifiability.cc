@@ -107,4 +107,8 @@ Identifiability identifiability(const std::vector<Parameter>& parameters, const 
   return out;
 }
 
+Identifiability identifiability(const std::vector<Parameter>& parameters, const Fit& fit) {
+  return identifiability(parameters, fit.values(), fit.information, fit.information_by_recording);
+}
+
 }  // namespace counterpoint::estimation

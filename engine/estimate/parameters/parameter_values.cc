@@ -1,4 +1,4 @@
-// What the value of a parameter does to a scene.
+// The effect of a parameter's value on a scene.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>

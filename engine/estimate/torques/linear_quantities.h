@@ -53,7 +53,7 @@ class LinearQuantities {
 
  private:
   const std::vector<Parameter>& parameters_;
-  Model model_;  ///< of the scene
+  Model model_;  ///< the scene's
   std::vector<int> bodies_;
   std::vector<Eigen::Index> others_;  ///< parameters
 };
