@@ -126,10 +126,13 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
     case Effect::kDamping:
       return joints(model.damping());
     case Effect::kDryFriction: {
-      Call found = joints(model.dry_friction());
-      found.rows = static_cast<int>((model.dry_friction().array() > 0.0).count());
+      const VectorX most = model.dry_friction().cwiseMax(model.breakaway_friction());
+      Call found = joints(most);
+      found.rows = static_cast<int>((most.array() > 0.0).count());
       return found;
     }
+    case Effect::kBreakawayFriction:
+      return joints((model.breakaway_friction() - model.dry_friction()).cwiseMax(0.0));
     case Effect::kLimits: {
       int rows = 0;
       for (const JointInfo& joint : model.joints()) rows += num_limits(joint);

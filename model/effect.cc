@@ -21,6 +21,8 @@ const char* effect_name(Effect effect) {
       return "servos";
     case Effect::kDryFriction:
       return "dry_friction";
+    case Effect::kBreakawayFriction:
+      return "breakaway_friction";
     case Effect::kLimits:
       return "limits";
     case Effect::kEffortLimits:

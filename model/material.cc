@@ -76,13 +76,19 @@ Material Material::without_direction() const {
   return m;
 }
 
-SlidingFriction sliding_friction(const Material& material, double speed) {
-  const double excess = material.friction_at_rest() - material.friction;
-  if (!(excess > 0.0)) return {material.friction};
-  const double ratio = speed / material.stribeck_speed, left = std::exp(-ratio * ratio);
+SlidingFriction friction_curve(double sliding, double at_rest, double stribeck_speed,
+                               double speed) {
+  const double excess = at_rest - sliding;
+  const double ratio = speed / stribeck_speed, left = std::exp(-ratio * ratio);
   const double by_ratio = -2.0 * ratio * excess * left;
-  return {material.friction + excess * left, by_ratio / material.stribeck_speed, left,
-          -by_ratio * ratio / material.stribeck_speed};
+  return {sliding + excess * left, by_ratio / stribeck_speed, left,
+          -by_ratio * ratio / stribeck_speed};
+}
+
+SlidingFriction sliding_friction(const Material& material, double speed) {
+  const double at_rest = material.friction_at_rest();
+  if (!(at_rest > material.friction)) return {material.friction};
+  return friction_curve(material.friction, at_rest, material.stribeck_speed, speed);
 }
 
 }  // namespace counterpoint

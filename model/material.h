@@ -79,16 +79,20 @@ inline bool is_spring(const std::optional<double>& stiffness) {
   return stiffness && *stiffness > 0.0 && *stiffness < kHardStiffness;
 }
 
-/// Coefficient of sliding friction at a sliding speed, and its derivatives.
+/// Friction at a sliding speed, and its derivatives: a coefficient [-] of a surface, or a force
+/// [N, N m] of a joint.
 struct SlidingFriction {
-  double value = 0.0;      ///< mu [-]
-  double by_speed = 0.0;   ///< [s/m]
-  double by_static = 0.0;  ///< derivative by static friction [-]; that by friction is the rest to 1
-  double by_stribeck_speed = 0.0;  ///< [s/m]
+  double value = 0.0;
+  double by_speed = 0.0;  ///< per [m/s, rad/s]
+  /// Derivative by the friction at rest [-]; that by the friction of sliding is the rest to 1.
+  double by_static = 0.0;
+  double by_stribeck_speed = 0.0;  ///< per [m/s, rad/s]
 };
-/// Returns mu = friction + (friction_at_rest - friction) exp(-(speed / stribeck_speed)^2), speed
-/// [m/s] (Bo and Pavelescu 1982, "The friction-speed relation and its influence on the critical
-/// velocity of stick-slip motion"; Stribeck 1902).
+/// Returns sliding + (at_rest - sliding) exp(-(speed / stribeck_speed)^2), speeds [m/s, rad/s] (Bo
+/// and Pavelescu 1982, "The friction-speed relation and its influence on the critical velocity of
+/// stick-slip motion"; Stribeck 1902).
+SlidingFriction friction_curve(double sliding, double at_rest, double stribeck_speed, double speed);
+/// Returns friction_curve of the coefficients of a surface.
 SlidingFriction sliding_friction(const Material& material, double speed);
 
 /// Returns the material of a pair: the geometric mean of the sliding frictions (MuJoCo takes the

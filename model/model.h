@@ -186,6 +186,18 @@ class Model {
   /// Rotor inertia reflected to the joints (nv) [kg m^2 or kg].
   const VectorX& armature() const { return armature_; }
   const VectorX& dry_friction() const { return dry_friction_; }  ///< nv [N m or N]
+  /// Dry friction at rest (nv) [N m or N], which counts where it is above dry_friction; and the
+  /// speeds (nv) at which 1 / e of that excess is left [rad/s or m/s].
+  const VectorX& breakaway_friction() const { return breakaway_friction_; }
+  const VectorX& stribeck_speed() const { return stribeck_speed_; }
+  /// Whether friction at rest is above that of motion.
+  bool breaks_away(int v_index) const {
+    return breakaway_friction_[v_index] > dry_friction_[v_index];
+  }
+  /// Returns the largest dry friction at any speed [N m or N].
+  double friction_at_rest(int v_index) const {
+    return std::max(dry_friction_[v_index], breakaway_friction_[v_index]);
+  }
 
   /// Returns the tree of a velocity coordinate.
   int tree_of_velocity(int v_index) const;
@@ -233,7 +245,8 @@ class Model {
   std::vector<std::pair<int, int>> excluded_pairs_, included_pairs_;
   std::vector<std::string> exclusion_reasons_;
   Vector3 gravity_ = Vector3(0, 0, -kStandardGravity);
-  VectorX default_q_, default_z_, damping_, armature_, dry_friction_;
+  VectorX default_q_, default_z_, damping_, armature_, dry_friction_, breakaway_friction_,
+      stribeck_speed_;
 };
 
 /// Bodies begin ... end - 1.

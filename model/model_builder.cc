@@ -320,6 +320,8 @@ Model ModelBuilder::build() {
   model_.damping_ = to_eigen(damping_);
   model_.armature_ = to_eigen(armature_);
   model_.dry_friction_ = to_eigen(dry_friction_);
+  model_.breakaway_friction_ = to_eigen(breakaway_friction_);
+  model_.stribeck_speed_ = to_eigen(stribeck_speed_);
   for (int i = model_.num_bodies() - 1; i >= 0; --i) {
     Body& body = model_.bodies_[i];
     body.subtree_end = std::max(body.subtree_end, i + 1);

@@ -53,6 +53,9 @@ struct JointSpec {
   double effort_limit = std::numeric_limits<double>::infinity();
   double velocity_limit = std::numeric_limits<double>::infinity();
   double damping = 0.0, dry_friction = 0.0, armature = 0.0;
+  /// Dry friction at rest [N m or N], at least dry_friction, or 0: the same; and the speed at which
+  /// 1 / e of its excess is left [rad/s or m/s].
+  double breakaway_friction = 0.0, stribeck_speed = 0.01;
   double stiffness = 0.0, reference = 0.0;  ///< spring, for joints of one coordinate only
   ServoSpec servo;                          ///< for joints of one coordinate without mimic
   std::string mimic_master;                 ///< empty: no mimic
@@ -294,7 +297,8 @@ class ModelBuilder {
   double filled_mass_ = 0.0;  // mass of fill_inertia [kg]; 0: refuse
   NameIndex joint_names_, frame_names_, geometry_names_;
   std::vector<int> frame_geometries_;  // for each frame, its first geometry
-  std::vector<double> default_q_, damping_, armature_, dry_friction_;
+  std::vector<double> default_q_, damping_, armature_, dry_friction_, breakaway_friction_,
+      stribeck_speed_;
   // For each joint: its place in a file, and the first link of its body with a non-physical
   // inertia.
   std::vector<std::string> joint_where_, defective_link_;
@@ -335,7 +339,10 @@ class ModelEditor {
   void scale_size(int body, double factor);
   void set_damping(int v_index, double value);       ///< [N m s/rad or N s/m]
   void set_dry_friction(int v_index, double value);  ///< [N m or N]
-  void set_armature(int v_index, double value);      ///< [kg m^2 or kg]
+  /// Sets the dry friction at rest [N m or N]; no effect unless it is above dry friction.
+  void set_breakaway_friction(int v_index, double value);
+  void set_stribeck_speed(int v_index, double value);  ///< [rad/s or m/s], positive
+  void set_armature(int v_index, double value);        ///< [kg m^2 or kg]
   /// Replace an element by one of the same joint, or of the same place and law.
   void set_spring(int index, const JointSpring& spring);
   void set_servo(int index, const JointServo& servo);
@@ -355,7 +362,7 @@ class ModelEditor {
                     m.gravity_compensations_, m.closures_, m.tendons_, m.actuators_, m.sensors_,
                     m.notes_, m.excluded_pairs_, m.exclusion_reasons_, m.included_pairs_,
                     m.gravity_, m.default_q_, m.default_z_, m.damping_, m.armature_,
-                    m.dry_friction_);
+                    m.dry_friction_, m.breakaway_friction_, m.stribeck_speed_);
   }
 
   Model model_;

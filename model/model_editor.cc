@@ -123,6 +123,16 @@ void ModelEditor::set_dry_friction(int v_index, double value) {
   model_.dry_friction_[v_index] = value;
 }
 
+void ModelEditor::set_breakaway_friction(int v_index, double value) {
+  check(value, 0.0, kMost, "breakaway friction", fmt::format("coordinate {}", v_index));
+  model_.breakaway_friction_[v_index] = value;
+}
+
+void ModelEditor::set_stribeck_speed(int v_index, double value) {
+  check(value, kLeast, kMost, "stribeck_speed", fmt::format("coordinate {}", v_index));
+  model_.stribeck_speed_[v_index] = value;
+}
+
 void ModelEditor::set_armature(int v_index, double value) {
   check(value, 0.0, kMost, "armature", fmt::format("coordinate {}", v_index));
   model_.armature_[v_index] = value;

@@ -33,6 +33,7 @@ enum class Effect : unsigned char {
   kPrescribed,  ///< joints whose motion is given
   // joints, rows of the contact problem
   kDryFriction,
+  kBreakawayFriction,  ///< dry friction at rest above that of motion
   kLimits,
   kEffortLimits,
   kVelocityLimits,

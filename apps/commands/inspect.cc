@@ -102,24 +102,6 @@ std::string stiffness_text(const Material& m) {
   return fmt::format("{}{}{:.4g} /m^2", text, point ? ", " : "", m.per_area.stiffness);
 }
 
-/// Spring and servo of a joint; null if it has none.
-Json joint_forces_json(const Model& model, int joint) {
-  Json json = {{"stiffness", nullptr},       {"reference", nullptr},
-               {"servo_stiffness", nullptr}, {"servo_damping", nullptr},
-               {"servo_position", nullptr},  {"servo_velocity", nullptr}};
-  for (const JointSpring& spring : model.springs())
-    if (spring.joint == joint)
-      json.update({{"stiffness", spring.stiffness}, {"reference", spring.reference}});
-  if (const int found = model.find_servo(joint); found >= 0) {
-    const JointServo& servo = model.servos()[found];
-    json.update({{"servo_stiffness", servo.stiffness},
-                 {"servo_damping", servo.damping},
-                 {"servo_position", servo.position},
-                 {"servo_velocity", servo.velocity}});
-  }
-  return json;
-}
-
 /// Reports springs, servos, drag and carried weight, each only if the scene has any.
 void inspect_forces(const Model& model, Report& report) {
   if (!model.springs().empty()) report.print("\nsprings:\n");
@@ -181,6 +163,8 @@ void inspect_bodies(const Model& model, Report& report) {
                       {"velocity_limit", number_or_null(joint.velocity_limit)},
                       {"damping", damping},
                       {"dry_friction", dry_friction},
+                      {"breakaway_friction", model.friction_at_rest(body.v_index)},
+                      {"stribeck_speed", model.stribeck_speed()[body.v_index]},
                       {"armature", model.armature()[body.v_index]},
                       {"actuated", joint.actuated},
                       {"prescribed", joint.prescribed}});

@@ -31,6 +31,23 @@ Json closure_json(const Closure& closure, const ClosureGap& gap) {
   return out;
 }
 
+Json joint_forces_json(const Model& model, int joint) {
+  Json json = {{"stiffness", nullptr},       {"reference", nullptr},
+               {"servo_stiffness", nullptr}, {"servo_damping", nullptr},
+               {"servo_position", nullptr},  {"servo_velocity", nullptr}};
+  for (const JointSpring& spring : model.springs())
+    if (spring.joint == joint)
+      json.update({{"stiffness", spring.stiffness}, {"reference", spring.reference}});
+  if (const int found = model.find_servo(joint); found >= 0) {
+    const JointServo& servo = model.servos()[found];
+    json.update({{"servo_stiffness", servo.stiffness},
+                 {"servo_damping", servo.damping},
+                 {"servo_position", servo.position},
+                 {"servo_velocity", servo.velocity}});
+  }
+  return json;
+}
+
 void report_tendons(const Model& model, Report& report) {
   if (model.tendons().empty()) return;
   Json list = Json::array();

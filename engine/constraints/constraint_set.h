@@ -92,6 +92,8 @@ struct JointConstraint {
   int actuator = -1;  ///< index into Model::actuators, or -1; `part` is kServo then
   /// Springs, servos, actuators: derivative of the bias by the length along the row [1/s].
   double bias_by_length = 0.0;
+  /// Breakaway friction: derivative of law.bound by the velocity at the start [kg or kg m^2].
+  double bound_by_velocity = 0.0;
   /// Sign of the force along the tendon that a positive impulse gives.
   double along() const {
     return part == TendonPart::kLongSpring || part == TendonPart::kUpperLimit ? -1.0 : 1.0;

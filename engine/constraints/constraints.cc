@@ -22,15 +22,17 @@ bool holds_much(const InverseWeights& weights) {
 }
 
 /// Adds one row per coordinate: it holds up to the bound h force and slides beyond.
-void find_dry_friction(const Model& model, const SimulationOptions& options,
-                       const std::vector<DryCoordinate>& coordinates, const InverseWeights& weights,
-                       SleepMask idle, ConstraintSet& out) {
+void find_dry_friction(const StepContext& at, const std::vector<DryCoordinate>& coordinates,
+                       const InverseWeights& weights, SleepMask idle, ConstraintSet& out) {
+  const double h = at.h();
   for (const auto& [i, body] : coordinates) {
     if (idle(body)) continue;
+    const SlidingFriction friction = dry_friction_at(at.model, at.effects, i, at.v[i]);
+    if (!(friction.value > 0.0)) continue;
     JointConstraint row;
     row.effect = Effect::kDryFriction;
-    row.law = make_dry_friction_law(options.contact, options.time_step, weights.dof[i],
-                                    model.dry_friction()[i]);
+    row.law = make_dry_friction_law(at.options.contact, h, weights.dof[i], friction.value);
+    row.bound_by_velocity = at.v[i] < 0.0 ? -h * friction.by_speed : h * friction.by_speed;
     out.add(row, {{i}});
   }
 }
@@ -53,6 +55,13 @@ void find_mimics(const Model& model, const SimulationOptions& options, const Vec
 
 }  // namespace
 
+SlidingFriction dry_friction_at(const Model& model, EffectSet effects, int v_index, double v) {
+  const double moving = model.dry_friction()[v_index];
+  const double at_rest = model.breakaway_friction()[v_index];
+  if (!effects.has(Effect::kBreakawayFriction) || at_rest < moving) return {moving};
+  return friction_curve(moving, at_rest, model.stribeck_speed()[v_index], std::abs(v));
+}
+
 bool has_equalities(const ConstraintSet& constraints) {
   return !constraints.closures.empty() ||
          std::any_of(constraints.joints.begin(), constraints.joints.end(),
@@ -72,7 +81,7 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
     const Body& body = model.body(i);
     if (model.joint(i - 1).prescribed) continue;
     for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k)
-      if (model.dry_friction()[k] > 0.0) dry_.push_back({k, i});
+      if (model.friction_at_rest(k) > 0.0) dry_.push_back({k, i});
   }
 }
 
@@ -93,7 +102,10 @@ void ConstraintFinder::find(const StepContext& at, const Kinematics& data, Const
   if (runs(Effect::kLimits)) find_joint_limits(at, limited_, weights_, idle, out);
   if (runs(Effect::kVelocityLimits))
     find_velocity_limits(options, speed_limits_, v, weights_, idle, out);
-  if (runs(Effect::kDryFriction)) find_dry_friction(model, options, dry_, weights_, idle, out);
+  if (runs(Effect::kDryFriction)) {
+    runs(Effect::kBreakawayFriction);
+    find_dry_friction(at, dry_, weights_, idle, out);
+  }
   if (runs(Effect::kMimics)) find_mimics(model, options, q, weights_, idle, out);
   if (holds_much_) stiffen_closures(model, out);
 }

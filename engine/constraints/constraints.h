@@ -22,6 +22,10 @@ struct DryCoordinate {
   int v_index = 0, body = 0;
 };
 
+/// Returns the bound of the dry friction of a coordinate [N, N m] in a step from the velocity v
+/// [m/s, rad/s], with its derivatives; those by friction are upward where it is the same at rest.
+SlidingFriction dry_friction_at(const Model& model, EffectSet effects, int v_index, double v);
+
 /// Finds the constraints of a model. Holds scratch memory: use one per thread.
 class ConstraintFinder {
  public:

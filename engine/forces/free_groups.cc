@@ -21,7 +21,8 @@ bool floats(const Model& model, int t) {
   const Body& root = base(model, t);
   if (root.joint_type != JointType::kFloating) return false;
   if (model.joint(model.trees()[static_cast<size_t>(t)].body_begin - 1).prescribed) return false;
-  for (const VectorX* v : {&model.armature(), &model.damping(), &model.dry_friction()})
+  for (const VectorX* v :
+       {&model.armature(), &model.damping(), &model.dry_friction(), &model.breakaway_friction()})
     if (!v->segment<6>(root.v_index).isZero(0.0)) return false;
   return true;
 }

@@ -88,17 +88,13 @@ void add_geometries(const Model& model, Hash& hash) {
 void add_joint_effects(const Model& model, Hash& hash) {
   for (const VectorX* x : {&model.damping(), &model.armature(), &model.dry_friction()})
     hash.add(*x);
-  for (const Mimic& mimic : model.mimics()) {
-    hash.add(mimic.joint);
-    hash.add(mimic.master);
-    hash.add(mimic.multiplier);
-    hash.add(mimic.offset);
-  }
-  for (const JointSpring& spring : model.springs()) {
-    hash.add(spring.joint);
-    hash.add(spring.stiffness);
-    hash.add(spring.reference);
-  }
+  const auto add_all = [&](const auto&... values) { (hash.add(values), ...); };
+  for (int k = 0; k < model.nv(); ++k)  // added later: other models keep their hash
+    if (model.breaks_away(k)) add_all(k, model.breakaway_friction()[k], model.stribeck_speed()[k]);
+  for (const Mimic& mimic : model.mimics())
+    add_all(mimic.joint, mimic.master, mimic.multiplier, mimic.offset);
+  for (const JointSpring& spring : model.springs())
+    add_all(spring.joint, spring.stiffness, spring.reference);
   for (const JointServo& servo : model.servos()) {
     hash.add(servo.joint);
     for (const double x : {servo.stiffness, servo.damping, servo.position, servo.velocity})
@@ -319,7 +315,7 @@ std::uint64_t options_hash(const SimulationOptions& options) {
   for (int i = 0; i < kNumEffects; ++i) {
     const auto effect = static_cast<Effect>(i);
     if (effect == Effect::kTautLinks || effect == Effect::kActuators ||
-        effect == Effect::kPrescribed)
+        effect == Effect::kPrescribed || effect == Effect::kBreakawayFriction)
       continue;
     hash.add(effect != Effect::kSleeping && options.effects.has(effect) ? 1 : 0);
   }
@@ -328,6 +324,7 @@ std::uint64_t options_hash(const SimulationOptions& options) {
   if (!options.effects.has(Effect::kTautLinks)) hash.add(2);
   if (!options.effects.has(Effect::kActuators)) hash.add(3);
   if (!options.effects.has(Effect::kPrescribed)) hash.add(4);
+  if (!options.effects.has(Effect::kBreakawayFriction)) hash.add(-1);
   if (!options.mean_velocity_forces) hash.add(0);
   if (options.push_deep) hash.add(1);
   if (options.step_budget > 0) hash.add(options.step_budget + 4);

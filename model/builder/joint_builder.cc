@@ -104,6 +104,8 @@ int ModelBuilder::add_body(const JointSpec& joint, const Placement& placement, i
   damping_.insert(damping_.end(), nv, joint.damping);
   armature_.insert(armature_.end(), nv, joint.armature);
   dry_friction_.insert(dry_friction_.end(), nv, joint.dry_friction);
+  breakaway_friction_.insert(breakaway_friction_.end(), nv, joint.breakaway_friction);
+  stribeck_speed_.insert(stribeck_speed_.end(), nv, joint.stribeck_speed);
   position_given_.push_back(0);
   joint_where_.push_back(joint.where);
   defective_link_.emplace_back();

@@ -111,6 +111,21 @@ void check_joint_forces(const JointSpec& joint, const std::string& at) {
   }
 }
 
+void check_stribeck_speed(double speed, const char* unit, const std::string& at) {
+  if (!(speed > 0.0) || !std::isfinite(speed))
+    throw InputError(
+        fmt::format("{}: stribeck_speed is {} {}; it must be positive", at, speed, unit));
+}
+
+void check_breakaway(const JointSpec& joint, const std::string& at) {
+  check_nonnegative(joint.breakaway_friction, "breakaway friction", at);
+  if (joint.breakaway_friction != 0.0 && joint.breakaway_friction < joint.dry_friction)
+    throw InputError(
+        fmt::format("{}: breakaway_friction is {:g}; expected at least the dry_friction {:g}", at,
+                    joint.breakaway_friction, joint.dry_friction));
+  check_stribeck_speed(joint.stribeck_speed, "rad/s or m/s", at);
+}
+
 void check_joint(const JointSpec& joint) {
   const std::string at = joint_at(joint);
   if (joint.name.empty()) throw InputError(at + ": a joint needs a name");
@@ -126,6 +141,7 @@ void check_joint(const JointSpec& joint) {
   check_nonnegative(joint.damping, "damping", at);
   check_nonnegative(joint.dry_friction, "friction", at);
   check_nonnegative(joint.armature, "armature", at);
+  check_breakaway(joint, at);
   check_joint_forces(joint, at);
 }
 
@@ -262,9 +278,7 @@ void check_material(const Material& material, const std::string& where) {
     throw InputError(where +
                      ": a surface with a stiffness bounces by its spring and damper; give "
                      "`damping` or `dissipation` in place of restitution");
-  if (!(material.stribeck_speed > 0.0) || !std::isfinite(material.stribeck_speed))
-    throw InputError(fmt::format("{}: stribeck_speed is {} m/s; it must be positive", where,
-                                 material.stribeck_speed));
+  check_stribeck_speed(material.stribeck_speed, "m/s", where);
   if (!material.surface_velocity.allFinite())
     throw InputError(where + ": surface_velocity is not finite");
   check_nonnegative(material.friction_across, "friction across the axis", where);

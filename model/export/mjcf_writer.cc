@@ -202,6 +202,9 @@ class MjcfWriter {
     set_if(Effect::kDamping, "damping", model_.damping()[v]);
     set_if(Effect::kArmature, "armature", model_.armature()[v]);
     set_if(Effect::kDryFriction, "frictionloss", model_.dry_friction()[v]);
+    if (on(Effect::kDryFriction) && on(Effect::kBreakawayFriction) && part == 0 &&
+        model_.breaks_away(v))
+      lose("joint '" + info.name + "'", "breakaway_friction");
     for (const JointSpring& spring : model_.springs()) {
       if (spring.joint != i) continue;
       set_if(Effect::kSprings, "stiffness", spring.stiffness);

@@ -166,6 +166,7 @@ class UrdfWriter {
     if (body.joint_type != JointType::kSpherical) write_reference("axis", "xyz", "0 0 1");
     const double damping = model_.damping()[body.v_index];
     const double friction = model_.dry_friction()[body.v_index];
+    if (model_.breaks_away(body.v_index)) lose("joint '" + info.name + "'", "breakaway_friction");
     if (damping != 0.0 || friction != 0.0) {
       xml_.OpenElement("dynamics");
       set("damping", damping);

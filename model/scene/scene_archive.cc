@@ -8,7 +8,7 @@ namespace counterpoint {
 namespace {
 
 /// Mark with the version of the format; increase it with every change of the content.
-constexpr std::string_view kMark = "counterpoint scene 9\n";
+constexpr std::string_view kMark = "counterpoint scene 10\n";
 constexpr const char* kWhat = "scene archive";
 
 }  // namespace

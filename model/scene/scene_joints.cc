@@ -64,6 +64,10 @@ const Key kKeys[] = {
      [](const YamlValue& v, JointSpec& j) { j.damping = not_negative(v); }},
     {"dry_friction", moves, kMoving,
      [](const YamlValue& v, JointSpec& j) { j.dry_friction = not_negative(v); }},
+    {"breakaway_friction", moves, kMoving,
+     [](const YamlValue& v, JointSpec& j) { j.breakaway_friction = not_negative(v); }},
+    {"stribeck_speed", moves, kMoving,
+     [](const YamlValue& v, JointSpec& j) { j.stribeck_speed = v.positive(); }},
     {"armature", moves, kMoving,
      [](const YamlValue& v, JointSpec& j) { j.armature = not_negative(v); }},
     {"stiffness", has_one_coordinate, kOne,
@@ -82,8 +86,9 @@ const Key kKeys[] = {
 };
 
 void expect_keys(const YamlValue& in) {
-  in.expect_map({"damping", "dry_friction", "armature", "stiffness", "reference", "effort_limit",
-                 "velocity_limit", "rotation_limit", "servo", "prescribed"});
+  in.expect_map({"damping", "dry_friction", "breakaway_friction", "stribeck_speed", "armature",
+                 "stiffness", "reference", "effort_limit", "velocity_limit", "rotation_limit",
+                 "servo", "prescribed"});
 }
 
 void read_all(const YamlValue& in, RobotSpec& robot) {
@@ -115,6 +120,19 @@ void read_joint(const YamlValue& in, JointSpec& joint) {
     }
     key.read(in.at(key.name), joint);
   }
+}
+
+/// Refuses a `breakaway_friction` below the `dry_friction` of a joint.
+void expect_breakaway(const YamlValue& in, const JointSpec& joint) {
+  constexpr const char* kKey = "breakaway_friction";
+  if (joint.fixed || joint.breakaway_friction == 0.0) return;
+  if (joint.breakaway_friction >= joint.dry_friction) return;
+  const char* name = joint.name.c_str();
+  const bool named = in.has(name) && in.at(name).has(kKey);
+  in.at(named ? name : kAll)
+      .at(kKey)
+      .fail(fmt::format("is {:g}, below the dry_friction {:g} of joint '{}'",
+                        joint.breakaway_friction, joint.dry_friction, joint.name));
 }
 
 }  // namespace
@@ -150,6 +168,7 @@ void read_dynamics(const YamlValue& in, RobotSpec& robot) {
   for (const auto& [name, value] : in.entries()) {
     if (name != kAll) read_joint(value, named(name, value, robot.joints, "joint"));
   }
+  for (const JointSpec& joint : robot.joints) expect_breakaway(in, joint);
 }
 
 Drag read_drag(const YamlValue& in) {

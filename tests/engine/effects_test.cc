@@ -57,6 +57,9 @@ std::map<Effect, Parts> scenes_with() {
   return {
       {Effect::kDamping, {.shoulder = "<dynamics damping=\"0.3\"/>"}},
       {Effect::kDryFriction, {.shoulder = "<dynamics friction=\"0.3\"/>"}},
+      {Effect::kBreakawayFriction,
+       {.shoulder = "<dynamics friction=\"0.3\"/>",
+        .model = ", dynamics: {shoulder: {breakaway_friction: 0.5, stribeck_speed: 1}}"}},
       {Effect::kLimits,
        {.elbow = "<limit lower=\"-1\" upper=\"1\" effort=\"10\" velocity=\"10\"/>",
         .elbow_type = "revolute"}},
@@ -110,6 +113,9 @@ EffectSet with_effect(Effect effect) {
     case Effect::kLimits:  // a URDF limit sets all three
       set.set(Effect::kEffortLimits, true);
       set.set(Effect::kVelocityLimits, true);
+      break;
+    case Effect::kBreakawayFriction:
+      set.set(Effect::kDryFriction, true);
       break;
     case Effect::kClosures:  // links that the closure may pull taut
       set.set(Effect::kTautLinks, true);
@@ -189,6 +195,7 @@ TEST(Effects, SwitchedOffTheSceneMovesAsOneWithoutToTheBit) {
       without.scene = surface->second;
       other = make(without);
     }
+    if (effect == Effect::kBreakawayFriction) other = make({.shoulder = parts.shoulder});
     Simulator off(std::move(scene)), never(std::move(other));
     for (Simulator* sim : {&off, &never}) {
       State state = sim->state();

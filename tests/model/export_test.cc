@@ -181,6 +181,23 @@ models:
   EXPECT_FALSE(names("grip", "stiffness"));
 }
 
+TEST_F(ExportTest, BreakawayFrictionIsNamedAsLost) {
+  Scene scene = bundled("scenes/pendulum.yaml");
+  ModelEditor editor(scene.model);
+  editor.set_breakaway_friction(0, scene.model.dry_friction()[0] + 0.5);
+  scene.model = editor.take();
+  const auto lost = [](const Exported& out) {
+    return std::any_of(out.lost.begin(), out.lost.end(), [](const Note& note) {
+      return note.where.rfind("joint '", 0) == 0 && note.message == "breakaway_friction";
+    });
+  };
+  EXPECT_TRUE(lost(export_mjcf(scene)));
+  EXPECT_TRUE(lost(export_urdf(scene)));
+  MjcfExport without;
+  without.effects = EffectSet::all().without({Effect::kBreakawayFriction});
+  EXPECT_FALSE(lost(export_mjcf(scene, without)));
+}
+
 TEST_F(ExportTest, HingesAreTwoPointsOfTheirAxisAndOtherClosuresAreNamedAsLost) {
   const Scene scene = bundled("scenes/workshop.yaml");
   const Exported out = export_mjcf(scene);

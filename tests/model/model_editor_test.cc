@@ -49,11 +49,16 @@ TEST(ModelEditor, JointsAndGravity) {
   ModelEditor editor(load_scene(kData + "double_pendulum.yaml").model);
   editor.set_damping(0, 0.3);
   editor.set_dry_friction(1, 0.2);
+  editor.set_breakaway_friction(1, 0.3);
+  editor.set_stribeck_speed(1, 0.04);
   editor.set_armature(0, 0.1);
   editor.set_gravity({0, 0, -3});
   const Model model = editor.take();
   EXPECT_EQ(model.damping()[0], 0.3);
   EXPECT_EQ(model.dry_friction()[1], 0.2);
+  EXPECT_EQ(model.breakaway_friction()[1], 0.3);
+  EXPECT_EQ(model.friction_at_rest(1), 0.3);
+  EXPECT_EQ(model.stribeck_speed()[1], 0.04);
   EXPECT_EQ(model.armature()[0], 0.1);
   EXPECT_EQ(model.gravity().z(), -3);
 }
@@ -66,6 +71,8 @@ TEST(ModelEditor, RefusesWhatNoModelMayHave) {
   EXPECT_THROW(ModelEditor(model).scale_size(1, 1.1),
                InputError);  // the second link is attached to it
   EXPECT_THROW(ModelEditor(model).set_damping(0, -1.0), InputError);
+  EXPECT_THROW(ModelEditor(model).set_breakaway_friction(0, -1.0), InputError);
+  EXPECT_THROW(ModelEditor(model).set_stribeck_speed(0, 0.0), InputError);
   EXPECT_THROW(ModelEditor(model).set_gravity({0, kNaN, 0}), InputError);
   const Model cube = load_scene(kData + "cube_toss.yaml").model;
   EXPECT_THROW(ModelEditor(cube).set_material(0, {.friction = -0.1}), InputError);

@@ -50,6 +50,18 @@ class SceneJoints : public testing::Test {
 constexpr int kSlide = 0, kHinge = 1, kFollower = 2, kSocket = 3;
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
+TEST_F(SceneJoints, FrictionAtRestAndItsSpeed) {
+  const Model model = load(R"(    dynamics:
+      all: {breakaway_friction: 6, stribeck_speed: 0.2}
+      hinge: {dry_friction: 1, breakaway_friction: 2}
+)")
+                          .model;
+  EXPECT_EQ(model.breakaway_friction(), (VectorX(6) << 6, 2, 6, 6, 6, 6).finished());
+  EXPECT_EQ(model.dry_friction(), (VectorX(6) << 4, 1, 0, 0, 0, 0).finished());
+  EXPECT_EQ(model.stribeck_speed(), VectorX::Constant(6, 0.2));
+  EXPECT_TRUE(model.breaks_away(0));
+}
+
 TEST_F(SceneJoints, NamedJointsGoBeforeAllAndBothBeforeTheFile) {
   const Scene scene = load(R"(    dynamics:
       hinge: {damping: 0.5, stiffness: 40, reference: 0.3, effort_limit: none, velocity_limit: 2,
@@ -219,6 +231,10 @@ TEST_F(SceneJoints, ErrorsNameLineAndWhatIsKnown) {
     expect_refused("    dynamics:\n      " + text + "\n", 4, parts);
   };
   dynamics("hing: {damping: 1}", {"hing", "hinge", "socket"});
+  dynamics("slide: {breakaway_friction: 3.5}", {"3.5", "below the dry_friction 4", "slide"});
+  dynamics("all: {breakaway_friction: 3.5}", {"3.5", "below the dry_friction 4", "slide"});
+  dynamics("hinge: {breakaway_friction: -1}", {"-1"});
+  dynamics("hinge: {breakaway_friction: 1, stribeck_speed: 0}", {"positive"});
   dynamics("hinge: {dampin: 1}", {"dampin", "dry_friction", "servo"});
   dynamics("hinge: {damping: -1}", {"damping", "-1"});
   dynamics("hinge: {stiffness: stiff}", {"stiffness", "number"});

@@ -84,6 +84,8 @@ Scene slider(const Slider& parameters) {
   joint.child = "block";
   joint.axis = Vector3::UnitX();
   joint.dry_friction = parameters.dry_friction;
+  joint.breakaway_friction = parameters.breakaway_friction;
+  joint.stribeck_speed = parameters.stribeck_speed;
   joint.damping = parameters.damping;
   joint.stiffness = parameters.stiffness;
   joint.reference = parameters.reference;

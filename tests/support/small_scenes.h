@@ -31,6 +31,7 @@ Scene pendulum(const Pendulum& parameters);
 /// gravity acts across. Its link is named "block".
 struct Slider {
   double mass = 1.0, dry_friction = 0.0;
+  double breakaway_friction = 0.0, stribeck_speed = 0.01;  ///< [N], [m/s]
   double stiffness = 0.0, reference = 0.0, damping = 0.0;
   ServoSpec servo = {};
   double effort_limit = std::numeric_limits<double>::infinity();

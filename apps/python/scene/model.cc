@@ -86,6 +86,14 @@ void bind_joint_coordinates(py::class_<JointPart>& joint) {
           [](const JointPart& j) { return at_joint(j, j.model->model.dry_friction()); },
           "[N m or N], read-only.")
       .def_property_readonly(
+          "breakaway_friction",
+          [](const JointPart& j) { return at_joint(j, j.model->model.breakaway_friction()); },
+          "At rest, where it is above dry_friction [N m or N], read-only.")
+      .def_property_readonly(
+          "stribeck_speed",
+          [](const JointPart& j) { return at_joint(j, j.model->model.stribeck_speed()); },
+          "Speed at which 1 / e of the excess at rest is left [rad/s or m/s], read-only.")
+      .def_property_readonly(
           "has_servo", [](const JointPart& j) { return j.model->model.find_servo(j.index) >= 0; },
           "Is there a position and velocity controlled motor?")
       .def("__repr__", [](const JointPart& j) {
@@ -306,6 +314,14 @@ void bind_vectors(py::class_<ModelHandle, ModelPtr>& model) {
           "dry_friction",
           [](const ModelPtr& m) { return view(m->model.dry_friction(), py::cast(m)); },
           "[N m or N], shape (nv,), read-only.")
+      .def_property_readonly(
+          "breakaway_friction",
+          [](const ModelPtr& m) { return view(m->model.breakaway_friction(), py::cast(m)); },
+          "At rest, where it is above dry_friction [N m or N], shape (nv,), read-only.")
+      .def_property_readonly(
+          "stribeck_speed",
+          [](const ModelPtr& m) { return view(m->model.stribeck_speed(), py::cast(m)); },
+          "Speeds at which 1 / e of that excess is left [rad/s or m/s], shape (nv,), read-only.")
       .def_property_readonly("notes", &notes, "What a reader must know: list of (where, message).");
 }
 

@@ -230,6 +230,10 @@ void bind_joint_spec(py::module_& m) {
       .def_readwrite("velocity_limit", &J::velocity_limit, "[rad/s or m/s]")
       .def_readwrite("damping", &J::damping, "Viscous [N m s/rad or N s/m].")
       .def_readwrite("dry_friction", &J::dry_friction, "[N m or N]")
+      .def_readwrite("breakaway_friction", &J::breakaway_friction,
+                     "At rest [N m or N], at least dry_friction; 0: the same.")
+      .def_readwrite("stribeck_speed", &J::stribeck_speed,
+                     "Speed at which 1 / e of the excess at rest is left [rad/s or m/s].")
       .def_readwrite("armature", &J::armature, "Rotor inertia seen at the joint [kg m^2 or kg].")
       .def_readwrite("stiffness", &J::stiffness, "Of a spring [N m/rad or N/m].")
       .def_readwrite("reference", &J::reference, "Of the spring [rad or m].")

@@ -71,6 +71,10 @@ void add_joint_row_derivatives(const SimulationOptions& options, const Constrain
     if (slopes.smoothing != 0.0)
       by_q -= contact::compute_sensitivity(row.law, contact::Rows::Constant(1, y)).smoothing[0] *
               slopes.smoothing / options.time_step;
+    if (row.bound_by_velocity != 0.0)
+      d.dv(terms[0].v_index, terms[0].v_index) -=
+          contact::compute_sensitivity(row.law, contact::Rows::Constant(1, y)).bound[0] *
+          row.bound_by_velocity / options.time_step;
     for (const RowTerm& i : terms) {
       for (const RowTerm& j : terms) {
         d.dv_next(i.v_index, j.v_index) += i.coefficient * G * j.coefficient;
