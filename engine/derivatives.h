@@ -124,6 +124,8 @@ enum class StepParameterKind {
   kHeight,             ///< shift of geometries along `directions`, relative to their bodies [m]
   kDamping,            ///< damping at coordinates of v [N s/m, N m s]
   kDryFriction,        ///< dry friction at coordinates of v [N, N m]
+  kBreakawayFriction,  ///< breakaway friction at coordinates of v [N, N m]
+  kStribeckSpeed,      ///< Stribeck speed at coordinates of v [m/s, rad/s]
   kArmature,           ///< rotor inertia at coordinates of v [kg, kg m^2]
   kGravity,            ///< magnitude of gravity [m/s^2]
   kCompliance,         ///< ContactOptions::compliance [-]

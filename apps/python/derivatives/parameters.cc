@@ -12,10 +12,22 @@ namespace counterpoint::python {
 namespace {
 
 using Kind = StepParameterKind;
-constexpr const char* kKinds[] = {
-    "inertia",    "friction",  "restitution",   "torsional_friction", "rolling_friction",
-    "height",     "damping",   "dry_friction",  "armature",           "gravity",
-    "compliance", "smoothing", "stabilization", "max_recovery_speed"};
+constexpr const char* kKinds[] = {"inertia",
+                                  "friction",
+                                  "restitution",
+                                  "torsional_friction",
+                                  "rolling_friction",
+                                  "height",
+                                  "damping",
+                                  "dry_friction",
+                                  "breakaway_friction",
+                                  "stribeck_speed",
+                                  "armature",
+                                  "gravity",
+                                  "compliance",
+                                  "smoothing",
+                                  "stabilization",
+                                  "max_recovery_speed"};
 constexpr int kNumKinds = sizeof(kKinds) / sizeof(kKinds[0]);
 static_assert(kNumKinds == static_cast<int>(Kind::kMaxRecoverySpeed) + 1);
 const char* kind_name(Kind kind) { return kKinds[static_cast<int>(kind)]; }
@@ -48,6 +60,8 @@ int target_index(const ModelPtr& model, Kind kind, py::handle key) {
       return index("geometry");
     case Kind::kDamping:
     case Kind::kDryFriction:
+    case Kind::kBreakawayFriction:
+    case Kind::kStribeckSpeed:
     case Kind::kArmature: {
       const std::vector<std::string>& names = model->coordinates->names.v;
       return index_from(
@@ -135,11 +149,11 @@ Parameters
 ----------
 model : Model
 kind : {'inertia', 'friction', 'restitution', 'torsional_friction', 'rolling_friction', 'height',
-        'damping', 'dry_friction', 'armature', 'gravity', 'compliance', 'smoothing', 'stabilization',
-        'max_recovery_speed'}
+        'damping', 'dry_friction', 'breakaway_friction', 'stribeck_speed', 'armature', 'gravity',
+        'compliance', 'smoothing', 'stabilization', 'max_recovery_speed'}
     inertia, of bodies; friction, restitution, torsional_friction, rolling_friction [m], height [m]
-    of geometries; damping, dry_friction, armature of coordinates; without targets gravity
-    [m/s^2], compliance, smoothing [m], stabilization, max_recovery_speed [m/s].
+    of geometries; damping, dry_friction, breakaway_friction, stribeck_speed, armature of
+    coordinates; without targets gravity [m/s^2], compliance, smoothing [m], stabilization, max_recovery_speed [m/s].
 targets : iterable of str or int
     Names or numbers of bodies, geometries, or coordinates of v.
 changes : array_like, shape (targets, 10), optional

@@ -71,6 +71,21 @@ Material material_change(const PreparedParameter& p, const Geometry& a, int inde
   return out;
 }
 
+/// Derivative of dry_friction_at by the parameter, whose targets include this coordinate.
+double dry_friction_change(const PreparedParameter& p, const InverseArguments& of, int v_index) {
+  const SlidingFriction at = dry_friction_at(of.model, of.options.effects, v_index, of.v[v_index]);
+  switch (p.kind()) {
+    case K::kDryFriction:
+      return of.model.breaks_away(v_index) ? 1.0 - at.by_static : 1.0;
+    case K::kBreakawayFriction:
+      return at.by_static;
+    case K::kStribeckSpeed:
+      return at.by_stribeck_speed;
+    default:
+      return 0.0;
+  }
+}
+
 /// Adds factor times the generalized force of a wrench at `arm` from a body's origin.
 void project(const Model& model, int body, const Vector3& arm, const Force& at, double factor,
              const Kinematics& data, VectorOut du) {
@@ -246,27 +261,30 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
 }
 
 /// Adds the derivative by dry friction of coordinates that have none, hence no row.
-void ParameterConstraints::add_first_friction(const PreparedParameter& p, const Model& model,
-                                              const SimulationOptions& options,
-                                              const VectorRef& v_next, const InvertedStep& inverted,
-                                              VectorOut du) {
-  if (p.kind() != K::kDryFriction || !options.effects.has(Effect::kDryFriction)) return;
+void ParameterConstraints::add_first_friction(const PreparedParameter& p,
+                                              const InverseArguments& of,
+                                              const InvertedStep& inverted, VectorOut du) {
+  const auto& options = of.options;
+  const VectorRef& v_next = of.v_next;
+  if (!options.effects.has(Effect::kDryFriction)) return;
+  if (p.kind() != K::kDryFriction && p.kind() != K::kBreakawayFriction) return;
   for (const int i : p.parameter.targets) {
-    if (model.dry_friction()[i] > 0.0) continue;
+    if (dry_friction_at(of.model, options.effects, i, of.v[i]).value > 0.0) continue;
     const double h = options.time_step;
     const contact::Law law =
         make_dry_friction_law(options.contact, h, inverted.finder.weights().dof[i], 0.0);
     LawChange change;
-    change.bound = h;
+    change.bound = h * dry_friction_change(p, of, i);
     du[i] -= impulse_change(law, contact::Rows::Constant(1, v_next[i]), contact::Rows::Zero(1),
                             change)[0] /
              h;
   }
 }
 
-void ParameterConstraints::add_joint_rows(const PreparedParameter& p,
-                                          const SimulationOptions& options, const VectorRef& v_next,
+void ParameterConstraints::add_joint_rows(const PreparedParameter& p, const InverseArguments& of,
                                           const InvertedStep& inverted, VectorOut du) {
+  const auto& options = of.options;
+  const VectorRef& v_next = of.v_next;
   const InverseWeights& weights = inverted.finder.weights();
   for (const JointConstraint& row : inverted.constraints->joints) {
     if (row.has_given_gains()) continue;
@@ -275,11 +293,11 @@ void ParameterConstraints::add_joint_rows(const PreparedParameter& p,
     LawSource source = source_of(p);
     contact::Rows y = contact::Rows::Constant(1, row.law.bias[0]);
     y[0] += row_velocity(terms, v_next);
-    const auto weight = [&](const auto& of) {
-      if (row.tendon >= 0) return static_cast<double>(of.tendon[static_cast<size_t>(row.tendon)]);
+    const auto weight = [&](const auto& by) {
+      if (row.tendon >= 0) return static_cast<double>(by.tendon[static_cast<size_t>(row.tendon)]);
       double sum = 0.0;
       for (const RowTerm& term : terms)
-        sum += term.coefficient * term.coefficient * of.dof[term.v_index];
+        sum += term.coefficient * term.coefficient * by.dof[term.v_index];
       return sum;
     };
     alpha = weight(weights);
@@ -287,9 +305,8 @@ void ParameterConstraints::add_joint_rows(const PreparedParameter& p,
     const bool limit = row.law.type == contact::LawType::kUnilateral && !std::isnan(row.gap_bias);
     LawChange change = limit ? limit_law_change(options, alpha, row, source)
                              : plain_law_change(options, row.law, alpha, source);
-    if (row.effect == Effect::kDryFriction && p.kind() == K::kDryFriction &&
-        p.has(terms[0].v_index))
-      change.bound = options.time_step;
+    if (row.effect == Effect::kDryFriction && p.has(terms[0].v_index))
+      change.bound = options.time_step * dry_friction_change(p, of, terms[0].v_index);
     const double df = impulse_change(row.law, y, contact::Rows::Zero(1), change)[0];
     for (const RowTerm& term : terms) du[term.v_index] -= term.coefficient * df / options.time_step;
   }

@@ -17,10 +17,9 @@ class ParameterConstraints {
                     const InvertedStep& inverted, VectorOut du);
   /// Adds the same of all rows on joint coordinates; add_first_friction: of dry friction at
   /// coordinates that have none yet.
-  static void add_joint_rows(const PreparedParameter& p, const SimulationOptions& options,
-                             const VectorRef& v_next, const InvertedStep& inverted, VectorOut du);
-  static void add_first_friction(const PreparedParameter& p, const Model& model,
-                                 const SimulationOptions& options, const VectorRef& v_next,
+  static void add_joint_rows(const PreparedParameter& p, const InverseArguments& of,
+                             const InvertedStep& inverted, VectorOut du);
+  static void add_first_friction(const PreparedParameter& p, const InverseArguments& of,
                                  const InvertedStep& inverted, VectorOut du);
 
  private:

@@ -21,6 +21,10 @@ void change_target(const StepParameter& parameter, size_t i, double by, const Mo
     return editor.set_damping(target, model.damping()[target] + by);
   if (parameter.kind == K::kDryFriction)
     return editor.set_dry_friction(target, model.dry_friction()[target] + by);
+  if (parameter.kind == K::kBreakawayFriction)
+    return editor.set_breakaway_friction(target, model.breakaway_friction()[target] + by);
+  if (parameter.kind == K::kStribeckSpeed)
+    return editor.set_stribeck_speed(target, model.stribeck_speed()[target] + by);
   if (parameter.kind == K::kArmature)
     return editor.set_armature(target, model.armature()[target] + by);
   const Geometry& g = model.geometries()[static_cast<size_t>(target)];
@@ -40,6 +44,8 @@ void change_target(const StepParameter& parameter, size_t i, double by, const Mo
 double value_at(StepParameterKind kind, int target, const Model& model) {
   if (kind == K::kDamping) return model.damping()[target];
   if (kind == K::kDryFriction) return model.dry_friction()[target];
+  if (kind == K::kBreakawayFriction) return model.breakaway_friction()[target];
+  if (kind == K::kStribeckSpeed) return model.stribeck_speed()[target];
   if (kind == K::kArmature) return model.armature()[target];
   const Material& m = model.geometries()[static_cast<size_t>(target)].material;
   return kind == K::kFriction            ? m.friction
@@ -148,9 +154,10 @@ DifferenceScheme difference_scheme(const StepParameter& parameter, const Model& 
   for (const int target : parameter.targets)
     least = std::min(least, value_at(parameter.kind, target, model));
   // Rotors and dampers may be zero and act on light links: their step has a lower bound.
-  const double step = parameter.kind == K::kArmature  ? kShare * std::max(least, 1e-3)
-                      : parameter.kind == K::kDamping ? kShare * std::max(least, 1e-1)
-                                                      : kShare;
+  const double step = parameter.kind == K::kArmature        ? kShare * std::max(least, 1e-3)
+                      : parameter.kind == K::kDamping       ? kShare * std::max(least, 1e-1)
+                      : parameter.kind == K::kStribeckSpeed ? kShare * least
+                                                            : kShare;
   return difference_scheme(step, least, false);
 }
 

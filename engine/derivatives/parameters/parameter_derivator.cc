@@ -143,8 +143,8 @@ void ParameterDerivator::inverse(const Model& model, const SimulationOptions& op
     auto column = d.du.col(static_cast<Eigen::Index>(k));
     if (analytic && is_closed(p.kind(), model, options, known, ws.called, inverted) &&
         impl_->constraints.add_contacts(p, model, options, effects, inverted, column)) {
-      ParameterConstraints::add_joint_rows(p, options, v_next, inverted, column);
-      ParameterConstraints::add_first_friction(p, model, options, v_next, inverted, column);
+      ParameterConstraints::add_joint_rows(p, of, inverted, column);
+      ParameterConstraints::add_first_friction(p, of, inverted, column);
     } else {
       impl_->differentiate(k, of, column);
       d.by_differences[k] = 1;

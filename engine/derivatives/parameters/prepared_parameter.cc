@@ -38,6 +38,8 @@ void check_targets(const StepParameter& parameter, const Model& model) {
       break;
     case K::kDamping:
     case K::kDryFriction:
+    case K::kBreakawayFriction:
+    case K::kStribeckSpeed:
     case K::kArmature:
       end = model.nv();
       break;

@@ -54,7 +54,11 @@ std::vector<StepParameter> all_kinds(const Model& model) {
     if (model.body(i).joint_type != JointType::kFloating)
       for (int k = 0; k < joint_nv(model.body(i).joint_type); ++k)
         joints.push_back(model.body(i).v_index + k);
-  for (const K kind : {K::kDamping, K::kDryFriction, K::kArmature}) {
+  for (const K kind :
+       {K::kDamping, K::kDryFriction, K::kBreakawayFriction, K::kStribeckSpeed, K::kArmature}) {
+    // Without excess the friction of rest has a kink.
+    const bool curve = kind == K::kBreakawayFriction || kind == K::kStribeckSpeed;
+    if (curve && !(model.breakaway_friction().maxCoeff() > 0.0)) continue;
     // The first dry friction of a linkage removes its velocity prediction.
     if (kind == K::kDryFriction && model.num_joints() > model.num_trees() &&
         !(model.dry_friction().maxCoeff() > 0.0))
@@ -120,8 +124,17 @@ TEST(ParameterDerivatives, OfRandomTreesWithEveryJointForce) {
     scene.v *= seed % 8 < 6 ? 0.3 : 3.0;
     scene.options.time_step = seed % 3 == 1 ? 0.01 : 0.002;
     const VectorX change = test::random_vector(scene.model.nv(), random.bits(), 0.1);
-    closed += expect_exact_parameters(scene, {scene.q, scene.v, scene.v + change, {}},
-                                      "seed " + std::to_string(seed));
+    const Moment at{scene.q, scene.v, scene.v + change, {}};
+    closed += expect_exact_parameters(scene, at, "seed " + std::to_string(seed));
+    if (!o.dry_friction) continue;
+    ModelEditor editor(scene.model);
+    for (int k = 0; k < scene.model.nv(); ++k) {
+      if (!(scene.model.dry_friction()[k] > 0.0)) continue;
+      editor.set_breakaway_friction(k, scene.model.dry_friction()[k] + random.uniform(0.1, 1.0));
+      editor.set_stribeck_speed(k, random.uniform(0.2, 1.0));
+    }
+    scene.model = editor.take();
+    closed += expect_exact_parameters(scene, at, "curve, seed " + std::to_string(seed));
   }
   EXPECT_GT(closed, 500);
 }
