@@ -46,6 +46,8 @@ enum class ParameterKind {
   kSize,
   kDamping,
   kDryFriction,
+  kBreakawayFriction,
+  kStribeckSpeed,
   kArmature,
   kSpringStiffness,
   kSpringReference,

@@ -51,6 +51,8 @@ bool is_found_with_motion(ParameterKind kind) {
     case ParameterKind::kRollingFriction:
     case ParameterKind::kDamping:
     case ParameterKind::kDryFriction:
+    case ParameterKind::kBreakawayFriction:
+    case ParameterKind::kStribeckSpeed:
     case ParameterKind::kArmature:
     case ParameterKind::kGravity:
     case ParameterKind::kHeight:
@@ -69,7 +71,7 @@ SearchedParameters searched_parameters(const std::vector<Parameter>& parameters,
       throw InputError(fmt::format(
           "parameter '{}': not found together with the motion; expected friction, "
           "torsional_friction, rolling_friction, an inertial parameter, damping, dry_friction, "
-          "armature, gravity or height, or another objective",
+          "breakaway_friction, stribeck_speed, armature, gravity or height, or another objective",
           p.name));
     const double value = start[static_cast<Eigen::Index>(i)];
     if (value < p.lower || value > p.upper)

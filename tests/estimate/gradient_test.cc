@@ -112,6 +112,35 @@ TEST(Gradient, OfTiedParameters) {
   expect_exact(e, tied, 0.1, false);
 }
 
+/// A double pendulum whose joints have friction curves.
+Scene with_curves() {
+  return with_settings(scene_of("double_pendulum.yaml"),
+                       "dry_friction=0.4,breakaway_friction=0.9,stribeck_speed=0.5");
+}
+
+TEST(Gradient, OfFrictionCurves) {
+  for (const bool by_force : {false, true}) {
+    Experiment e = experiment_of(with_curves(), 40, 2);
+    map_joints(e);
+    e.prediction.horizon = 10;
+    expect_exact(e, "dry_friction:elbow,breakaway_friction:shoulder,stribeck_speed", 0.1, by_force);
+  }
+}
+
+TEST(Gradient, FindsFrictionCurves) {
+  Experiment e = experiment_of(with_curves(), 200, 2);
+  map_joints(e);
+  e.prediction.horizon = 1;  // one step of a row to the next
+  e.scene = with_settings(e.scene, "dry_friction=1,breakaway_friction=1,stribeck_speed=0.1");
+  const std::vector<Parameter> parameters =
+      parse_parameters("dry_friction=0..3,breakaway_friction=0..3,stribeck_speed", e.scene);
+  const Fit found = fit(fit_problem(e, parameters, {0}, false), FitOptions());
+  // The motion has no noise; the search ends when changes are below 1e-4 of the ranges or so.
+  EXPECT_NEAR(found.parameters[0].value, 0.4, 1e-3);
+  EXPECT_NEAR(found.parameters[1].value, 0.9, 1e-3);
+  EXPECT_NEAR(found.parameters[2].value, 0.5, 1e-3);
+}
+
 /// Removes restitution: a bounce also displaces the prediction within its step, and this
 /// displacement has no derivative here (bounce.h).
 Scene without_restitution(Scene scene) {

@@ -175,6 +175,10 @@ double value_at(ParameterKind kind, const Scene& scene, int target) {
       return model.damping()[target];
     case K::kDryFriction:
       return model.dry_friction()[target];
+    case K::kBreakawayFriction:
+      return model.friction_at_rest(target);
+    case K::kStribeckSpeed:
+      return model.stribeck_speed()[target];
     case K::kArmature:
       return model.armature()[target];
     case K::kGravity:
@@ -209,6 +213,10 @@ void set_target(ParameterKind kind, int target, double value, const Model& model
       return editor.set_damping(target, value);
     case K::kDryFriction:
       return editor.set_dry_friction(target, value);
+    case K::kBreakawayFriction:
+      return editor.set_breakaway_friction(target, value);
+    case K::kStribeckSpeed:
+      return editor.set_stribeck_speed(target, value);
     case K::kArmature:
       return editor.set_armature(target, value);
     default:

@@ -35,6 +35,10 @@ std::optional<StepParameterKind> step_kind(ParameterKind kind) {
       return S::kDamping;
     case K::kDryFriction:
       return S::kDryFriction;
+    case K::kBreakawayFriction:
+      return S::kBreakawayFriction;
+    case K::kStribeckSpeed:
+      return S::kStribeckSpeed;
     case K::kArmature:
       return S::kArmature;
     case K::kGravity:
