@@ -141,6 +141,76 @@ TEST(TorqueFit, FrictionAtRestIsNotFitted) {
   EXPECT_LT(score.held[1], 2.5);
 }
 
+/// An elbow whose friction falls from 2.5 to 1 N m over some 0.2 rad/s.
+constexpr const char* kCurve =
+    "dry_friction:elbow=1,breakaway_friction:elbow=2.5,stribeck_speed:elbow=0.2,damping:elbow=0.3";
+constexpr const char* kOfCurve =
+    "dry_friction:elbow,breakaway_friction:elbow,stribeck_speed:elbow,damping:elbow";
+
+TEST(TorqueFit, AFrictionCurveIsFound) {
+  const Scene scene = scene_of("double_pendulum.yaml"), truth = with_settings(scene, kCurve);
+  Recording recording = moved(truth, 20.0, 0.002, 1.0, 7);
+  TorqueFitOptions options;
+  options.cutoff = kUnfiltered;
+  const ColumnMap map = map_of(scene.model);
+  // Not exact for few rows with a change of sign, where smoothing rounds the step of friction.
+  const VectorX exact = fitted(scene, map, recording, kOfCurve, options).parameters.values();
+  EXPECT_LT((exact - (VectorX(4) << 1.0, 2.5, 0.2, 0.3).finished()).cwiseAbs().maxCoeff(), 1e-3);
+  add_noise(0.0, 0.1, 8, recording);
+  const TorqueFit found = fitted(scene, map, recording, kOfCurve, options);
+  const double expected[] = {1.0, 2.5, 0.2, 0.3};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const FittedParameter& p = found.parameters.parameters[i];
+    ASSERT_TRUE(p.interval);
+    // 1e4 rows with a noise of 0.1 N m, a tenth of them within the curve: 2 %, thrice of it.
+    EXPECT_NEAR(p.value, expected[i], 0.06 * expected[i]);
+    EXPECT_LT(p.interval->lower, p.interval->upper);
+  }
+}
+
+TEST(TorqueFit, FrictionWithoutExcessIsLeftWithoutIt) {
+  const Scene scene = scene_of("double_pendulum.yaml");
+  const Scene truth = with_settings(scene, "dry_friction:elbow=1.5,damping:elbow=0.3");
+  const Recording recording = moved(truth, 20.0, 0.002, 1.0, 7);
+  TorqueFitOptions options;
+  options.cutoff = kUnfiltered;
+  const VectorX found =
+      fitted(scene, map_of(scene.model), recording, kOfCurve, options).parameters.values();
+  EXPECT_NEAR(found[0], 1.5, 1e-3);
+  EXPECT_NEAR(found[1], found[0], 0.01);  // the least excess of a search is 0.001 N m
+  EXPECT_NEAR(found[3], 0.3, 1e-3);
+}
+
+TEST(TorqueFit, FrictionAtRestBalancesUpToItsBound) {
+  const Scene scene = scene_of("double_pendulum.yaml"), truth = with_settings(scene, kCurve);
+  Recording recording = moved(truth, 20.0, 0.002, 1.0, 7);
+  // While the elbow rests, its friction is anything up to 2.5 N m.
+  const Scene smooth = with_settings(truth, "dry_friction:elbow=0,breakaway_friction:elbow=0");
+  const Recording bare = moved(smooth, 20.0, 0.002, 1.0, 7);
+  for (int row = 0; row < recording.num_rows(); ++row)
+    if (std::abs(recording.v(1, row)) < 0.07)  // the filter mixes rows beside rest
+      recording.applied_force(1, row) = bare.applied_force(1, row) + 2.5 * std::sin(0.01 * row);
+  const ColumnMap map = map_of(scene.model);
+  TorqueFitOptions options;
+  options.cutoff = kUnfiltered;
+  options.rest_speed = 0.1;
+  const std::vector<Parameter> parameters = parse_parameters(kOfCurve, scene);
+  const VectorX values =
+      fit_torques(scene, map, {&recording}, parameters, options).parameters.values();
+  EXPECT_NEAR(values[1], 2.5, 0.03);  // rows at the bound are few
+  const auto r2 = [&](const VectorX& at, const VectorX& held) {
+    return score_torques(with_parameters(scene, parameters, at), map, {&recording}, parameters, at,
+                         options, held)
+        .coordinates[1]
+        .r2;
+  };
+  const VectorX nothing = VectorX::Zero(2);
+  EXPECT_GT(r2(values, nothing), 0.9999);
+  VectorX without = values;
+  without[1] = without[0];  // dry friction alone does not hold so much
+  EXPECT_LT(r2(without, nothing), 0.99);
+}
+
 TEST(TorqueFit, PredictsOtherMotions) {
   const Scene truth = scene_of("arm7.yaml"), design = with_settings(truth, kDesign);
   const ColumnMap map = map_of(truth.model);
@@ -217,6 +287,8 @@ TEST(TorqueFit, RefusesBadInput) {
     }
   };
   refused(scene, map, recording, "smoothing", "smoothing");
+  refused(scene, map, recording, "dry_friction:elbow,breakaway_friction",
+          "breakaway_friction:JOINT");
   ColumnMap silent = map;
   std::erase_if(silent.entries, [](const ColumnMap::Entry& entry) {
     return entry.kind == ColumnMap::Entry::Kind::kForce;

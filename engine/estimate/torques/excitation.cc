@@ -52,7 +52,8 @@ class Design {
         quantities_(scene, parameters),
         steps_(quantities_.step_parameters(scene.model)),
         laws_(free_steps(scene.options, kStep)) {
-    const Coordinates coordinates(parameters, parameter_values(parameters, scene));
+    const Coordinates coordinates(parameters, parameter_values(parameters, scene),
+                                  scene.model.dry_friction());
     const VectorX ranges = coordinates.upper - coordinates.lower;
     scaled_ = quantities_.derivatives(coordinates, coordinates.prior) * ranges.asDiagonal();
     const int count = kEachSine * options.harmonics;

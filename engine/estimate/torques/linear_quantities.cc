@@ -1,5 +1,7 @@
 #include "counterpoint/engine/estimate/torques/linear_quantities.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -16,31 +18,106 @@ bool has(const std::vector<int>& list, int value) {
   return std::find(list.begin(), list.end(), value) != list.end();
 }
 
+/// Least excess of breakaway friction in a search, as a share of its range: without any, nothing
+/// tells the Stribeck speed.
+constexpr double kLeastExcess = 2e-5;
+
+/// Returns the index of the dry friction of the joints of a breakaway friction, or -1.
+Eigen::Index sliding_of(const Parameter& breakaway, const std::vector<Parameter>& list,
+                        const VectorX& dry_friction) {
+  const std::vector<int>& joints = breakaway.targets;
+  bool alike = true;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (list[i].kind != K::kDryFriction) continue;
+    const auto shared = std::count_if(joints.begin(), joints.end(),
+                                      [&](int joint) { return has(list[i].targets, joint); });
+    if (shared == static_cast<std::ptrdiff_t>(joints.size())) return static_cast<Eigen::Index>(i);
+    alike = alike && shared == 0;
+  }
+  for (const int joint : joints)
+    alike = alike && dry_friction[joint] == dry_friction[joints.front()];
+  if (alike) return -1;
+  throw InputError(fmt::format(
+      "parameter '{}': its joints have different dry frictions; expected breakaway_friction:JOINT",
+      breakaway.name));
+}
+
 }  // namespace
 
-Coordinates::Coordinates(const std::vector<Parameter>& list, const VectorX& start)
+Coordinates::Coordinates(const std::vector<Parameter>& list, const VectorX& start,
+                         const VectorX& dry_friction)
     : parameters(list),
       lower(start.size()),
       upper(start.size()),
       prior(start.size()),
-      prior_weights(start.size()) {
+      prior_weights(start.size()),
+      sliding(list.size(), -1),
+      level(VectorX::Zero(start.size())) {
   for (Eigen::Index i = 0; i < start.size(); ++i) {
     const Parameter& p = list[static_cast<std::size_t>(i)];
     lower[i] = p.logarithmic ? std::log(p.lower) : p.lower;
     upper[i] = p.logarithmic ? std::log(p.upper) : p.upper;
     const double at = std::clamp(start[i], p.lower, p.upper);
     prior[i] = p.logarithmic ? std::log(at) : at;
-    prior_weights[i] = fitting::prior_weight(p.deviation, at, p.logarithmic, range(i));
+  }
+  ranges = upper - lower;
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    const auto at = static_cast<Eigen::Index>(k);
+    const Parameter& p = list[k];
+    prior_weights[at] = fitting::prior_weight(
+        p.deviation, p.logarithmic ? std::exp(prior[at]) : prior[at], p.logarithmic, ranges[at]);
+  }
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    if (list[k].kind != K::kBreakawayFriction) continue;
+    const auto i = static_cast<Eigen::Index>(k);
+    sliding[k] = sliding_of(list[k], list, dry_friction);
+    if (sliding[k] < 0) level[i] = dry_friction[list[k].targets.front()];
+    const double from = sliding[k] < 0 ? level[i] : prior[sliding[k]];
+    lower[i] = kLeastExcess * ranges[i];
+    upper[i] = std::max(upper[i] - level[i], 2.0 * lower[i]);
+    prior[i] = std::clamp(start[i] - from, lower[i], upper[i]);
   }
 }
 
-double Coordinates::value(Eigen::Index i, double x) const {
-  return parameters[static_cast<std::size_t>(i)].logarithmic ? std::exp(x) : x;
+VectorX Coordinates::values(const VectorX& x) const {
+  VectorX out = x;
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    if (parameters[static_cast<std::size_t>(i)].logarithmic) out[i] = std::exp(x[i]);
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    if (parameters[k].kind == K::kBreakawayFriction)
+      out[i] = std::min(x[i] + (sliding[k] < 0 ? level[i] : out[sliding[k]]), parameters[k].upper);
+  }
+  return out;
 }
 
-VectorX Coordinates::values(const VectorX& x) const {
-  VectorX out(x.size());
-  for (Eigen::Index i = 0; i < x.size(); ++i) out[i] = value(i, x[i]);
+MatrixX Coordinates::covariance_of_values(MatrixX covariance) const {
+  for (Eigen::Index i = 0; i < covariance.rows(); ++i)
+    if (const Eigen::Index from = sliding[static_cast<std::size_t>(i)]; from >= 0)
+      covariance.row(i) += covariance.row(from);
+  for (Eigen::Index i = 0; i < covariance.rows(); ++i)
+    if (const Eigen::Index from = sliding[static_cast<std::size_t>(i)]; from >= 0)
+      covariance.col(i) += covariance.col(from);
+  return covariance;
+}
+
+MatrixX Coordinates::information_of_values(MatrixX information) const {
+  for (Eigen::Index i = 0; i < information.rows(); ++i)
+    if (const Eigen::Index from = sliding[static_cast<std::size_t>(i)]; from >= 0)
+      information.row(from) -= information.row(i);
+  for (Eigen::Index i = 0; i < information.rows(); ++i)
+    if (const Eigen::Index from = sliding[static_cast<std::size_t>(i)]; from >= 0)
+      information.col(from) -= information.col(i);
+  return information;
+}
+
+Coordinates Coordinates::near(const VectorX& x, double most) const {
+  Coordinates out = *this;
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    if (parameters[static_cast<std::size_t>(i)].kind != K::kStribeckSpeed) continue;
+    out.lower[i] = std::max(lower[i], x[i] - most);
+    out.upper[i] = std::min(upper[i], x[i] + most);
+  }
   return out;
 }
 
@@ -49,7 +126,8 @@ bool is_channel(ParameterKind kind) {
 }
 bool is_linear(ParameterKind kind) {
   return is_inertial(kind) || kind == K::kDamping || kind == K::kDryFriction ||
-         kind == K::kArmature || kind == K::kGravity;
+         kind == K::kBreakawayFriction || kind == K::kStribeckSpeed || kind == K::kArmature ||
+         kind == K::kGravity;
 }
 
 std::vector<ChannelValues> channel_values(const std::vector<int>& coordinates,

@@ -21,11 +21,11 @@ constexpr double kLeastDeviation = 1e-6;
 constexpr double kShrink = 0.2;
 
 /// Whether a joint may be at rest: it has dry friction, or is to be given some.
-bool may_rest(int coordinate, const std::vector<Parameter>& parameters,
-              const VectorX& dry_friction) {
-  return dry_friction[coordinate] > 0.0 ||
+bool may_rest(int coordinate, const std::vector<Parameter>& parameters, const VectorX& friction) {
+  return friction[coordinate] > 0.0 ||
          std::any_of(parameters.begin(), parameters.end(), [&](const Parameter& p) {
-           return p.kind == K::kDryFriction && p.sign_of(coordinate) != 0.0;
+           return (p.kind == K::kDryFriction || p.kind == K::kBreakawayFriction) &&
+                  p.sign_of(coordinate) != 0.0;
          });
 }
 
@@ -33,7 +33,7 @@ bool may_rest(int coordinate, const std::vector<Parameter>& parameters,
 
 TorqueSearch::TorqueSearch(const Coordinates& coordinates, const LinearQuantities& quantities,
                            const std::vector<ChannelRows>& rows, const VectorX& x,
-                           const VectorX& dry_friction)
+                           const VectorX& friction)
     : coordinates_(coordinates),
       quantities_(quantities),
       x_(x),
@@ -43,7 +43,7 @@ TorqueSearch::TorqueSearch(const Coordinates& coordinates, const LinearQuantitie
       channel_values(forces_, coordinates.parameters, coordinates.values(x));
   for (std::size_t c = 0; c < rows.size(); ++c) {
     const ChannelRows& from = rows[c];
-    const bool rests = may_rest(from.coordinate, coordinates.parameters, dry_friction);
+    const bool rests = may_rest(from.coordinate, coordinates.parameters, friction);
     std::vector<Eigen::Index> kept;
     Channel& model = models_.emplace_back();
     for (std::size_t i = 0; i < from.rests.size(); ++i) {
@@ -78,6 +78,12 @@ double TorqueSearch::moved(const VectorX& before) const {
   for (Eigen::Index i = 0; i < x_.size(); ++i)
     most = std::max(most, std::abs(x_[i] - before[i]) / coordinates_.range(i));
   return most;
+}
+
+double TorqueSearch::misfit() const {
+  double sum = 0.0;
+  for (const TorqueChannel& channel : channels_) sum += std::log(channel.deviation);
+  return sum;
 }
 
 MatrixX TorqueSearch::information(MatrixX* by_recording) const {

@@ -13,9 +13,9 @@ inline constexpr double kSettled = 1e-7;
 class TorqueSearch {
  public:
   /// rows: of a pass at the coordinates x. The first two arguments must outlive this.
-  /// dry_friction (nv): of the scene; only joints that have some, or may, can be at rest.
+  /// friction (nv): that at rest in the scene; only joints that have some, or may, can be at rest.
   TorqueSearch(const Coordinates& coordinates, const LinearQuantities& quantities,
-               const std::vector<ChannelRows>& rows, const VectorX& x, const VectorX& dry_friction);
+               const std::vector<ChannelRows>& rows, const VectorX& x, const VectorX& friction);
 
   /// Minimizes the squared residuals over their variances, which are found on the way, and the
   /// priors.
@@ -24,6 +24,9 @@ class TorqueSearch {
   const VectorX& x() const { return x_; }
   const std::vector<TorqueChannel>& channels() const { return channels_; }
   double cost() const { return cost_of(x_); }
+  /// Sum over the channels of the logarithms of their deviations: falls from pass to pass as the
+  /// agreement grows.
+  double misfit() const;
   /// Largest change since `before`, in ranges.
   double moved(const VectorX& before) const;
   /// J' W J at the present coordinates; its diagonal by recording, if that is not null.
