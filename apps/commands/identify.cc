@@ -100,7 +100,7 @@ int report_found(IdentifyArguments& arguments, const Experiment& e,
   report.write();
   if (arguments.page.empty()) return kSuccess;
   if (torque)
-    write_torque_page(arguments.page, arguments.scene.file, report.json());
+    write_torque_page(arguments.page, arguments.scene.file, search.charts(), report.json());
   else
     write_identify_page(arguments.page, arguments.scene.file, search.shown(), compared(e.map),
                         report.json());

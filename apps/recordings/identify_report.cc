@@ -87,10 +87,16 @@ void fill_base_parameters(const Model& model, const TorqueFit& found, Report& re
 
 void add_parameters(const Json& report, HtmlPage& page) {
   const Json& list = report["parameters"];
-  PageTable table{{"parameter", "unit", "scene", "found", "95 % from", "to"}, {}};
-  for (const Json& p : list)
-    table.rows.push_back({p["name"], p["unit"], number_text(p["scene"]), number_text(p["value"]),
-                          number_text(p["lower_95"]), number_text(p["upper_95"])});
+  PageTable table{{"parameter", "unit", "scene", "found", "95 % from", "to", "bounds from", "to",
+                   "prior deviation"},
+                  {}};
+  for (const Json& p : list) {
+    std::vector<std::string>& row = table.rows.emplace_back();
+    row = {p["name"], p["unit"]};
+    for (const char* key : {"scene", "value", "lower_95", "upper_95", "lower_bound", "upper_bound",
+                            "prior_deviation"})
+      row.push_back(number_text(p[key]));
+  }
   page.table(table);
   if (!report.contains("fold_parameters")) return;
   page.heading(fmt::format("Parameters over {} folds", report["folds"].size()));
@@ -274,8 +280,27 @@ void write_identify_page(const std::string& folder, const std::string& scene_fil
   write_page(folder, page);
 }
 
+std::vector<Chart> force_charts(const TorqueScore& before, const TorqueScore& after) {
+  std::vector<Chart> out;
+  for (std::size_t c = 0; c < after.coordinates.size(); ++c) {
+    Chart& chart = out.emplace_back();
+    chart.title = after.coordinates[c].name;
+    chart.x_label = "compared row";
+    chart.y_label = "force [N, N m]";
+    for (const auto& [name, values] :
+         {std::pair{"recorded", &after.recorded[c]}, std::pair{"scene", &before.predicted[c]},
+          std::pair{"found", &after.predicted[c]}}) {
+      Curve& curve = chart.curves.emplace_back();
+      curve.name = name;
+      for (Eigen::Index i = 0; i < values->size(); ++i)
+        curve.add(static_cast<double>(i), (*values)[i]);
+    }
+  }
+  return out;
+}
+
 void write_torque_page(const std::string& folder, const std::string& scene_file,
-                       const Json& report) {
+                       const std::vector<Chart>& charts, const Json& report) {
   HtmlPage page("Parameters found: " + scene_file);
   add_parameters(report, page);
   add_told(report, page);
@@ -291,6 +316,8 @@ void write_torque_page(const std::string& folder, const std::string& scene_file,
                             number_text(after[i]["r2"])});
     page.table(table);
   }
+  page.heading("Forces, of the recordings not fitted if there are any");
+  for (const Chart& chart : charts) page.picture_with_file(svg(chart));
   write_page(folder, page);
 }
 

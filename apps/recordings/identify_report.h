@@ -6,6 +6,7 @@
 
 #include "counterpoint/engine/estimate/torque_fit.h"
 #include "recordings/estimation.h"
+#include "report/chart.h"
 #include "report/report.h"
 
 namespace counterpoint::apps {
@@ -39,8 +40,10 @@ void fill_torques(const Model& model, const TorqueFit& found, Report& report);
 /// time.
 void write_identify_page(const std::string& folder, const std::string& scene_file,
                          const Rollouts& rollouts, Compared by, const Json& report);
-/// Writes the page of a fit of torques: parameters, identifiability and scores.
+/// Charts of the recorded force of each channel, and of those predicted before and after the fit.
+std::vector<Chart> force_charts(const TorqueScore& before, const TorqueScore& after);
+/// Writes the page of a fit of torques: parameters, identifiability, scores and these charts.
 void write_torque_page(const std::string& folder, const std::string& scene_file,
-                       const Json& report);
+                       const std::vector<Chart>& charts, const Json& report);
 
 }  // namespace counterpoint::apps

@@ -166,6 +166,7 @@ void IdentifySearch::score_torques_of(const Found& found, const std::vector<int>
   const TorqueScore before = scored(e_.scene, start_);
   const TorqueScore now = scored(with_parameters(e_.scene, parameters_, values), values);
   if (held_.size() == 0) held_ = now.held;
+  charts_ = force_charts(before, now);
   out = {{"coordinates",
           {{"scene", coordinate_list(before.coordinates)},
            {"found", coordinate_list(now.coordinates)}}},

@@ -55,6 +55,8 @@ class IdentifySearch {
   const VectorX& start() const { return start_; }
   /// Rollouts of the recordings scored last.
   const Rollouts& shown() const { return shown_; }
+  /// Forces of the recordings scored last, with --objective torque.
+  const std::vector<Chart>& charts() const { return charts_; }
   /// For each channel the largest force at rest in the recordings that were fitted.
   const VectorX& held() const { return held_; }
 
@@ -72,6 +74,7 @@ class IdentifySearch {
   VectorX start_;
   tasks::RunSeries series_;
   Rollouts shown_;
+  std::vector<Chart> charts_;
   VectorX held_;
 };
 

@@ -137,6 +137,8 @@ TorqueScore score_torques(const Scene& scene, const ColumnMap& map,
     for (const Eigen::Index i : rest) left[i] -= std::clamp(left[i], -most, most);
     out.coordinates.push_back(coordinate_metrics(
         names.force[static_cast<std::size_t>(channel.coordinate)], left, channel.recorded));
+    out.recorded.push_back(channel.recorded);
+    out.predicted.push_back(channel.recorded + left);
   }
   return out;
 }

@@ -57,6 +57,9 @@ TorqueFit fit_torques(const Scene& scene, const ColumnMap& map,
 /// Agreement of recorded forces with those of a scene.
 struct TorqueScore {
   std::vector<CoordinateMetrics> coordinates;  ///< one for each channel
+  /// Recorded and predicted forces of each channel at the compared rows of all recordings, after
+  /// the filter [N, N m].
+  std::vector<VectorX> recorded, predicted;
   /// Largest force of each channel that friction had to balance while the joint rested [N, N m].
   VectorX held;
 };
