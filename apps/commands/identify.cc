@@ -1,8 +1,8 @@
 // counterpoint identify: fits scene parameters to some recordings and scores them on the others.
 #include "command.h"
 #include "command_line/interrupt.h"
+#include "identify/search.h"
 #include "input/motion.h"
-#include "recordings/identify_search.h"
 
 namespace counterpoint::apps {
 namespace {

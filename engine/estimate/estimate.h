@@ -53,7 +53,7 @@ enum class ParameterKind {
   kSpringReference,
   kServoStiffness,
   kServoDamping,
-  kGear,  ///< of actuators, as the three after it
+  kGear,  ///< gears of actuators, as the three after it
   kGain,
   kTorqueConstant,
   kResistance,

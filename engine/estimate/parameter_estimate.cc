@@ -167,7 +167,7 @@ void fill_fit(const std::vector<Parameter>& parameters, const SearchedParameters
   const JointFit::Information information = fit.information();
   const MatrixX inverse = information.hessian.inverse();
   const VectorX values = fit.values();
-  VectorX slope = VectorX::Ones(values.size());  // of the coordinate by that of the parameter
+  VectorX slope = VectorX::Ones(values.size());  // d coordinate / d that of the parameter
   for (std::size_t i = 0; i < parameters.size(); ++i)
     if (searched.shared[i].logarithmic && !parameters[i].logarithmic)
       slope[static_cast<Eigen::Index>(i)] = 1.0 / values[static_cast<Eigen::Index>(i)];

@@ -163,7 +163,7 @@ TEST(Gradient, OfPredictionsOfACubeThatIsTossed) {
     e.map.free_body = 1;
     e.by_score = by_score;
     e.prediction.horizon = 10;
-    expect_exact(e, "friction,inertia,gravity,place_x:cube", 0.05, false);
+    expect_exact(e, "friction,inertia,gravity", 0.05, false);
   }
 }
 

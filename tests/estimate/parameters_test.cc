@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "counterpoint/engine/estimate/estimate.h"
+#include "counterpoint/engine/estimate/parameters/step_parameters.h"
 #include "support/paths.h"
 #include "support/small_scenes.h"
 
@@ -62,11 +63,37 @@ TEST(Parameters, MirroredElementsTakeTheNegativeValue) {
   EXPECT_EQ(tied[0].name, "com_y:upper+~lower");
   EXPECT_DOUBLE_EQ(parameter_values(tied, scene)[0], 0.03);
   scene = with_parameters(scene, tied, VectorX::Constant(1, 0.01));
-  EXPECT_EQ(scene.model.body(1).inertia.center[1], 0.01);
-  EXPECT_EQ(scene.model.body(2).inertia.center[1], -0.01);
+  const std::vector<Parameter> each = parse_parameters("com_y:upper,com_y:lower", scene);
+  EXPECT_DOUBLE_EQ(parameter_values(each, scene)[0], 0.01);
+  EXPECT_DOUBLE_EQ(parameter_values(each, scene)[1], -0.01);
   EXPECT_EQ(parse_parameters(tied[0].name, scene)[0].signs, tied[0].signs);  // --set writes this
   expect_refused("mass:upper+~lower", scene, "mass has no sign");
   expect_refused("damping:shoulder+~elbow", scene, "damping has no sign");
+}
+
+// The shift of a place as steps differentiate it is that of the parameter: along the same axis of
+// the geometry, to rounding.
+TEST(Parameters, PlacesAreShiftsOfSteps) {
+  const Scene scene = load_scene(test::source_dir() + "/data/scenes/cube_toss.yaml");
+  const Scene turned = with_settings(scene, "tilt_x:cube=0.3,tilt_z:cube=-0.2");
+  const std::vector<Parameter> places =
+      parse_parameters("place_x:cube,place_y:cube,place_z:cube", turned);
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    Model stepped = turned.model;
+    SimulationOptions options = turned.options;
+    change_parameter(step_parameter(places, k, VectorX::Zero(3), turned.model), 0.01, stepped,
+                     options);
+    const Scene set = with_parameters(turned, {places[k]}, VectorX::Constant(1, 0.01));
+    const auto i = static_cast<std::size_t>(places[k].targets[0]);
+    EXPECT_LT(
+        (stepped.geometries()[i].X_BG.translation - set.model.geometries()[i].X_BG.translation)
+            .norm(),
+        1e-15);
+    EXPECT_NEAR(
+        (set.model.geometries()[i].X_BG.translation - turned.model.geometries()[i].X_BG.translation)
+            .norm(),
+        0.01, 1e-15);
+  }
 }
 
 TEST(Parameters, RefuseTiesThatContradict) {

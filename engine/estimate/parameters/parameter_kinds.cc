@@ -95,14 +95,19 @@ constexpr std::array kKinds = {
                                names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
 }
 
+[[noreturn]] void refuse_link(const std::string& element, const std::vector<NamedTargets>& all) {
+  std::vector<std::string> names;
+  for (const NamedTargets& one : all) names.push_back(one.name);
+  throw InputError(fmt::format("expected KIND:LINK with one of the links {}; there is '{}'",
+                               fmt::join(names, ", "), element));
+}
+
 /// Describes the elements for an error: "joint; joints".
 const char* words_of(Target target) {
   switch (target) {
     case Target::kGeometries:
     case Target::kGround:
       return "geometry and no link with one; geometries";
-    case Target::kBody:
-      return "link; links";
     case Target::kSprings:
       return "joint with a spring; those with one";
     case Target::kServos:
@@ -118,6 +123,7 @@ const char* words_of(Target target) {
 std::vector<int> unnamed_targets(const KindTraits& kind, const std::vector<NamedTargets>& all) {
   const bool single = kind.target == Target::kBody || kind.target == Target::kActuators ||
                       kind.target == Target::kJoints || kind.target == Target::kChannel;
+  if (kind.target == Target::kBody && all.size() != 1) refuse_link("", all);
   if (all.empty()) refuse("", words_of(kind.target), all);
   if (single && (all.size() > 1 || kind.target == Target::kChannel)) {
     std::vector<std::string> names;
@@ -204,6 +210,7 @@ std::vector<int> targets_of(const KindTraits& kind, const std::string& element,
     for (const NamedTargets& one : all)
       if (one.name == element) found = one.targets;
   }
+  if (found.empty() && kind.target == Target::kBody) refuse_link(element, all);
   if (found.empty()) refuse(element, words_of(kind.target), all);
   return found;
 }

@@ -1,4 +1,4 @@
-#include "recordings/splits.h"
+#include "identify/splits.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,4 +1,4 @@
-#include "recordings/identify_search.h"
+#include "identify/search.h"
 
 #include <fmt/format.h>
 

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "identify/splits.h"
 #include "input/scene_arguments.h"
 #include "recordings/identify_report.h"
-#include "recordings/splits.h"
 #include "tasks/task_arguments.h"
 
 namespace counterpoint::apps {
