@@ -1,5 +1,8 @@
 // counterpoint live: runs a scene while pages in a browser watch it, and obeys one of them.
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <spawn.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <optional>
@@ -11,7 +14,6 @@
 #include "input/scene_arguments.h"
 #include "live/session.h"
 #include "report/report.h"
-#include "view/input_files.h"
 #include "view/replay.h"
 
 namespace counterpoint::apps {
@@ -26,11 +28,25 @@ struct LiveArguments {
   Report report;
 };
 
-/// Opens an address in the user's browser, if there is a desktop.
+/// Opens an address in the user's browser, if there is a desktop. The browser has a process group
+/// of its own, which Ctrl-C does not reach; std::system would lose a Ctrl-C that arrives meanwhile.
 void open_browser(const std::string& address) {
   if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
-  const std::string command = "xdg-open " + view::shell_word(address) + " >/dev/null 2>&1 &";
-  if (std::system(command.c_str()) != 0) fmt::print(stderr, "note: no browser could be opened\n");
+  std::string program = "xdg-open", page = address;
+  char* const words[] = {program.data(), page.data(), nullptr};
+  posix_spawn_file_actions_t silent;
+  posix_spawn_file_actions_init(&silent);
+  posix_spawn_file_actions_addopen(&silent, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  for (const int output : {STDOUT_FILENO, STDERR_FILENO})
+    posix_spawn_file_actions_addopen(&silent, output, "/dev/null", O_WRONLY, 0);
+  posix_spawnattr_t apart;
+  posix_spawnattr_init(&apart);
+  posix_spawnattr_setflags(&apart, POSIX_SPAWN_SETPGROUP);
+  pid_t child = 0;
+  if (posix_spawnp(&child, words[0], &silent, &apart, words, environ) != 0)
+    fmt::print(stderr, "note: no browser could be opened\n");
+  posix_spawnattr_destroy(&apart);
+  posix_spawn_file_actions_destroy(&silent);
 }
 
 int run(LiveArguments& arguments) {
@@ -54,10 +70,10 @@ int run(LiveArguments& arguments) {
   if (scene.options.step_control)
     fmt::print(stderr, "note: a live run makes steps of time_step; step_control is off\n");
   live::Session session(std::move(scene), options);
+  const Interrupt interrupt;
   arguments.report.print("{}\nCtrl-C ends it.\n", session.address());
   std::fflush(arguments.report.text());
   if (!arguments.no_browser) open_browser(session.address());
-  const Interrupt interrupt;
   session.run(Interrupt::wanted);
   Interrupt::end();
 

@@ -1,5 +1,8 @@
 #include "counterpoint/engine/estimate/motion/force_scales.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace counterpoint::estimation {
 
 VectorX force_scales(const Model& model) {
@@ -21,16 +24,21 @@ VectorX force_scales(const Model& model) {
 
 MatrixX force_scale_slopes(const std::vector<StepParameter>& parameters, const Model& model,
                            const VectorX& scales) {
-  constexpr double kStep = 1e-4;  // scales are of second degree in the inertias: any step is exact
+  // Scales are of second degree in the inertias, so that any step is exact; masses stay positive.
+  constexpr double kStep = 1e-4, kShare = 1e-3;
   MatrixX out = MatrixX::Zero(model.nv(), static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     if (parameters[k].kind != StepParameterKind::kInertia) continue;
+    double step = kStep;
+    for (std::size_t i = 0; i < parameters[k].targets.size(); ++i)
+      if (const double by = std::abs(parameters[k].changes[i][0]); by > 0.0)
+        step = std::min(step, kShare * model.body(parameters[k].targets[i]).inertia.mass / by);
     Model ahead = model, back = model;
     SimulationOptions unused;
-    change_parameter(parameters[k], kStep, ahead, unused);
-    change_parameter(parameters[k], -kStep, back, unused);
+    change_parameter(parameters[k], step, ahead, unused);
+    change_parameter(parameters[k], -step, back, unused);
     out.col(static_cast<Eigen::Index>(k)) =
-        (force_scales(ahead) - force_scales(back)).cwiseQuotient(scales) / (2.0 * kStep);
+        (force_scales(ahead) - force_scales(back)).cwiseQuotient(scales) / (2.0 * step);
   }
   return out;
 }
