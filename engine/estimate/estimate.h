@@ -242,6 +242,7 @@ struct FittedParameter {
 struct Fit {
   std::vector<FittedParameter> parameters;
   MatrixX correlation;  ///< correlation of the estimates, from the Jacobian
+  MatrixX covariance;   ///< covariance of the values, meaningful where they have intervals
   /// Information of the recordings on the parameters (logarithms of logarithmic ones), without
   /// priors: J'J of residuals over their standard deviations; and its diagonal by recording
   /// (parameters x recordings). Empty if the fit was stopped.

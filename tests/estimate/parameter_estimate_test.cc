@@ -172,6 +172,8 @@ TEST(ParameterEstimate, FindsTheTrunkOfALeggedRobot) {
     EXPECT_LE(std::abs(one.value - exact[k]), 3.0 * deviation)
         << parameters[static_cast<std::size_t>(k)].name;
     EXPECT_LE(deviation, k == 0 ? 0.02 * exact[0] : 0.005);
+    // The interval of the mass is symmetric in its logarithm: 1e-3 of its width.
+    EXPECT_NEAR(std::sqrt(found.parameters.covariance(k, k)), deviation, 1e-3 * deviation);
   }
 }
 

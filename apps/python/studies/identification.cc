@@ -178,6 +178,10 @@ void bind_found(py::module_& r) {
           "correlation", [](const I& i) { return copy_matrix(i.fit.correlation); },
           "Of the estimates, shape (n, n).")
       .def_property_readonly(
+          "covariance", [](const I& i) { return copy_matrix(i.fit.covariance); },
+          "Of the values, shape (n, n), in products of their units; meaningful where they have "
+          "intervals.")
+      .def_property_readonly(
           "untold",
           [](const I& i) {
             std::vector<std::string> words;

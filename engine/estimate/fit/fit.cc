@@ -305,7 +305,7 @@ void set_loss_at_best(System& system, const FitOptions& options, std::vector<Tri
 void fill(const Shares& shares, const VectorX& at, const Spread& s,
           const std::vector<VectorX>& refits, Fit& out) {
   const Eigen::Index p = at.size();
-  out.correlation = MatrixX::Zero(p, p);
+  out.correlation = out.covariance = MatrixX::Zero(p, p);
   const VectorX ranges = shares.ranges();
   out.information =
       ranges.cwiseInverse().asDiagonal() * s.information * ranges.cwiseInverse().asDiagonal();
@@ -314,6 +314,8 @@ void fill(const Shares& shares, const VectorX& at, const Spread& s,
     FittedParameter& parameter = out.parameters.emplace_back();
     parameter.value = shares.value(i, at[i]);
     parameter.at_bound = at[i] <= 0.0 || at[i] >= 1.0;
+    for (Eigen::Index j = 0; j < p; ++j)
+      out.covariance(i, j) = s.covariance(i, j) * shares.slope(i, at[i]) * shares.slope(j, at[j]);
     if (s.known[i]) {
       const double half = s.quantile * std::sqrt(std::max(s.covariance(i, i), 0.0));
       parameter.interval = {shares.value(i, at[i] - half), shares.value(i, at[i] + half)};

@@ -84,8 +84,10 @@ bool is_told(double variance, double prior, double range) {
 void set_parameters(const std::vector<EndPoint>& ends, const MatrixX& covariance, double quantile,
                     Fit& out) {
   const VectorX deviations = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  VectorX slopes(deviations.size());  // d value / d coordinate
   for (std::size_t i = 0; i < ends.size(); ++i) {
     const EndPoint& end = ends[i];
+    slopes[static_cast<Eigen::Index>(i)] = end.logarithmic ? end.value : 1.0;
     FittedParameter& one = out.parameters.emplace_back();
     one.value = end.value;
     const double margin = 1e-9 * (end.upper - end.lower);
@@ -99,6 +101,7 @@ void set_parameters(const std::vector<EndPoint>& ends, const MatrixX& covariance
     one.interval = {bounded(-half), bounded(half)};
   }
   out.correlation = covariance.cwiseQuotient(deviations * deviations.transpose());
+  out.covariance = slopes.asDiagonal() * covariance * slopes.asDiagonal();
 }
 
 }  // namespace counterpoint::estimation::fitting
