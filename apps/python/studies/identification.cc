@@ -179,8 +179,7 @@ void bind_found(py::module_& r) {
           "Of the estimates, shape (n, n).")
       .def_property_readonly(
           "covariance", [](const I& i) { return copy_matrix(i.fit.covariance); },
-          "Of the values, shape (n, n), in products of their units; meaningful where they have "
-          "intervals.")
+          "Of the values, shape (n, n); meaningful where they have intervals.")
       .def_property_readonly(
           "untold",
           [](const I& i) {
@@ -192,8 +191,7 @@ void bind_found(py::module_& r) {
       .def_property_readonly(
           "spectrum",
           [](const I& i) {
-            const VectorX& values = i.told.spectrum;
-            return std::vector<double>(values.begin(), values.end());
+            return std::vector<double>(i.told.spectrum.begin(), i.told.spectrum.end());
           },
           "Singular values of the sensitivity, descending, in standard deviations of "
           "the noise over the range of a parameter.")

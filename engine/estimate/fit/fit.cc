@@ -314,14 +314,13 @@ void fill(const Shares& shares, const VectorX& at, const Spread& s,
     FittedParameter& parameter = out.parameters.emplace_back();
     parameter.value = shares.value(i, at[i]);
     parameter.at_bound = at[i] <= 0.0 || at[i] >= 1.0;
-    for (Eigen::Index j = 0; j < p; ++j)
-      out.covariance(i, j) = s.covariance(i, j) * shares.slope(i, at[i]) * shares.slope(j, at[j]);
     if (s.known[i]) {
       const double half = s.quantile * std::sqrt(std::max(s.covariance(i, i), 0.0));
       parameter.interval = {shares.value(i, at[i] - half), shares.value(i, at[i] + half)};
     }
     for (Eigen::Index j = 0; j < p; ++j) {
       const double scale = std::sqrt(s.covariance(i, i) * s.covariance(j, j));
+      out.covariance(i, j) = s.covariance(i, j) * shares.slope(i, at[i]) * shares.slope(j, at[j]);
       if (scale > 0.0) out.correlation(i, j) = s.covariance(i, j) / scale;
     }
     if (refits.empty()) continue;
