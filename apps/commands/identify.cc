@@ -7,10 +7,19 @@
 namespace counterpoint::apps {
 namespace {
 
+/// Refuses sensors that the objective does not use.
+void check_sensors(const IdentifyArguments& arguments, const ColumnMap& map) {
+  if (arguments.objective != "explain") return refuse_sensors(map, "identify");
+  if (!map.sources.empty())
+    throw InputError(
+        "identify: the column map has 'sources', which only `explain` reads; expected sensors in "
+        "columns of the recordings");
+}
+
 Experiment make_experiment(const IdentifyArguments& arguments) {
   Experiment e{arguments.scene.load(), {}, {}, 0, {}};
   e.map = load_column_map(arguments.map, e.scene.model);
-  refuse_sensors(e.map, "identify");
+  check_sensors(arguments, e.map);
   e.prediction = {arguments.substeps ? arguments.substeps : e.map.substeps,
                   e.scene.options.time_step, arguments.horizon, Interrupt::wanted};
   const bool by_forces = arguments.objective == "force" || arguments.objective == "explain" ||
@@ -69,6 +78,11 @@ void refuse_search_options(const IdentifyArguments& arguments) {
 
 /// Refuses options that the objective does not use.
 void check_options(const IdentifyArguments& arguments) {
+  if (arguments.told_only && (arguments.objective == "explain" || arguments.folds ||
+                              !arguments.output.empty() || !arguments.page.empty()))
+    throw InputError(
+        "--told-only fits nothing: leave out --folds, --output, --report and --objective explain, "
+        "which finds the motions together with the parameters");
   const TorqueFitOptions usual;
   const bool torque = arguments.objective == "torque";
   if (torque || arguments.objective == "explain") refuse_search_options(arguments);
@@ -83,6 +97,12 @@ int report_found(IdentifyArguments& arguments, const Experiment& e,
                  IdentifySearch& search) {
   Report& report = arguments.report;
   const bool torque = arguments.objective == "torque";
+  if (arguments.told_only && !found.fit.stopped) {
+    report["status"] = "ok";
+    fill_told(parameters, found.fit, report);
+    report.write();
+    return kSuccess;
+  }
   fill_report(parameters, search.start(), found.fit, report);
   if (!arguments.output.empty())
     write_settings(arguments.output, arguments.scene.file, report["parameters"]);
@@ -110,6 +130,7 @@ int report_found(IdentifyArguments& arguments, const Experiment& e,
 int identify(IdentifyArguments& arguments, tasks::World& world) {
   arguments.report.begin("identify", arguments.scene.file);
   arguments.fit.exact = arguments.derivatives == "exact";
+  if (arguments.told_only) arguments.fit.samples = arguments.fit.max_rounds = 0;
   const Experiment e = make_experiment(arguments);
   const std::vector<Parameter> parameters = parse_parameters(arguments.parameters, e.scene);
   const Split parts = split(arguments, e);
@@ -149,6 +170,8 @@ void add_identify(CommandLine& line) {
               range(0.0, 1.0));
   command.add("--folds", arguments.folds,
               "Fit N times, each without another part, which is scored; then all");
+  command.add("--told-only", arguments.told_only,
+              "Fit nothing; say what the recordings tell at the scene's values");
   command.add("--test", arguments.test, "Recordings to score; all others are fitted");
   command.add(
       "--objective score|rows|one-step|force|torque|explain", arguments.objective,

@@ -97,6 +97,7 @@ Fit IdentifySearch::by_motions(const std::vector<int>& which) {
   report["cost_ratio"] = std::vector<double>(found.cost_ratio.begin(), found.cost_ratio.end());
   report.print("{} motions explained, {} Newton steps\n", which.size(),
                found.parameters.evaluations);
+  fill_constants(found.constants, report);
   return found.parameters;
 }
 

@@ -21,7 +21,7 @@ struct IdentifyArguments {
   std::string derivatives = "exact";
   int horizon = 0;
   std::optional<int> folds;
-  bool swap = false;
+  bool swap = false, told_only = false;
   FitOptions fit;
   TorqueFitOptions torques;
   tasks::TaskArguments tasks;

@@ -138,6 +138,7 @@ void add_told(const Json& report, HtmlPage& page) {
 
 Rollouts roll_out(Experiment e, const Scene& found, const std::vector<int>& which) {
   e.prediction.horizon = 0;
+  e.map.sensors.clear();  // recorded readings that rollouts are not compared with
   return {predict_all(e, e.scene, which), predict_all(e, found, which)};
 }
 
@@ -217,6 +218,20 @@ void write_settings(const std::string& file, const std::string& scene_file,
     text += format_entries("; scene {scene:.6g}\n", p);
   }
   write_file(file, text);
+}
+
+void fill_constants(const std::vector<EstimatedParameter>& constants, Report& report) {
+  if (constants.empty()) return;
+  Json& list = report["sensor_constants"] = Json::array();
+  for (const EstimatedParameter& one : constants) {
+    list.push_back({{"name", one.name},
+                    {"unit", one.unit},
+                    {"value", one.value},
+                    {"deviation", one.deviation}});
+    report.print("{}", format_entries("  {name:<22} {value:>11.6g} {unit:<18} standard deviation "
+                                      "{deviation:.2g}\n",
+                                      list.back()));
+  }
 }
 
 void fill_told(const std::vector<Parameter>& parameters, const Fit& found, Report& report) {

@@ -31,6 +31,9 @@ void fill_report(const std::vector<Parameter>& parameters, const VectorX& start,
 /// intervals as comments.
 void write_settings(const std::string& file, const std::string& scene_file, const Json& parameters);
 
+/// Writes and prints the unknown constants of sensors, which were found with the parameters.
+void fill_constants(const std::vector<EstimatedParameter>& constants, Report& report);
+
 /// Writes and prints which directions of the parameters the recordings tell, and which not.
 void fill_told(const std::vector<Parameter>& parameters, const Fit& found, Report& report);
 /// Writes the base parameters and the channels of a fit of torques.

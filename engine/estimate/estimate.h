@@ -201,9 +201,10 @@ struct FitProblem {
 };
 
 struct FitOptions {
-  int samples = 64;     ///< points evaluated besides the start, before refinement
-  int refined = 3;      ///< number of best points refined by Levenberg-Marquardt
-  int max_rounds = 15;  ///< limit of Levenberg-Marquardt iterations per refined point
+  int samples = 64;  ///< points evaluated besides the start, before refinement
+  int refined = 3;   ///< number of best points refined by Levenberg-Marquardt
+  /// Limit of Levenberg-Marquardt iterations per refined point; 0: none is refined.
+  int max_rounds = 15;
   /// Robust: Cauchy loss per group, with the median group norm at the best sampled point as its
   /// scale. Otherwise plain squares.
   bool robust = true;

@@ -36,6 +36,8 @@ constexpr double kStageTolerance = 1e-3;
 /// restarts with larger standard deviations, up to kFigureRounds times.
 constexpr double kSure = 3.0;
 constexpr int kFigureRounds = 3;
+/// Bounds of a sensor's constants [standard deviations of their priors].
+constexpr double kMostDeviations = 10.0;
 
 /// The parameters in the forms that the joint fit needs.
 struct SearchedParameters {
@@ -92,10 +94,14 @@ SearchedParameters searched_parameters(const std::vector<Parameter>& parameters,
 MotionPoint found_alone(const MotionProblem& joint, const std::vector<VectorX>& frames,
                         const MotionEstimateOptions& options) {
   MotionProblem problem = joint;
+  const auto constants = static_cast<Eigen::Index>(problem.constants.size());
   problem.parameters.clear();
   problem.named.clear();
-  problem.parameter_weight.resize(0);
-  MotionPoint start{low_pass(problem.model, frames, problem.h(), kBeginCutoff), VectorX()};
+  problem.parameter_weight.resize(constants);
+  for (Eigen::Index k = 0; k < constants; ++k)
+    problem.parameter_weight[k] = 1.0 / problem.constants[static_cast<std::size_t>(k)].deviation;
+  MotionPoint start{low_pass(problem.model, frames, problem.h(), kBeginCutoff),
+                    VectorX::Zero(constants)};
   MotionPoint best;
   double cost = kInfinity;
   for (const double smoothing : {kNearBegin, kFarBegin}) {
@@ -111,8 +117,46 @@ MotionPoint found_alone(const MotionProblem& joint, const std::vector<VectorX>& 
     }
     start.q = frames;
   }
-  best.parameters = VectorX::Zero(static_cast<Eigen::Index>(joint.parameters.size()));
+  VectorX all = VectorX::Zero(joint.num_parameters());
+  all.tail(constants) = best.parameters;
+  best.parameters = all;
   return best;
+}
+
+/// The constants of sensors, which all recordings share, as parameters of the fit.
+std::vector<SharedParameter> shared_constants(const std::vector<SensorConstant>& constants) {
+  std::vector<SharedParameter> out;
+  for (const SensorConstant& one : constants) {
+    const double most = kMostDeviations * one.deviation;
+    out.push_back({0.0, -most, most, false, one.deviation});
+  }
+  return out;
+}
+
+/// Sets the parameters of all motions, found for each alone, to their means.
+void share_parameters(std::vector<MotionPoint>& points) {
+  VectorX mean = VectorX::Zero(points[0].parameters.size());
+  for (const MotionPoint& point : points)
+    mean += point.parameters / static_cast<double>(points.size());
+  for (MotionPoint& point : points) point.parameters = mean;
+}
+
+/// Refuses sensors whose readings depend on the parameters other than by the applied forces.
+void check_sensors(const ColumnMap& map, const std::vector<Parameter>& parameters) {
+  const bool gravity = std::any_of(parameters.begin(), parameters.end(), [](const Parameter& p) {
+    return p.kind == ParameterKind::kGravity;
+  });
+  for (const Sensor& sensor : map.sensors) {
+    if (sensor.kind == SensorKind::kContactForce || is_wrench(sensor.kind))
+      throw InputError(fmt::format(
+          "sensor '{}': parameters are not found from contact forces and wrenches; expected "
+          "sensors of motions and of joint forces",
+          sensor.name));
+    if (gravity && sensor.kind == SensorKind::kSpecificForce)
+      throw InputError(fmt::format(
+          "sensor '{}': gravity is not found from specific forces; leave out one of them",
+          sensor.name));
+  }
 }
 
 /// Extrapolates the motions linearly from the ends of the last two stages; parameters are kept.
@@ -163,20 +207,31 @@ double median_ratio(const JointFit& fit) {
 /// Sets values, intervals and correlations. The covariance is inv(H) of the noise, plus a sandwich
 /// term with the scatter of the motions' gradients, which measures how much the motions disagree.
 void fill_fit(const std::vector<Parameter>& parameters, const SearchedParameters& searched,
-              JointFit& fit, Fit& out) {
+              const std::vector<SensorConstant>& constants, JointFit& fit, ParameterEstimate& out) {
   const JointFit::Information information = fit.information();
   const MatrixX inverse = information.hessian.inverse();
   const VectorX values = fit.values();
-  VectorX slope = VectorX::Ones(values.size());  // d coordinate / d that of the parameter
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (searched.shared[i].logarithmic && !parameters[i].logarithmic)
-      slope[static_cast<Eigen::Index>(i)] = 1.0 / values[static_cast<Eigen::Index>(i)];
-  out.information = slope.asDiagonal() *
-                    (information.hessian - MatrixX(information.prior.asDiagonal())) *
-                    slope.asDiagonal();
-  out.information_by_recording = slope.cwiseAbs2().asDiagonal() * information.by_motion;
-  const Eigen::Index p = values.size();
-  const auto n = static_cast<double>(fit.size()), rest = n - static_cast<double>(p);
+  const auto p = static_cast<Eigen::Index>(parameters.size());
+  VectorX slope = VectorX::Ones(p);  // d coordinate / d that of the parameter
+  for (Eigen::Index i = 0; i < p; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (searched.shared[at].logarithmic && !parameters[at].logarithmic) slope[i] = 1.0 / values[i];
+  }
+  // The inverse of a block of the covariance is the information that is left when the other
+  // coordinates, the constants of sensors, are free.
+  const MatrixX alone =
+      p == values.size() ? information.hessian : MatrixX(inverse.topLeftCorner(p, p).inverse());
+  out.parameters.information = slope.asDiagonal() *
+                               (alone - MatrixX(information.prior.head(p).asDiagonal())) *
+                               slope.asDiagonal();
+  out.parameters.information_by_recording =
+      slope.cwiseAbs2().asDiagonal() * information.by_motion.topRows(p);
+  for (std::size_t k = 0; k < constants.size(); ++k) {
+    const auto at = p + static_cast<Eigen::Index>(k);
+    out.constants.push_back(
+        {constants[k].name, constants[k].unit, values[at], std::sqrt(inverse(at, at))});
+  }
+  const auto n = static_cast<double>(fit.size()), rest = n - static_cast<double>(values.size());
   MatrixX covariance = inverse;
   if (rest >= 1.0) covariance += (n / rest) * (inverse * information.scatter * inverse);
   const double quantile = fitting::student_95(rest >= 1.0 ? rest : 1e9);
@@ -186,7 +241,7 @@ void fill_fit(const std::vector<Parameter>& parameters, const SearchedParameters
     ends.push_back({values[i], fit.coordinates()[i], shared.lower, shared.upper, shared.logarithmic,
                     fitting::is_told(inverse(i, i), information.prior[i], information.range[i])});
   }
-  fitting::set_parameters(ends, covariance, quantile, out);
+  fitting::set_parameters(ends, covariance.topLeftCorner(p, p), quantile, out.parameters);
 }
 
 }  // namespace
@@ -197,13 +252,16 @@ ParameterEstimate estimate_parameters(const Scene& given_scene, const ColumnMap&
                                       const MotionEstimateOptions& options) {
   const VectorX start = parameter_values(parameters, given_scene);
   const Scene scene = with_parameters(given_scene, parameters, start);
-  const SearchedParameters searched = searched_parameters(parameters, start, scene.model);
+  SearchedParameters searched = searched_parameters(parameters, start, scene.model);
+  check_sensors(map, parameters);
   ParameterEstimate out;
   std::vector<RecordedMotion> recorded;
   for (const Recording* one : recordings) {
     recorded.push_back(prepare(scene.model, map, *one));
     out.times.push_back(recorded.back().time);
   }
+  const std::vector<SensorConstant>& constants = recorded[0].sensors.constants;
+  for (const SharedParameter& one : shared_constants(constants)) searched.shared.push_back(one);
   out.smoothing = std::max(kHardEnd, scene.options.contact.smoothing);
   std::optional<JointFit> fit;
   for (int round = 0; round < kFigureRounds; ++round) {
@@ -214,9 +272,10 @@ ParameterEstimate estimate_parameters(const Scene& given_scene, const ColumnMap&
       problems.back().parameters = searched.steps;
       problems.back().named = parameters;
       problems.back().named_values = start;
-      problems.back().parameter_weight = VectorX::Zero(start.size());
+      problems.back().parameter_weight = VectorX::Zero(problems.back().num_parameters());
       points.push_back(found_alone(problems.back(), one.frames, options));
     }
+    share_parameters(points);
     fit.emplace(std::move(problems), points, searched.shared, options.threads);
     if (round == 0) {
       fit->begin(std::max(kJoined, out.smoothing), 0.0, points);
@@ -230,7 +289,7 @@ ParameterEstimate estimate_parameters(const Scene& given_scene, const ColumnMap&
   out.parameters.cost = fit->cost();
   out.parameters.loss_scale = kLoss;
   out.parameters.stopped = options.stop && options.stop();
-  fill_fit(parameters, searched, *fit, out.parameters);
+  fill_fit(parameters, searched, constants, *fit, out);
   out.cost_ratio.resize(static_cast<Eigen::Index>(fit->size()));
   for (MotionPoint& point : fit->points()) out.motions.push_back(std::move(point.q));
   for (std::size_t i = 0; i < fit->size(); ++i)

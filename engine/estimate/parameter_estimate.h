@@ -16,6 +16,8 @@ struct ParameterEstimate {
   /// standard deviation of a prior that has none stated. Costs are half sums of squared
   /// residuals over their standard deviations (Cauchy loss); evaluations are Newton steps.
   Fit parameters;
+  /// Unknown constants of the sensors, which the recordings share (sensor.h).
+  std::vector<EstimatedParameter> constants;
   std::vector<std::vector<double>> times;     ///< row times of each recording [s]
   std::vector<std::vector<VectorX>> motions;  ///< nq; the configuration of each recording at each
                                               ///< row
@@ -25,8 +27,9 @@ struct ParameterEstimate {
 
 /// Estimates the most probable parameters and motions of recordings that share the parameters.
 /// Errors must be white; rows that are not evenly spaced are interpolated. Parameters start at the
-/// scene's values. Uses `threads` and `stop` of the options; the result does not depend on
-/// the number of threads.
+/// scene's values. Sensors of the map are measurements, too, but for those of contact forces and
+/// wrenches; their unknown constants are the same in all recordings. Uses `threads` and `stop` of
+/// the options; the result does not depend on the number of threads.
 /// @throws InputError for a kind of parameter that cannot be found this way (sizes, restitution and
 /// parameters of the contact law, which the search itself changes), and as estimate_motion.
 ParameterEstimate estimate_parameters(const Scene& scene, const ColumnMap& map,

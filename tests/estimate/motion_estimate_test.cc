@@ -258,7 +258,8 @@ struct SmallProblem {
   MotionPoint point;
 };
 
-/// Adds sensors on the box: a point, an inertial unit, a force plate; two have offsets.
+/// Adds sensors on the box: a point, an inertial unit, a force plate, a joint force and a wrench;
+/// with offsets, a scale, and the placement of the wrench.
 struct SmallProblemWithSensors : SmallProblem {
   SmallProblemWithSensors() {
     int constants = 0;
@@ -280,6 +281,12 @@ struct SmallProblemWithSensors : SmallProblem {
       if (kind == SensorKind::kPoint || kind == SensorKind::kContactForce) {
         term.offset_constant = constants;
         constants += 3;
+      }
+      if (kind == SensorKind::kSpecificForce) term.scale_constant = constants++;
+      if (kind == SensorKind::kLinkTorque) {
+        term.position_constant = constants;
+        term.rotation_constant = constants + 3;
+        constants += 6;
       }
     }
     problem.sensor_loss_scale = 2.0;

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <random>
 
 #include "counterpoint/engine/dynamics.h"
@@ -12,6 +13,7 @@
 #include "counterpoint/engine/simulator.h"
 #include "estimate/column_maps.h"
 #include "support/paths.h"
+#include "support/small_scenes.h"
 
 namespace counterpoint::estimation::sensor_estimates_test {
 namespace {
@@ -187,6 +189,88 @@ TEST(Sensors, AnInertialUnitHelpsAndItsClockAndOffsetAreFound) {
     EXPECT_LE(one.outliers, one.rows / 4)
         << one.name << ": at impacts, which are shorter than a row";
   }
+}
+
+/// Place of an inertial unit in a body: position [m] and rotation vector [rad], and the factor of
+/// its specific forces.
+struct UnitPlace {
+  Vector3 position, rotation;
+  double scale = 1.0;
+};
+
+constexpr int kUnitSubsteps = 10;  // readings of the unit per row
+
+/// Simulates a second of a free body: 100 rows with noise of 0.1 mm and 0.1 mrad, and 1000 readings
+/// of an inertial unit with noise of 0.03 rad/s and 0.15 m/s^2.
+Recording tumble(const Scene& scene, const UnitPlace& place) {
+  constexpr int kRows = 100;
+  const Matrix3 to_unit = quaternion_exp(place.rotation).toRotationMatrix().transpose();
+  const double h = scene.options.time_step;
+  Simulator simulator(scene);
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  Recording out;
+  out.file = "simulated";
+  out.q.resize(scene.model.nq(), kRows);
+  out.v = out.applied_force = MatrixX::Zero(scene.model.nv(), kRows);
+  out.sensors.assign(2, {{}, MatrixX(3, kRows * kUnitSubsteps)});
+  for (int step = 0; step < kRows * kUnitSubsteps; ++step) {
+    const State before = simulator.state();
+    EXPECT_TRUE(simulator.step().succeeded());
+    const State& after = simulator.state();
+    if (step % kUnitSubsteps == 0) {
+      out.time.push_back(before.time);
+      VectorX by(6), noisy(7);
+      for (double& x : by) x = 1e-4 * normal(random);
+      integrate_configuration(scene.model, before.q, by, 1.0, noisy);
+      out.q.col(step / kUnitSubsteps) = noisy;
+    }
+    const VectorX rate = (after.v - before.v) / h;
+    const Quaternion R(before.q[3], before.q[4], before.q[5], before.q[6]);
+    const Vector3 w = after.v.tail<3>(), alpha = rate.tail<3>();
+    const Vector3 felt = R.conjugate() * Vector3(rate.head<3>() - scene.model.gravity()) +
+                         alpha.cross(place.position) + w.cross(w.cross(place.position));
+    const Vector3 turning = to_unit * w, pushed = place.scale * to_unit * felt;
+    for (int axis = 0; axis < 3; ++axis) {
+      out.sensors[0].values(axis, step) = turning[axis] + 0.03 * normal(random);
+      out.sensors[1].values(axis, step) = pushed[axis] + 0.15 * normal(random);
+    }
+    for (SensorReadings& one : out.sensors) one.time.push_back(before.time + 0.5 * h);
+  }
+  return out;
+}
+
+// The box tumbles at about 7 rad/s. A thousand readings with noise of 0.03 rad/s leave the rotation
+// of the axes uncertain by 0.03 / 7 / 30 = 0.15 mrad; 0.15 m/s^2 over 49 m/s^2 a metre leave the
+// place uncertain by 0.1 mm, and the scale, of readings of 2 m/s^2, by 0.15 / 2 / 30 = 0.0025.
+// Tolerances are five times of it, for the scale twice.
+TEST(Sensors, ThePlacementAndScaleOfAnInertialUnitAreFound) {
+  Scene scene = test::box_on_plane({.ground = false});
+  scene.q[2] = 8.0;
+  scene.v << 0.3, 0.1, 2.0, 5.0, 3.0, -4.0;
+  scene.options.time_step = 0.001;
+  const UnitPlace place{{0.03, -0.02, 0.04}, {0.04, -0.06, 0.05}, 1.03};
+  const Recording recording = tumble(scene, place);
+  ColumnMap map = test::all_positions(scene.model);
+  for (const SensorKind kind : {SensorKind::kAngularVelocity, SensorKind::kSpecificForce}) {
+    Sensor& sensor = map.sensors.emplace_back(sensor_on(kind, 1));
+    sensor.name = "unit";
+    sensor.deviation = kind == SensorKind::kAngularVelocity ? 0.03 : 0.15;
+    sensor.has_placement = true;
+    sensor.has_scale = kind == SensorKind::kSpecificForce;
+  }
+  MotionEstimateOptions options;
+  options.errors = RecordingErrors::kWhite;
+  const MotionEstimate found = estimate_motion(scene, map, recording, options);
+  std::map<std::string, double> values;
+  for (const EstimatedParameter& one : found.parameters) values[one.name] = one.value;
+  ASSERT_EQ(values.size(), 7u) << "both parts share a rotation";
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::string letter(1, "xyz"[axis]);
+    EXPECT_NEAR(values.at("rotation:unit." + letter), place.rotation[axis], 0.75e-3);
+    EXPECT_NEAR(values.at("position:unit." + letter), place.position[axis], 0.5e-3);
+  }
+  EXPECT_NEAR(1.0 + values.at("scale:unit"), place.scale, 5e-3);
 }
 
 TEST(Sensors, MarkersTellTheMotionAlthoughSomeAreMissing) {

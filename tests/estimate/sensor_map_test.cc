@@ -63,7 +63,8 @@ TEST(SensorMap, ReadsSensorsMarkersAndSources) {
       "  unit: {kind: imu, link: " +
           link +
           ", rotation: [0, 0, 1.57], columns: [a, b, c, d, e, f],"
-          " source: imu, deviation: [0.01, 0.1], offset: unknown}\n"
+          " source: imu, deviation: [0.01, 0.1], offset: unknown, scale: none,"
+          " placement: unknown}\n"
           "  floor: {kind: contact_force, links: [" +
           link +
           "], columns: [fx, fy, fz], source: plate}\n"
@@ -75,6 +76,8 @@ TEST(SensorMap, ReadsSensorsMarkersAndSources) {
   EXPECT_EQ(map.sensors[1].kind, SensorKind::kSpecificForce);
   EXPECT_EQ(map.sensors[1].deviation, 0.1);
   EXPECT_TRUE(map.sensors[0].has_offset);
+  EXPECT_FALSE(map.sensors[0].has_scale);
+  EXPECT_TRUE(map.sensors[1].has_placement);
   EXPECT_EQ(map.sensors[1].columns[2].column, "f");
   EXPECT_EQ(map.sensors[4].columns[1].column, "B.z");
   EXPECT_EQ(map.sensors[4].columns[1].scale, -0.001);
@@ -112,6 +115,11 @@ TEST(SensorMap, RefusesWhatCannotBeMeant) {
   expect("sensors: {a: {kind: orientation, link: " + link +
              ", columns: [w, x, y, z], offset: unknown}}",
          "an orientation has none");
+  expect("sensors: {a: {kind: contact_force, links: [" + link +
+             "], columns: [x, y, z], placement: unknown}}",
+         "does not depend on where it is");
+  expect("sensors: {a: {kind: point, link: " + link + ", columns: [x, y, z], scale: 2}}",
+         "expected unknown or none");
   expect("sensors: {a: {kind: coordinate, coordinate: elbow.q, columns: [x]}}", "expected JOINT.q");
   expect("sources: {a: {delay: unknown}}\nsensors: {}", "either 'rate'");
   expect("markers: {table: x.csv, axes: [x, x, y]}", "axes");

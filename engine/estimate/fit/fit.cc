@@ -369,7 +369,7 @@ Fit fit(const FitProblem& problem, const FitOptions& options) {
   tried.resize(std::min(tried.size(), static_cast<size_t>(refined)));
   if (lists.stopped() || system.counts.stopped)
     tried.resize(1);
-  else
+  else if (options.max_rounds > 0)
     lists.refine_all(tried);
   for (const auto& [cost, at] : tried) out.refined_costs.push_back(cost);
   VectorX& best = tried[0].second;

@@ -135,17 +135,11 @@ struct InstantModel::Impl {
     }
   }
 
-  void add_force_sensors(const MotionPoint& point, const Instant& at, int t,
-                         InstantEquations& out) {
+  void add_force_sensors(const Instant& at, InstantEquations& out) {
     if (!force_sensors.any()) return;
     const VectorX weight = problem.sensor_loss().weight(at.sensed).cwiseSqrt();
     rows.noalias() = weight.asDiagonal() * at.sensed_by_frames;
-    MatrixX by_constants =
-        MatrixX::Zero(weight.size(), static_cast<Eigen::Index>(problem.constants.size()));
-    force_sensors.differentiate_constants(problem.sensor_frames(point.q, point.parameters), t,
-                                          by_constants);
-    by_parameters.setZero(weight.size(), problem.num_parameters());
-    by_parameters.rightCols(by_constants.cols()) = weight.asDiagonal() * by_constants;
+    by_parameters.noalias() = weight.asDiagonal() * at.sensed_by_parameters;
     add_rows(1, rows, weight.cwiseProduct(at.sensed), by_parameters, out);
   }
 
@@ -298,9 +292,13 @@ void InstantModel::differentiate_sensed(const MotionPoint& point, const Simulati
   const int nv = p.model.nv();
   const SensorFrames frames = p.problem.sensor_frames(point.q, point.parameters);
   p.force_sensors.evaluate(p.model, frames, t, p.inverse, out.sensed);
+  out.sensed_by_parameters.setZero(out.sensed.size(), p.problem.num_parameters());
+  p.force_sensors.differentiate_constants(
+      p.model, frames, t, p.inverse, out.sensed_by_parameters.rightCols(frames.constants.size()));
+  p.force_sensors.add_joints(frames, out.by_parameters, out.sensed_by_parameters);
   out.sensed_by_frames.setZero(out.sensed.size(), 3 * nv);
   if (p.force_sensors.any_differences()) difference_sensed(point, options, t, out);
-  p.force_sensors.differentiate_joints(out.by_frames, out.sensed_by_frames);
+  p.force_sensors.add_joints(frames, out.by_frames, out.sensed_by_frames);
 }
 
 void InstantModel::difference_sensed(const MotionPoint& point, const SimulationOptions& options,
@@ -367,7 +365,7 @@ void InstantModel::assemble(const MotionPoint& point, const std::vector<Instant>
     p.set_velocities(point, t, true);
     p.add_acceleration(t, out);
   }
-  p.add_force_sensors(point, at, t, out);
+  p.add_force_sensors(at, out);
   p.add_size(at, out);
   if (any(p.problem.force_weight)) p.add_measured_force(at, t, out);
   if (t > 1 && any(p.problem.change_weight))

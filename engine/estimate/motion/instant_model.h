@@ -18,7 +18,8 @@ struct Instant {
   MatrixX by_frames;      ///< nv x 3 nv: derivatives of u_t with respect to q_{t-1}, q_t, q_{t+1}
   MatrixX by_parameters;  ///< nv x parameters: derivatives of u_t
   VectorX sensed;         ///< residuals of measured forces (force_sensors.h)
-  MatrixX sensed_by_frames;  ///< derivatives of `sensed` with respect to the three frames
+  MatrixX sensed_by_frames;      ///< derivatives of `sensed` with respect to the three frames
+  MatrixX sensed_by_parameters;  ///< and to the parameters, of joint forces, and the constants
 };
 
 class InstantModel {

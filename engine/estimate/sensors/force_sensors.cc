@@ -22,10 +22,11 @@ Vector3 force_on(const Model& model, const std::vector<int>& bodies, const Inver
 
 /// Force, or moment about the sensor's point, that a link receives from its parent through the
 /// joint, in the sensor's axes [N, N m].
-Vector3 wrench_through(const Data& data, const JointWrenches& joints, const Sensor& sensor) {
+Vector3 wrench_through(const Data& data, const JointWrenches& joints, const Sensor& sensor,
+                       const SensorPlace& place) {
   const Pose& link = data.X_WB[static_cast<std::size_t>(sensor.body)];
   const Force wrench = seen_from(joints.of(sensor.body), link.translation,
-                                 {link.rotation * sensor.axes, link * sensor.point});
+                                 {link.rotation * place.axes, link * place.point});
   return sensor.kind == SensorKind::kLinkForce ? wrench.force : wrench.torque;
 }
 
@@ -61,48 +62,50 @@ void ForceSensors::evaluate(const Model& model, const SensorFrames& frames, int 
   if (any_wrenches_) compute_joint_wrenches(model, frames, t, inverse);
   out.setZero(static_cast<Eigen::Index>(term_of_row_.size()));
   Eigen::Index at = 0;
+  Vector3 error;
   for (const SensorTerm& term : *terms_) {
     if (!is_force(term.sensor.kind)) continue;
     const int size = error_size(term.sensor.kind);
-    Reading reading;
-    if (term.signal.read_frame(read_time(frames, t, term), frames.h, reading)) {
-      Vector3 error = Vector3::Zero();
-      if (term.sensor.kind == SensorKind::kContactForce)
-        error = force_on(model, term.sensor.bodies, inverse);
-      else if (is_wrench(term.sensor.kind))
-        error = wrench_through(*data_, *joints_, term.sensor);
-      else
-        error[0] = inverse.applied_force[term.sensor.coordinate];
-      error -= reading.head<3>();
-      if (term.offset_constant >= 0)
-        error.head(size) += frames.constants.segment(term.offset_constant, size);
-      out.segment(at, size) = term.weight * error.head(size);
-    }
+    if (residual(model, frames, t, inverse, term, error)) out.segment(at, size) = error.head(size);
     at += size;
   }
 }
 
-void ForceSensors::differentiate_joints(const MatrixX& force, MatrixX& out) const {
+bool ForceSensors::residual(const Model& model, const SensorFrames& frames, int t,
+                            const Inverse& inverse, const SensorTerm& term, Vector3& out) const {
+  Reading reading;
+  if (!term.signal.read_frame(read_time(frames, t, term), frames.h, reading)) return false;
+  Vector3 value = Vector3::Zero();
+  if (term.sensor.kind == SensorKind::kContactForce)
+    value = force_on(model, term.sensor.bodies, inverse);
+  else if (is_wrench(term.sensor.kind))
+    value = wrench_through(*data_, *joints_, term.sensor, place_of(term, frames));
+  else
+    value[0] = inverse.applied_force[term.sensor.coordinate];
+  out = term.weight * (reading_of(term, frames, value) - reading.head<3>());
+  return true;
+}
+
+void ForceSensors::add_joints(const SensorFrames& frames, const MatrixX& force,
+                              MatrixX& out) const {
   for (std::size_t row = 0; row < term_of_row_.size(); ++row) {
     const SensorTerm& term = (*terms_)[static_cast<std::size_t>(term_of_row_[row])];
-    if (term.sensor.kind == SensorKind::kJointForce)
-      out.row(static_cast<Eigen::Index>(row)) = term.weight * force.row(term.sensor.coordinate);
+    if (term.sensor.kind != SensorKind::kJointForce) continue;
+    out.row(static_cast<Eigen::Index>(row)) +=
+        term.weight * factor_of(term, frames) * force.row(term.sensor.coordinate);
   }
 }
 
-void ForceSensors::differentiate_constants(const SensorFrames& frames, int t, MatrixX& out) const {
+void ForceSensors::differentiate_constants(const Model& model, const SensorFrames& frames, int t,
+                                           const Inverse& inverse, Eigen::Ref<MatrixX> out) const {
   Eigen::Index at = 0;
   for (const SensorTerm& term : *terms_) {
     if (!is_force(term.sensor.kind)) continue;
     const int size = error_size(term.sensor.kind);
-    if (term.offset_constant >= 0)
-      out.block(at, term.offset_constant, size, size).diagonal().setConstant(term.weight);
-    const double time = read_time(frames, t, term), reach = 0.5 * frames.h;
-    Reading early, late;
-    if (term.delay_constant >= 0 && term.signal.read_frame(time - reach, frames.h, early) &&
-        term.signal.read_frame(time + reach, frames.h, late))
-      out.col(term.delay_constant).segment(at, size) =
-          term.weight / frames.h * (early - late).head(size);
+    const auto weighted = [&](const SensorFrames& changed, Vector3& value) {
+      return residual(model, changed, t, inverse, term, value);
+    };
+    difference_constants(term, frames, weighted, out.middleRows(at, size));
     at += size;
   }
 }

@@ -26,15 +26,20 @@ class ForceSensors {
   /// 0 for missing readings. Wrenches use the frames t - 1, t, t + 1.
   void evaluate(const Model& model, const SensorFrames& frames, int t, const Inverse& inverse,
                 VectorX& out);
-  /// Sets the derivatives of joint force rows from those of the applied force (nv x n).
-  void differentiate_joints(const MatrixX& force, MatrixX& out) const;
-  /// Derivatives (rows x constants) of the residuals of frame t with respect to offsets and delays.
-  void differentiate_constants(const SensorFrames& frames, int t, MatrixX& out) const;
+  /// Adds the derivatives of joint force rows to `out`, from those of the applied force (nv x n).
+  void add_joints(const SensorFrames& frames, const MatrixX& force, MatrixX& out) const;
+  /// Derivatives (rows x constants) of the residuals evaluated last, at the same frame and inverse,
+  /// with respect to the constants.
+  void differentiate_constants(const Model& model, const SensorFrames& frames, int t,
+                               const Inverse& inverse, Eigen::Ref<MatrixX> out) const;
 
  private:
   /// Computes the wrenches of the joints at frame t from those at t - 1, t, t + 1.
   void compute_joint_wrenches(const Model& model, const SensorFrames& frames, int t,
                               const Inverse& inverse);
+  /// Computes the weighted residual of a term. Returns false if it has no reading.
+  bool residual(const Model& model, const SensorFrames& frames, int t, const Inverse& inverse,
+                const SensorTerm& term, Vector3& out) const;
 
   const std::vector<SensorTerm>* terms_;
   std::vector<int> term_of_row_;

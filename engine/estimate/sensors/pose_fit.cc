@@ -128,7 +128,8 @@ std::vector<SensorTerm> position_terms(const std::vector<SensorTerm>& all) {
   std::vector<SensorTerm> out;
   for (SensorTerm term : all) {
     if (!is_position(term.sensor.kind)) continue;
-    term.delay_constant = term.offset_constant = -1;
+    term.delay_constant = term.offset_constant = term.scale_constant = -1;
+    term.position_constant = term.rotation_constant = -1;
     out.push_back(std::move(term));
   }
   return out;

@@ -50,8 +50,9 @@ struct Sensor {
   /// Index into Model::sensors, and into the rows of that sensor, of the first column; -1: the
   /// column map describes the sensor.
   int scene_sensor = -1, scene_row = 0;
-  /// An unknown constant is added to the readings.
-  bool has_offset = false;
+  /// Unknown constants: readings = (1 + scale) value + offset, of a sensor that is displaced from
+  /// `point` along `axes`, and turned from them.
+  bool has_offset = false, has_scale = false, has_placement = false;
 };
 
 /// Another file with readings of the same motion.

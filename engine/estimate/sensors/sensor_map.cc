@@ -141,12 +141,12 @@ class SensorReader {
     if (!node.IsMap()) nodes_.fail(node, name + ": expected {kind: ..., link: ..., columns: ...}");
     if (!node["kind"]) return read_scene_sensor(name, node);
     nodes_.check_keys(node, {"kind", "link", "links", "coordinate", "position", "rotation",
-                             "columns", "source", "deviation", "offset"});
+                             "columns", "source", "deviation", "offset", "scale", "placement"});
     const NamedKind& kind = kind_of(name, node);
     Sensor shared;
     shared.name = name;
     shared.source = source_name(nodes_, node["source"], map_);
-    read_offset(node["offset"], kind.parts.back(), shared);
+    for (const SensorKind part : kind.parts) read_unknowns(node, part, shared);
     read_place(node, kind, shared);
     std::size_t next = 0, size = 0;
     for (const SensorKind part : kind.parts) size += static_cast<std::size_t>(reading_size(part));
@@ -162,7 +162,7 @@ class SensorReader {
 
   /// Reads a sensor of the scene of this name, whose columns have its names unless they are given.
   void read_scene_sensor(const std::string& name, const YAML::Node& node) {
-    nodes_.check_keys(node, {"columns", "source", "deviation", "offset"});
+    nodes_.check_keys(node, {"columns", "source", "deviation", "offset", "scale", "placement"});
     const auto& all = nodes_.model().sensors();
     const auto found =
         std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.name == name; });
@@ -182,20 +182,35 @@ class SensorReader {
       Sensor& part = parts[i];
       for (ColumnSource& column : part.columns) column = columns[next++];
       part.source = source_name(nodes_, node["source"], map_);
-      read_offset(node["offset"], part.kind, part);
+      read_unknowns(node, part.kind, part);
       if (!deviations.empty()) part.deviation = deviations[i];
       map_.sensors.push_back(part);
     }
   }
 
-  void read_offset(const YAML::Node& node, SensorKind kind, Sensor& sensor) const {
-    if (!node) return;
-    const std::string text = nodes_.scalar(node, "offset");
-    sensor.has_offset = text == "unknown";
-    if (!sensor.has_offset && text != "none")
-      nodes_.fail(node, fmt::format("offset: '{}'; expected unknown or none", text));
-    if (sensor.has_offset && kind == SensorKind::kOrientation)
-      nodes_.fail(node, "offset: an orientation has none; give the 'rotation' of its axes");
+  /// Reads whether a constant of the readings is unknown.
+  bool is_unknown(const YAML::Node& entry, const char* key) const {
+    const YAML::Node node = entry[key];
+    if (!node) return false;
+    const std::string text = nodes_.scalar(node, key);
+    if (text != "unknown" && text != "none")
+      nodes_.fail(node, fmt::format("{}: '{}'; expected unknown or none", key, text));
+    return text == "unknown";
+  }
+
+  /// Reads which constants of a part of a sensor are unknown.
+  void read_unknowns(const YAML::Node& entry, SensorKind kind, Sensor& sensor) const {
+    sensor.has_offset = is_unknown(entry, "offset");
+    sensor.has_scale = is_unknown(entry, "scale");
+    sensor.has_placement = is_unknown(entry, "placement");
+    if ((sensor.has_offset || sensor.has_scale) && kind == SensorKind::kOrientation)
+      nodes_.fail(entry,
+                  "offset, scale: an orientation has none; 'placement: unknown' finds how "
+                  "its axes are turned");
+    if (sensor.has_placement &&
+        (kind == SensorKind::kCoordinate || kind == SensorKind::kJointForce ||
+         kind == SensorKind::kContactForce))
+      nodes_.fail(entry, "placement: what this sensor reads does not depend on where it is");
   }
 
   void read_place(const YAML::Node& node, const NamedKind& kind, Sensor& sensor) const {

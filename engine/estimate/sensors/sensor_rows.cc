@@ -10,6 +10,10 @@
 namespace counterpoint::estimation {
 namespace {
 
+/// Step of differences by constants [m, rad, unit of the reading]: specific forces, of round-off
+/// 1e-16 / h^2, keep six digits at h = 1 ms.
+constexpr double kConstantStep = 1e-4;
+
 Quaternion quaternion_of(const Reading& reading) {
   return {reading[0], reading[1], reading[2], reading[3]};
 }
@@ -39,6 +43,52 @@ bool is_wrench(SensorKind kind) {
 double read_time(const SensorFrames& frames, int t, const SensorTerm& term) {
   const double unknown = term.delay_constant >= 0 ? frames.constants[term.delay_constant] : 0.0;
   return frames.start + t * frames.h + term.delay + unknown;
+}
+
+SensorPlace place_of(const SensorTerm& term, const SensorFrames& frames) {
+  SensorPlace out{term.sensor.point, term.sensor.axes};
+  if (term.position_constant >= 0)
+    out.point += out.axes * frames.constants.segment<3>(term.position_constant);
+  if (term.rotation_constant >= 0) {
+    const Vector3 turn = frames.constants.segment<3>(term.rotation_constant);
+    out.axes = out.axes * quaternion_exp(turn).toRotationMatrix();
+  }
+  return out;
+}
+
+double factor_of(const SensorTerm& term, const SensorFrames& frames) {
+  return term.scale_constant >= 0 ? 1.0 + frames.constants[term.scale_constant] : 1.0;
+}
+
+Vector3 reading_of(const SensorTerm& term, const SensorFrames& frames, const Vector3& value) {
+  Vector3 out = factor_of(term, frames) * value;
+  if (term.offset_constant < 0) return out;
+  const int size = error_size(term.sensor.kind);
+  out.head(size) += frames.constants.segment(term.offset_constant, size);
+  return out;
+}
+
+void difference_constants(const SensorTerm& term, const SensorFrames& frames,
+                          const ResidualOfConstants& residual, Eigen::Ref<MatrixX> out) {
+  VectorX constants = frames.constants;
+  const SensorFrames changed{frames.q, constants, frames.start, frames.h};
+  const auto add = [&](int first, int count, double step) {
+    for (int k = first; first >= 0 && k < first + count; ++k) {
+      const double at = constants[k];
+      Vector3 ahead, back;
+      constants[k] = at + step;
+      bool known = residual(changed, ahead);
+      constants[k] = at - step;
+      known = residual(changed, back) && known;
+      constants[k] = at;
+      if (known) out.col(k) = (ahead - back).head(out.rows()) / (2.0 * step);
+    }
+  };
+  add(term.delay_constant, 1, 0.5 * frames.h);
+  add(term.offset_constant, error_size(term.sensor.kind), kConstantStep);
+  add(term.scale_constant, 1, kConstantStep);
+  add(term.position_constant, 3, kConstantStep);
+  add(term.rotation_constant, 3, kConstantStep);
 }
 
 SensorRows::SensorRows(const Model& model, const std::vector<SensorTerm>& terms, int constants)
@@ -95,103 +145,94 @@ void SensorRows::add(const Model& model, const SensorFrames& frames, int t, int 
   if (!derivatives) return;
   auto J = out.by_frames.middleRows(at, size);
   J.setZero();
-  if (term.sensor.kind == SensorKind::kCoordinate)
-    J(0, term.sensor.coordinate) = 1.0;
-  else
-    differentiate(model, frames.h, term, error, J);
+  differentiate(model, frames, term, error, J);
   J *= term.weight;
   auto constants = out.by_constants.middleRows(at, size);
   constants.setZero();
-  if (term.offset_constant >= 0)
-    constants.middleCols(term.offset_constant, size).diagonal().setConstant(term.weight);
-  Reading early, late;
-  const double reach = 0.5 * frames.h;
-  if (term.delay_constant >= 0 && term.signal.read_frame(time - reach, frames.h, early) &&
-      term.signal.read_frame(time + reach, frames.h, late))
-    constants.col(term.delay_constant) =
-        term.weight / frames.h *
-        (residual(frames, t, term, late) - residual(frames, t, term, early)).head(size);
+  const auto weighted = [&](const SensorFrames& changed, Vector3& value) {
+    if (!term.signal.read_frame(read_time(changed, t, term), changed.h, reading)) return false;
+    value = term.weight * residual(changed, t, term, reading);
+    return true;
+  };
+  difference_constants(term, frames, weighted, constants);
 }
 
 Vector3 SensorRows::residual(const SensorFrames& frames, int t, const SensorTerm& term,
                              const Reading& reading) const {
   const Sensor& s = term.sensor;
-  Vector3 out = Vector3::Zero();
+  const SensorPlace place = place_of(term, frames);
+  const Matrix3& R = poses_[1].X_WB[s.body].rotation;
+  Vector3 value = Vector3::Zero();
   switch (s.kind) {
     case SensorKind::kPoint:
-      out = optimization::point_position(poses_[1], s.body, s.point) - reading.head<3>();
+      value = optimization::point_position(poses_[1], s.body, place.point);
       break;
     case SensorKind::kOrientation:
-      return quaternion_log(quaternion_of(reading).conjugate() *
-                            Quaternion(poses_[1].X_WB[s.body].rotation * s.axes));
+      return quaternion_log(quaternion_of(reading).conjugate() * Quaternion(R * place.axes));
     case SensorKind::kCoordinate:
-      out[0] = frames.q[static_cast<std::size_t>(t)][s.position] - reading[0];
+      value[0] = frames.q[static_cast<std::size_t>(t)][s.position];
       break;
     case SensorKind::kAngularVelocity: {
-      const Matrix3& R = poses_[1].X_WB[s.body].rotation;
       const Matrix3 turn = poses_[0].X_WB[s.body].rotation.transpose() * R;
-      out = s.axes.transpose() * quaternion_log(Quaternion(turn)) / frames.h - reading.head<3>();
+      value = place.axes.transpose() * quaternion_log(Quaternion(turn)) / frames.h;
       break;
     }
-    default: {
-      out = s.axes.transpose() * poses_[1].X_WB[s.body].rotation.transpose() *
-                acceleration(frames.h, s) -
-            reading.head<3>();
-      break;
-    }
+    default:
+      value = place.axes.transpose() * R.transpose() * acceleration(frames.h, s.body, place.point);
   }
-  if (term.offset_constant >= 0) {
-    const int size = error_size(s.kind);
-    out.head(size) += frames.constants.segment(term.offset_constant, size);
-  }
-  return out;
+  return reading_of(term, frames, value) - reading.head<3>();
 }
 
-/// Acceleration of the sensor's point minus gravity, in W [m/s^2].
-Vector3 SensorRows::acceleration(double h, const Sensor& s) const {
+/// Acceleration of a point of a body minus gravity, in W [m/s^2].
+Vector3 SensorRows::acceleration(double h, int body, const Vector3& point) const {
   const auto at = [&](int i) {
-    return optimization::point_position(poses_[static_cast<std::size_t>(i)], s.body, s.point);
+    return optimization::point_position(poses_[static_cast<std::size_t>(i)], body, point);
   };
   return (at(2) - 2.0 * at(1) + at(0)) / (h * h) - gravity_;
 }
 
-void SensorRows::differentiate(const Model& model, double h, const SensorTerm& term,
-                               const Vector3& error, Eigen::Ref<MatrixX> out) {
-  const Sensor& s = term.sensor;
-  const int nv = model.nv();
-  const Matrix3& R = poses_[1].X_WB[s.body].rotation;
-  switch (s.kind) {
+void SensorRows::differentiate(const Model& model, const SensorFrames& frames,
+                               const SensorTerm& term, const Vector3& error,
+                               Eigen::Ref<MatrixX> out) {
+  const int nv = model.nv(), body = term.sensor.body;
+  const double h = frames.h;
+  const SensorPlace place = place_of(term, frames);
+  const Matrix3& R = poses_[1].X_WB[body].rotation;
+  switch (term.sensor.kind) {
+    case SensorKind::kCoordinate:
+      out(0, term.sensor.coordinate) = 1.0;
+      break;
     case SensorKind::kPoint:
-      optimization::point_jacobian(model, poses_[1], s.body,
-                                   optimization::point_position(poses_[1], s.body, s.point), out);
+      optimization::point_jacobian(model, poses_[1], body,
+                                   optimization::point_position(poses_[1], body, place.point), out);
       break;
     case SensorKind::kOrientation:
-      optimization::angular_jacobian(model, poses_[1], s.body, angular_);
-      out = right_jacobian(error).inverse() * (R * s.axes).transpose() * angular_;
+      optimization::angular_jacobian(model, poses_[1], body, angular_);
+      out = right_jacobian(error).inverse() * (R * place.axes).transpose() * angular_;
       break;
     case SensorKind::kAngularVelocity: {
-      const Matrix3& before = poses_[0].X_WB[s.body].rotation;
+      const Matrix3& before = poses_[0].X_WB[body].rotation;
       const Vector3 turn = quaternion_log(Quaternion(Matrix3(before.transpose() * R)));
-      const Matrix3 inverse = right_jacobian(turn).inverse();
-      optimization::angular_jacobian(model, poses_[1], s.body, angular_);
-      out.middleCols(nv, nv) = s.axes.transpose() * inverse * R.transpose() * angular_ / h;
-      optimization::angular_jacobian(model, poses_[0], s.body, angular_);
-      out.leftCols(nv) =
-          -s.axes.transpose() * inverse.transpose() * before.transpose() * angular_ / h;
+      const Matrix3 inverse = right_jacobian(turn).inverse(), to_sensor = place.axes.transpose();
+      optimization::angular_jacobian(model, poses_[1], body, angular_);
+      out.middleCols(nv, nv) = to_sensor * inverse * R.transpose() * angular_ / h;
+      optimization::angular_jacobian(model, poses_[0], body, angular_);
+      out.leftCols(nv) = -to_sensor * inverse.transpose() * before.transpose() * angular_ / h;
       break;
     }
     default: {
-      const Matrix3 to_sensor = s.axes.transpose() * R.transpose();
+      const Matrix3 to_sensor = place.axes.transpose() * R.transpose();
       for (int i = 0; i < 3; ++i) {
         const Kinematics& data = poses_[static_cast<std::size_t>(i)];
-        optimization::point_jacobian(model, data, s.body,
-                                     optimization::point_position(data, s.body, s.point), point_);
+        optimization::point_jacobian(model, data, body,
+                                     optimization::point_position(data, body, place.point), point_);
         out.middleCols(i * nv, nv) = (i == 1 ? -2.0 : 1.0) / (h * h) * to_sensor * point_;
       }
-      optimization::angular_jacobian(model, poses_[1], s.body, angular_);
-      out.middleCols(nv, nv) += to_sensor * skew(acceleration(h, s)) * angular_;
+      optimization::angular_jacobian(model, poses_[1], body, angular_);
+      out.middleCols(nv, nv) += to_sensor * skew(acceleration(h, body, place.point)) * angular_;
     }
   }
+  if (term.scale_constant >= 0) out *= factor_of(term, frames);
 }
 
 }  // namespace counterpoint::estimation

@@ -7,9 +7,11 @@
 //   specific force      S' R_t' ((p_{t+1} - 2 p_t + p_{t-1}) / h^2 - g) - z
 //
 // R: rotation of the link to W; S: rotation of the sensor to the link. z is the reading at t +
-// delay of the source; an unknown offset of the sensor is added to the left side.
+// delay of the source. Unknown constants of a sensor (SensorTerm) change the left side: its factor
+// is 1 + scale, its offset is added, p and S are those of the displaced and turned sensor.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "counterpoint/engine/dynamics/data.h"
@@ -25,6 +27,10 @@ struct SensorTerm {
   double delay = 0.0;   ///< known part of the delay of its source [s]
   int delay_constant = -1;   ///< index of the constant with the unknown delay; -1: none
   int offset_constant = -1;  ///< index of the first component of the offset; -1: none
+  int scale_constant = -1;   ///< index of the relative error of the factor; -1: none
+  /// Indices of the first components of the displacement along the sensor's axes [m] and of the
+  /// rotation vector about them [rad]; -1: none.
+  int position_constant = -1, rotation_constant = -1;
 };
 
 /// Frames and constants that residuals depend on.
@@ -37,6 +43,26 @@ struct SensorFrames {
 
 /// Time stamp at which a sensor's source reports frame t [s].
 double read_time(const SensorFrames& frames, int t, const SensorTerm& term);
+
+/// Place of a sensor in its body.
+struct SensorPlace {
+  Vector3 point;  ///< [m]
+  Matrix3 axes;   ///< rotation from sensor axes to body axes
+};
+SensorPlace place_of(const SensorTerm& term, const SensorFrames& frames);
+
+/// Factor of a sensor's readings, 1 + scale.
+double factor_of(const SensorTerm& term, const SensorFrames& frames);
+/// Reading of a sensor for the true `value`, with its unknown factor and offset.
+Vector3 reading_of(const SensorTerm& term, const SensorFrames& frames, const Vector3& value);
+
+/// Computes the weighted residual of a term with the constants of the frames. Returns false if it
+/// has no reading.
+using ResidualOfConstants = std::function<bool(const SensorFrames&, Vector3&)>;
+/// Sets the columns of a term's constants in `out` (rows of the term x constants) by central
+/// differences: residuals are linear in offsets, scales and displacements.
+void difference_constants(const SensorTerm& term, const SensorFrames& frames,
+                          const ResidualOfConstants& residual, Eigen::Ref<MatrixX> out);
 
 /// Residuals in standard deviations, with derivatives.
 struct WeightedRows {
@@ -63,9 +89,9 @@ class SensorRows {
   void add(const Model& model, const SensorFrames& frames, int t, int term, bool derivatives);
   Vector3 residual(const SensorFrames& frames, int t, const SensorTerm& term,
                    const Reading& reading) const;
-  Vector3 acceleration(double h, const Sensor& sensor) const;
-  void differentiate(const Model& model, double h, const SensorTerm& term, const Vector3& error,
-                     Eigen::Ref<MatrixX> out);
+  Vector3 acceleration(double h, int body, const Vector3& point) const;
+  void differentiate(const Model& model, const SensorFrames& frames, const SensorTerm& term,
+                     const Vector3& error, Eigen::Ref<MatrixX> out);
 
   const std::vector<SensorTerm>* terms_;
   bool moving_ = false;      ///< some sensor needs three frames

@@ -3,11 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "counterpoint/engine/optimize/optimize.h"
 
 namespace counterpoint::estimation {
 namespace {
+
+/// Prior standard deviations of an unknown factor of readings, displacement [m] and rotation [rad].
+constexpr double kScale = 0.1, kPosition = 0.05, kRotation = 0.1;
 
 /// Prior standard deviation of an unknown offset.
 double offset_deviation(SensorKind kind, const Model& model) {
@@ -34,12 +38,56 @@ const char* short_name(SensorKind kind) {
   return kind == SensorKind::kAngularVelocity ? ".angular" : "";
 }
 
+bool depends_on_position(SensorKind kind) {
+  return kind == SensorKind::kPoint || kind == SensorKind::kSpecificForce ||
+         kind == SensorKind::kLinkTorque;
+}
+
+/// The constants of all sensors as they are added.
+class ConstantList {
+ public:
+  ConstantList(const Model& model, std::vector<SensorConstant>& out) : model_(model), out_(out) {}
+
+  /// Adds the unknown constants of a sensor. The parts of a sensor share their placement.
+  void add(SensorTerm& term) {
+    const Sensor& sensor = term.sensor;
+    const SensorKind kind = sensor.kind;
+    const std::string name = sensor.name + short_name(kind);
+    if (sensor.has_offset)
+      term.offset_constant = add("offset:" + name, sensor_unit(kind), error_size(kind),
+                                 offset_deviation(kind, model_));
+    if (sensor.has_scale) term.scale_constant = add("scale:" + name, "1", 1, kScale);
+    if (!sensor.has_placement) return;
+    if (depends_on_position(kind))
+      term.position_constant = add("position:" + sensor.name, "m", 3, kPosition);
+    if (kind != SensorKind::kPoint)
+      term.rotation_constant = add("rotation:" + sensor.name, "rad", 3, kRotation);
+  }
+
+  int add_delay(const SensorSource& source) {
+    return add("delay:" + source.name, "s", 1, source.delay_deviation);
+  }
+
+ private:
+  /// Returns the index of the first of `count` constants, which are new unless they have this name.
+  int add(const std::string& name, const char* unit, int count, double deviation) {
+    const auto [found, is_new] = first_.emplace(name, static_cast<int>(out_.size()));
+    for (int k = 0; is_new && k < count; ++k)
+      out_.push_back({count > 1 ? fmt::format("{}.{}", name, "xyz"[k]) : name, unit, deviation});
+    return found->second;
+  }
+
+  const Model& model_;
+  std::vector<SensorConstant>& out_;
+  std::map<std::string, int> first_;
+};
+
 }  // namespace
 
 SensorTerms sensor_terms(const Model& model, const ColumnMap& map, const Recording& recording,
                          double h) {
   SensorTerms out;
-  std::vector<int> delays(map.sources.size(), -1);
+  ConstantList constants(model, out.constants);
   for (std::size_t i = 0; i < map.sensors.size(); ++i) {
     const Sensor& sensor = map.sensors[i];
     if (sensor.kind == SensorKind::kOther)
@@ -55,24 +103,11 @@ SensorTerms sensor_terms(const Model& model, const ColumnMap& map, const Recordi
       throw InputError(
           fmt::format("{}: sensor '{}' has fewer than two readings", recording.file, sensor.name));
     term.weight = 1.0 / term.signal.deviation();
-    if (sensor.has_offset) {
-      term.offset_constant = static_cast<int>(out.constants.size());
-      const int size = error_size(sensor.kind);
-      for (int k = 0; k < size; ++k)
-        out.constants.push_back({fmt::format("offset:{}{}{}", sensor.name, short_name(sensor.kind),
-                                             size > 1 ? std::string(".") + "xyz"[k] : ""),
-                                 sensor_unit(sensor.kind), offset_deviation(sensor.kind, model)});
-    }
-    for (std::size_t s = 0; s < map.sources.size(); ++s) {
-      const SensorSource& source = map.sources[s];
+    constants.add(term);
+    for (const SensorSource& source : map.sources) {
       if (source.name != sensor.source) continue;
       term.delay = source.delay;
-      if (!(source.delay_deviation > 0.0)) continue;
-      if (delays[s] < 0) {
-        delays[s] = static_cast<int>(out.constants.size());
-        out.constants.push_back({"delay:" + source.name, "s", source.delay_deviation});
-      }
-      term.delay_constant = delays[s];
+      if (source.delay_deviation > 0.0) term.delay_constant = constants.add_delay(source);
     }
   }
   return out;
