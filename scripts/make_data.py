@@ -14,6 +14,7 @@ from scenes.hard_scenes import hard_files  # noqa: E402
 from scenes.hollow_scenes import hollow_files  # noqa: E402
 from scenes.mechanism_scenes import mechanism_files  # noqa: E402
 from scenes.motions import turning_jump, turning_jump_bvh  # noqa: E402
+from scenes.published_scenes import published_files  # noqa: E402
 from scenes.robots import ROBOTS, toss_cube  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent / "data"
@@ -32,6 +33,7 @@ def main():
     files.update(hard_files())
     files.update(hollow_files())
     files.update(mechanism_files())
+    files.update(published_files())
     files.update(bundled_pile_files())
     stale = 0
     for name, text in files.items():

@@ -36,7 +36,7 @@ struct HardCasesArguments {
 std::vector<HardCase> all_cases() {
   std::vector<HardCase> all;
   for (const auto cases : {friction_cases, stacking_cases, masonry_cases, impact_cases, spin_cases,
-                           linkage_cases, scale_cases, pile_cases, hollow_cases}) {
+                           linkage_cases, scale_cases, pile_cases, hollow_cases, published_cases}) {
     for (const HardCase& hard_case : cases()) all.push_back(hard_case);
   }
   for (const HardCase& hard_case : mechanism_cases("../", kMechanismSteps, false))

@@ -180,6 +180,7 @@ std::vector<HardCase> linkage_cases();
 std::vector<HardCase> scale_cases();
 std::vector<HardCase> pile_cases();
 std::vector<HardCase> hollow_cases();
+std::vector<HardCase> published_cases();
 
 /// Quantities derived from the state of a runner, by name.
 class View {
