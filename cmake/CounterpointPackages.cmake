@@ -26,7 +26,7 @@ set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
 # Dependencies found by counterpointConfig.cmake, beside those of the modules.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
-    "libeigen3-dev, libfmt-dev, liburdfdom-dev, liburdfdom-headers-dev, zlib1g-dev, libyaml-cpp-dev, libtinyxml2-dev, libqhull-dev, libmeshoptimizer-dev, libpng-dev, libconsole-bridge-dev")
+    "libeigen3-dev, libfmt-dev, liburdfdom-dev, liburdfdom-headers-dev, zlib1g-dev, libyaml-cpp-dev, libtinyxml2-dev, libqhull-dev, libmeshoptimizer-dev, libsleef-dev, libpng-dev, libconsole-bridge-dev")
 
 if(TARGET counterpoint_python)
   list(APPEND CPACK_COMPONENTS_ALL python)

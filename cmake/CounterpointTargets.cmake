@@ -35,6 +35,14 @@ if(COUNTERPOINT_UNITY)
   # in a header.
   target_compile_options(counterpoint_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endif()
+# The elementary functions of model/math, with the same bits on every processor. contact/ alone,
+# which depends on Eigen only, uses those of the C library.
+if(COUNTERPOINT_PORTABLE_MATH)
+  find_library(SLEEF_LIBRARY sleef REQUIRED)
+  target_compile_options(counterpoint_flags INTERFACE
+    "SHELL:-include ${counterpoint_root}/model/math/portable_math.h")
+  target_link_libraries(counterpoint_flags INTERFACE counterpoint_math)
+endif()
 if(COUNTERPOINT_WERROR)
   target_compile_options(counterpoint_flags INTERFACE -Werror)
 endif()
@@ -81,6 +89,9 @@ function(counterpoint_library name)
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE}
                         $<BUILD_INTERFACE:counterpoint_flags>)
+  if(COUNTERPOINT_PORTABLE_MATH AND NOT name STREQUAL math)
+    target_link_libraries(${target} PRIVATE counterpoint_math)
+  endif()
   counterpoint_unity(${target})
   counterpoint_precompile(${target})
   set_property(GLOBAL APPEND PROPERTY COUNTERPOINT_LIBRARIES ${target})

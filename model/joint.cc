@@ -1,6 +1,7 @@
 #include "counterpoint/model/joint.h"
 
 #include <array>
+#include <cmath>
 
 namespace counterpoint {
 namespace {
@@ -18,6 +19,15 @@ constexpr std::array kFloatingV{"vx", "vy", "vz", "wx", "wy", "wz"};
 constexpr std::array kFloatingForce{"fx", "fy", "fz", "tx", "ty", "tz"};
 
 }  // namespace
+
+Matrix3 turned_about_z(const Matrix3& R, double angle) {
+  const double s = std::sin(angle), c = std::cos(angle);
+  Matrix3 out;
+  out.col(0) = c * R.col(0) + s * R.col(1);
+  out.col(1) = c * R.col(1) - s * R.col(0);
+  out.col(2) = R.col(2);
+  return out;
+}
 
 const char* joint_type_name(JointType type) {
   switch (type) {

@@ -70,14 +70,7 @@ constexpr int joint_num_linear(JointType type) {
 }
 
 /// Returns the rotation R followed by a rotation of `angle` [rad] about its own z axis.
-inline Matrix3 turned_about_z(const Matrix3& R, double angle) {
-  const double s = std::sin(angle), c = std::cos(angle);
-  Matrix3 out;
-  out.col(0) = c * R.col(0) + s * R.col(1);
-  out.col(1) = c * R.col(1) - s * R.col(0);
-  out.col(2) = R.col(2);
-  return out;
-}
+Matrix3 turned_about_z(const Matrix3& R, double angle);
 
 /// Returns the pose X_WB of a body from the pose X_WJ of its joint frame and the joint's
 /// coordinates q (joint_nq numbers as in the table above; quaternions of unit length).

@@ -48,21 +48,7 @@ Matrix3 rotation_from_rpy(double roll, double pitch, double yaw);
 
 /// Returns the unit quaternion of a rotation vector [rad] (axis times angle), to round-off at every
 /// angle.
-inline Quaternion quaternion_exp(const Vector3& rotation_vector) {
-  const double angle2 = rotation_vector.squaredNorm();
-  // Series of sin(a/2)/a below 1e-4 rad: the next term is a^4/3840 < 1e-19.
-  double s = 0.0;
-  double c = 0.0;
-  if (angle2 < 1e-8) {
-    s = 0.5 - angle2 / 48.0;
-    c = 1.0 - angle2 / 8.0;
-  } else {
-    const double angle = std::sqrt(angle2);
-    s = std::sin(0.5 * angle) / angle;
-    c = std::cos(0.5 * angle);
-  }
-  return {c, s * rotation_vector.x(), s * rotation_vector.y(), s * rotation_vector.z()};
-}
+Quaternion quaternion_exp(const Vector3& rotation_vector);
 
 /// Returns the rotation vector [rad], angle in [0, pi], of a unit quaternion: the inverse of
 /// quaternion_exp.

@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 
 packages="g++ cmake ninja-build libeigen3-dev libfcl-dev libccd-dev liburdfdom-dev
 liburdfdom-headers-dev libassimp-dev zlib1g-dev libyaml-cpp-dev libtinyxml2-dev libqhull-dev libpng-dev libfmt-dev
-libmeshoptimizer-dev libconsole-bridge-dev libcereal-dev libcli11-dev libboost-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev"
+libmeshoptimizer-dev libsleef-dev libconsole-bridge-dev libcereal-dev libcli11-dev libboost-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev"
 
 # Optional: HDF5, for trajectories in .h5 files; libsdformat, for Gazebo's files; MuJoCo, for the
 # comparison in `counterpoint hard-cases`; node and npm, which bundle the page of `counterpoint
