@@ -31,4 +31,9 @@ void counterpoint_sincos(double x, double* sine, double* cosine) {
   *cosine = both.y;
 }
 
+// GCC in ISO mode joins calls of sin and cos in one of sincos and knows no other name for it.
+__attribute__((visibility("hidden"))) void sincos(double x, double* sine, double* cosine) {
+  counterpoint_sincos(x, sine, cosine);
+}
+
 }  // extern "C"

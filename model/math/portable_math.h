@@ -1,7 +1,7 @@
 // Elementary functions with the same bits on every processor. The compiler options of the project
 // include this file first everywhere: calls of sin and the others, also those within Eigen, become
-// calls of counterpoint_sin and so on (portable_math.cc). The C library's functions choose code with
-// fused products where the processor has them, and change with its version.
+// calls of counterpoint_sin and so on (portable_math.cc). The C library's functions choose code
+// with fused products where the processor has them, and change with its version.
 #pragma once
 
 #pragma redefine_extname acos counterpoint_acos

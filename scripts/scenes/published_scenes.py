@@ -28,7 +28,7 @@ def windows(n):
                     f" anchor_a: [1, 0, 0], anchor_b: [0, 0, 1]}}")
     text = scene(f"windows_{n}", f"IFToMM benchmark A02: {n} four-bar windows, upright; their tops move at 1 m/s.",
                  [f"urdf: ../../robots/hard/windows_{n}.urdf, joint_velocities: {{{', '.join(speeds)}}}"],
-                 ground=None, step=0.002, more=[MIDPOINT] + ties)
+                 ground=None, step=0.001, more=[MIDPOINT] + ties)
     return {f"robots/hard/windows_{n}.urdf": urdf(f"windows_{n}", f"{2 * n + 1} rods hinged about y.", body),
             f"scenes/hard/windows_{n}.yaml": text}
 
@@ -64,7 +64,7 @@ def andrews():
                           f" {{point: {vec(*C, 0)}, link: world}}], stiffness: 4530, rest_length: 0.07785}}"]
     text = scene("andrews", "IFToMM benchmark A03: Andrews' squeezing mechanism, driven by 0.033 N m on beta.",
                  [f"urdf: ../../robots/hard/andrews.urdf, joints: {{{angles}}}"], ground=None, gravity=(0, 0, 0),
-                 step=1e-5, duration=0.03, more=[MIDPOINT] + ties + spring)
+                 step=2.5e-6, duration=0.03, more=[MIDPOINT] + ties + spring)
     return {"robots/hard/andrews.urdf": urdf("andrews", "Seven plates hinged about z.", body),
             "scenes/hard/andrews.yaml": text}
 
@@ -93,7 +93,7 @@ def governor():
     text = scene("governor", "IFToMM benchmark A05: a flyball governor at 2 pi rad/s, its rods tied by stiff springs.",
                  [f"urdf: ../../robots/hard/governor.urdf, joints: {{slide: 0.5, right: {angle}, left: {angle}}},"
                   f" joint_velocities: {{spin: {num(2 * math.pi)}}}"],
-                 ground=None, step=0.001, more=[MIDPOINT] + springs)
+                 ground=None, step=0.0002, more=springs)
     return {"robots/hard/governor.urdf": urdf("governor", "A shaft, its slider, two rods with balls.", body),
             "scenes/hard/governor.yaml": text}
 
