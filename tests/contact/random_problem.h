@@ -19,8 +19,12 @@ class Random {
     return low + (high - low) * static_cast<double>(engine_()) / 4294967295.0;
   }
   double signed_unit() { return uniform(-1.0, 1.0); }
+  /// In long double, which rounds to the same double with every library of elementary functions:
+  /// the problems of a seed stay what they are.
   double log_uniform(double low, double high) {
-    return std::exp(uniform(std::log(low), std::log(high)));
+    const long double from = low, to = high;
+    return static_cast<double>(std::exp(static_cast<long double>(
+        uniform(static_cast<double>(std::log(from)), static_cast<double>(std::log(to))))));
   }
   int integer(int low, int high) {
     return low + static_cast<int>(engine_() % static_cast<unsigned>(high - low + 1));

@@ -40,10 +40,13 @@ Vector3 Random::unit_vector() {
 Quaternion Random::quaternion() {
   // Shoemake's method: uniform over rotations.
   const double u = uniform(0.0, 1.0);
-  const double a = uniform(0.0, 2.0 * std::numbers::pi);
-  const double b = uniform(0.0, 2.0 * std::numbers::pi);
-  return {std::sqrt(1.0 - u) * std::sin(a), std::sqrt(1.0 - u) * std::cos(a),
-          std::sqrt(u) * std::sin(b), std::sqrt(u) * std::cos(b)};
+  // In long double, which rounds to the same double with every library of elementary functions.
+  const long double a = uniform(0.0, 2.0 * std::numbers::pi);
+  const long double b = uniform(0.0, 2.0 * std::numbers::pi);
+  const auto sine = [](long double x) { return static_cast<double>(std::sin(x)); };
+  const auto cosine = [](long double x) { return static_cast<double>(std::cos(x)); };
+  return {std::sqrt(1.0 - u) * sine(a), std::sqrt(1.0 - u) * cosine(a), std::sqrt(u) * sine(b),
+          std::sqrt(u) * cosine(b)};
 }
 
 SpatialInertia random_inertia(Random& random) {
