@@ -139,13 +139,11 @@ std::vector<std::string> Command::option_names() const {
   return names;
 }
 
-CommandLine::CommandLine(std::string description, std::string footer, std::vector<Topic> topics,
-                         std::function<std::string()> version)
+CommandLine::CommandLine(std::string description, std::string footer, std::vector<Topic> topics)
     : app_(std::make_unique<CLI::App>(description, "counterpoint")),
       description_(std::move(description)),
       footer_(std::move(footer)),
-      topics_(std::move(topics)),
-      version_(std::move(version)) {}
+      topics_(std::move(topics)) {}
 
 CommandLine::~CommandLine() = default;
 
@@ -195,9 +193,10 @@ int CommandLine::run(int argc, char** argv) {
   const std::string& first = words[0];
   if (first == "--help" || first == "-h" || first == "help" || first == "--help-all")
     return show_help({words.begin() + 1, words.end()});
-  if (first == "--version" || first == "version") {
-    fmt::print("{}", version_());
-    return kSuccess;
+  std::string version = "version";  // the command that is also an option
+  if (first == "--version") {
+    argv[1] = version.data();
+    return parse(*find(version), argc, argv);
   }
   if (Command* command = find(first)) return parse(*command, argc, argv);
   std::vector<std::string> names = command_names();

@@ -84,9 +84,7 @@ struct Topic {
 /// The whole command line: `counterpoint COMMAND ...` and `counterpoint help TOPIC`.
 class CommandLine {
  public:
-  /// `version` makes the text that --version prints.
-  CommandLine(std::string description, std::string footer, std::vector<Topic> topics,
-              std::function<std::string()> version);
+  CommandLine(std::string description, std::string footer, std::vector<Topic> topics);
   ~CommandLine();
   /// Adds a command: the options added to it fill `Arguments`, which `run` turns into the exit
   /// code.
@@ -99,7 +97,7 @@ class CommandLine {
   }
 
   /// Parses the arguments and runs the command; returns its exit code. Reports a parse error on
-  /// standard error and returns 2.
+  /// standard error and returns 2. `--version` is the command of that name.
   int run(int argc, char** argv);
 
   std::string help() const;
@@ -119,7 +117,6 @@ class CommandLine {
   std::string description_, footer_;
   std::vector<std::unique_ptr<Command>> commands_;
   std::vector<Topic> topics_;
-  std::function<std::string()> version_;
 };
 
 /// Returns "; did you mean 'simulate'?" with the nearest name by edit distance, or an empty string

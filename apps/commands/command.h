@@ -41,12 +41,10 @@ void add_retarget(CommandLine& line);
 void add_control(CommandLine& line);
 void add_list(CommandLine& line);
 void add_generate(CommandLine& line);
+void add_version(CommandLine& line);
 
 /// Texts of `counterpoint help TOPIC`.
 std::vector<Topic> help_topics();
-/// Version, build type, compiler, flags, instruction sets of this processor, and optional parts, a
-/// line each.
-std::string version_text();
 
 /// Makes the function of a command that runs on every rank of MPI (tasks::TaskArguments::in_world).
 template <typename Arguments>

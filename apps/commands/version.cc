@@ -29,24 +29,54 @@ std::string processor() {
 #endif
 }
 
+/// Fills the report with how the program was built and which optional parts it has; null: left out.
+void fill(Report& report) {
+  const auto part = [](bool has, const std::string& version) {
+    return has ? Json(version) : Json(nullptr);
+  };
+  const std::string mpi = tasks::mpi_version(), mujoco = peers::mujoco_version();
+  report["format"] = COUNTERPOINT_FORMAT;
+  report["compiler"] = COUNTERPOINT_COMPILER;
+  report["build"] = COUNTERPOINT_BUILD;
+  report["eigen"] = fmt::format("{}.{}.{} with {}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION,
+                                EIGEN_MINOR_VERSION, Eigen::SimdInstructionSetsInUse());
+  report["processor"] = processor();
+  report["replay_pages"] = view::can_make_pages();
+  report["hdf5"] = COUNTERPOINT_HAS_HDF5 != 0;
+  report["sdf"] = COUNTERPOINT_HAS_SDF != 0;
+  report["mpi"] = part(!mpi.empty(), mpi);
+  report["mujoco"] = part(!mujoco.empty(), mujoco);
+}
+
+int version(Report& report) {
+  report.begin("version", "");
+  fill(report);
+  report.print_entries(
+      "counterpoint {version}\n"
+      "build:        {build}\n"
+      "compiled by:  {compiler}, with Eigen {eigen}\n"
+      "runs on:      {processor}\n");
+  const auto print = [&](const char* name, const Json& has, const std::string& why_not) {
+    const std::string value = has.is_string() ? has.get<std::string>() : "yes";
+    const bool found = has.is_string() || (has.is_boolean() && has.get<bool>());
+    report.print("{:<13} {}\n", name, found ? value : fmt::format("no ({})", why_not));
+  };
+  print("replay pages:", report["replay_pages"], view::program_missing());
+  print("HDF5:", report["hdf5"], "built without libhdf5-dev");
+  print("SDF:", report["sdf"], "built without libsdformat-dev");
+  print("MPI:", report["mpi"], "built without libopenmpi-dev");
+  print("MuJoCo:", report["mujoco"], "built without libmujoco-dev");
+  report.write();
+  return kSuccess;
+}
+
 }  // namespace
 
-std::string version_text() {
-  const std::string mpi = tasks::mpi_version();
-  const std::string mujoco = peers::mujoco_version();
-  return fmt::format(
-      "counterpoint {}\n"
-      "build:        {}\n"
-      "compiled for: Eigen {}.{}.{} with {}\n"
-      "runs on:      {}\n"
-      "replay pages: {}\n"
-      "MPI:          {}\n"
-      "MuJoCo:       {}\n",
-      COUNTERPOINT_VERSION, COUNTERPOINT_BUILD, EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION,
-      EIGEN_MINOR_VERSION, Eigen::SimdInstructionSetsInUse(), processor(),
-      view::can_make_pages() ? "yes" : fmt::format("no ({})", view::program_missing()),
-      mpi.empty() ? "no (built without libopenmpi-dev)" : mpi,
-      mujoco.empty() ? "no (built without libmujoco-dev)" : mujoco);
+void add_version(CommandLine& line) {
+  auto [command, report] = line.add<Report>(
+      "version", "Print the version, how it was built and which optional parts it has",
+      "Example:\n  counterpoint --version --json -", version);
+  report.add_to(command);
 }
 
 }  // namespace counterpoint::apps

@@ -5,6 +5,7 @@
 
 #include "counterpoint/engine/state.h"
 #include "counterpoint/engine/trajectory.h"
+#include "counterpoint/model/files/file_format.h"
 #include "counterpoint/model/geometry.h"
 
 namespace counterpoint {
@@ -338,6 +339,7 @@ void write_state(const std::filesystem::path& file, const Model& model,
   std::vector<Column> columns{"time"};
   for (const auto* list : {&names.q, &names.v, &names.z})
     columns.insert(columns.end(), list->begin(), list->end());
+  columns.push_back(format_column());
   for (const char* name : {kStateHashColumn, kModelHashColumn, kOptionsHashColumn})
     columns.emplace_back(name, CellType::kInteger);
   if (next_step) columns.emplace_back(kNextStepColumn);
@@ -348,6 +350,7 @@ void write_state(const std::filesystem::path& file, const Model& model,
   for (const double x : state.q) table.number(x);
   for (const double x : state.v) table.number(x);
   for (const double x : given_z(model, state.z)) table.number(x);
+  table.empty();  // the format
   for (const std::uint64_t hash : {state_hash(state), model_hash(model), options_hash(options)})
     table.integer(hash);
   if (next_step) table.number(*next_step);

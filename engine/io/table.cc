@@ -9,6 +9,7 @@
 
 #include "counterpoint/engine/io/table_format.h"
 #include "counterpoint/engine/tables.h"
+#include "counterpoint/model/files/file_format.h"
 #include "counterpoint/model/files/module.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/spatial.h"
@@ -139,8 +140,11 @@ TableReader::TableReader(const std::filesystem::path& file,
         "{}: rows cannot be chosen by their text: {} files hold numbers only", file_, format.name));
   source_ = format.open ? format.open(file, options) : open_csv(file, label_columns, options);
   if (!any_cells_) check_names(columns(), file_);
-  for (const Column& column : columns())
+  for (const Column& column : columns()) {
+    if (const std::string_view stated = format_of_column(column.name); !stated.empty())
+      check_file_format(stated, fmt::format("{}: column '{}'", file_, column.name));
     slots_.push_back(column.type == CellType::kInteger ? num_integers_++ : num_numbers_++);
+  }
 }
 
 TableReader::~TableReader() = default;

@@ -8,6 +8,7 @@
 
 #include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/step.h"
+#include "counterpoint/model/files/file_format.h"
 
 namespace counterpoint {
 namespace {
@@ -22,7 +23,7 @@ constexpr double kTimeTolerance = 1e-3;
 /// Tolerance relative to the time, for short steps late in a run: both times are rounded.
 constexpr double kTimeRounding = 4.0 * std::numeric_limits<double>::epsilon();
 
-constexpr int kSofteningColumns = 2;
+constexpr int kFormatColumns = 1, kSofteningColumns = 2;
 
 /// Returns the indices of the named columns. @throws InputError if one is missing.
 std::vector<int> find_columns(const Table& table, const std::vector<std::string>& names) {
@@ -49,7 +50,8 @@ void refuse_unknown_columns(const Table& table, const Model& model, const Coordi
                        column == kModelHashColumn || column == kOptionsHashColumn ||
                        column == kNextStepColumn || column == kSofteningColumn ||
                        column == kSoftenedTreeColumn || column.starts_with(kMemoryPrefix) ||
-                       column.starts_with(kTautPrefix) || column.starts_with(kTautKeptPrefix);
+                       column.starts_with(kTautPrefix) || column.starts_with(kTautKeptPrefix) ||
+                       !format_of_column(column).empty();
     if (!other && !holds(names.q, column) && !holds(names.v, column) && !holds(names.z, column) &&
         !holds(names.force, column) && !is_input_column(model, column)) {
       throw InputError(
@@ -152,7 +154,7 @@ std::vector<Column> trajectory_columns(const Model& model, const InputColumns& i
   for (const auto* list : {&names.q, &names.v, &names.z, &names.force, &input_names}) {
     columns.insert(columns.end(), list->begin(), list->end());
   }
-  columns.insert(columns.end(), {kSofteningColumn, kSoftenedTreeColumn});
+  columns.insert(columns.end(), {format_column(), kSofteningColumn, kSoftenedTreeColumn});
   for (const int body : list_pulled_links(model))
     for (const char* prefix : {kTautPrefix, kTautKeptPrefix})
       columns.push_back(prefix + model.joint(body - 1).link);
@@ -186,6 +188,7 @@ void TrajectoryWriter::write_step(const State& state, const Input& input, double
   if (input.applied_force.size() == 0)
     for (int i = 0; i < model_.nv(); ++i) table_.number(0.0);
   for (const double x : columns_.values(model_, input)) table_.number(x);
+  table_.empty();  // the format
   table_.number(softening.unfinished() ? kUnfinishedFactor : softening.factor);
   table_.number(softening.tree);
   auto link = taut_links.begin();
@@ -201,8 +204,8 @@ void TrajectoryWriter::write_step(const State& state, const Input& input, double
 
 void TrajectoryWriter::write_end(const State& state) {
   write_state(state, std::nullopt);
-  for (int i = 0; i < num_inputs_ + kSofteningColumns + 2 * static_cast<int>(pulled_links_.size());
-       ++i)
+  const int pulled = static_cast<int>(pulled_links_.size());
+  for (int i = 0; i < num_inputs_ + kFormatColumns + kSofteningColumns + 2 * pulled; ++i)
     table_.empty();
   table_.integer(state_hash(state));
   table_.end_row();

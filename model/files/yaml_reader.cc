@@ -7,6 +7,7 @@
 #include <set>
 #include <sstream>
 
+#include "counterpoint/model/files/file_format.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/text_files.h"
 
@@ -72,6 +73,19 @@ void check_extent(const YAML::Node& node, const std::string& file, int depth, si
   }
 }
 
+/// Checks the key `format` of a file and takes it away, so that no reader needs to know it.
+void take_format(YAML::Node& root, const std::string& file) {
+  if (!root.IsMap()) return;
+  int given = 0;
+  for (const auto& entry : root) {
+    if (!entry.first.IsScalar() || entry.first.Scalar() != "format") continue;
+    const std::string where = fmt::format("{}:{}: format", file, entry.first.Mark().line + 1);
+    if (++given > 1) throw InputError(where + ": 'format' is given twice");
+    check_file_format(entry.second.IsScalar() ? entry.second.Scalar() : "", where);
+  }
+  if (given > 0) root.remove("format");
+}
+
 }  // namespace
 
 YAML::Node load_yaml_file(const std::filesystem::path& file, const char* missing) {
@@ -86,6 +100,7 @@ YAML::Node load_yaml_file(const std::filesystem::path& file, const char* missing
   }
   size_t count = 0;
   check_extent(root, file.string(), 0, count);
+  take_format(root, file.string());
   return root;
 }
 

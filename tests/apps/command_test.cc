@@ -35,7 +35,9 @@ class Command : public testing::Test {
 };
 
 TEST_F(Command, HelpAndVersionSucceed) {
-  folder_.succeed("--version");
+  expect_keys(folder_.report("--version"),
+              {"version", "format", "compiler", "build", "eigen", "processor", "replay_pages",
+               "hdf5", "sdf", "mpi", "mujoco"});
   for (const char* name : {"simulate", "inverse", "compare", "inspect", "contact-problem"}) {
     const CommandResult result = folder_.run(std::string(name) + " --help");
     EXPECT_EQ(result.exit_code, 0);

@@ -11,6 +11,11 @@ run(${CMAKE_COMMAND} -G ${GENERATOR} -S ${SOURCE_DIR}/tests/install/consumer -B 
     -D CONSUMER_SOURCE=${CONSUMER_SOURCE})
 run(${CMAKE_COMMAND} --build ${scratch}/build)
 run(${scratch}/build/consumer)
+# The template of docs/guide/cpp.md, as installed.
+run(${CMAKE_COMMAND} -G ${GENERATOR} -S ${scratch}/prefix/share/doc/counterpoint/examples/template
+    -B ${scratch}/template -D CMAKE_PREFIX_PATH=${scratch}/prefix)
+run(${CMAKE_COMMAND} --build ${scratch}/template)
+run(${scratch}/template/fall ${scratch}/prefix/share/counterpoint/scenes/cube_drop.yaml)
 run(${scratch}/build/estimate ${scratch}/prefix/share/counterpoint/scenes/double_pendulum.yaml)
 run(${scratch}/build/watch ${scratch}/prefix/share/counterpoint/scenes/cube_drop.yaml)
 run(${scratch}/prefix/bin/counterpoint inspect ${scratch}/prefix/share/counterpoint/scenes/cube_drop.yaml)
