@@ -9,6 +9,12 @@
 #include "counterpoint/engine/trajectory.h"
 
 namespace counterpoint::apps {
+namespace {
+
+/// Prefix of the empty column that states the format of a table, which its reader checks.
+constexpr const char* kFormatPrefix = "format.";
+
+}  // namespace
 
 InputSchedule::InputSchedule(const std::filesystem::path& file, const Model& model) {
   const Table table(file);
@@ -32,8 +38,9 @@ InputSchedule::InputSchedule(const std::filesystem::path& file, const Model& mod
       if (name == "time" || name == "time_step" || name == kStateHashColumn ||
           name == kSofteningColumn || name == kSoftenedTreeColumn ||
           name.starts_with(kTautPrefix) || name.starts_with(kTautKeptPrefix) ||
-          holds(names.q, name) || holds(names.v, name) || holds(names.z, name) ||
-          name.ends_with(kActuatorForceSuffix) || is_input_column(model, name))
+          name.starts_with(kFormatPrefix) || holds(names.q, name) || holds(names.v, name) ||
+          holds(names.z, name) || name.ends_with(kActuatorForceSuffix) ||
+          is_input_column(model, name))
         continue;
       throw InputError(
           fmt::format("{}:1: column '{}' is no applied force and no other input of this "

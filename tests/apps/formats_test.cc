@@ -31,6 +31,7 @@ void write_changed(const CommandFolder& folder, const std::string& name, const s
 TEST(Formats, OldFilesAreRead) {
   const CommandFolder folder("formats");
   folder.succeed("simulate " + kScene + " --resume " + kOld + "state.csv --duration 0.1");
+  folder.succeed("simulate " + kScene + " --inputs " + kOld + "motion.csv");
   folder.succeed("sweep " + kOld + "study.yaml --output {}/table.csv");
   folder.succeed("optimize " + kOld + "problem.yaml --quiet --output {}/plan.csv");
   folder.succeed("compare " + kScene + " " + kOld + "motion.csv --columns " + kOld + "map.yaml");
