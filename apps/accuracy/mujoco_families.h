@@ -8,8 +8,9 @@
 namespace counterpoint::apps::accuracy {
 
 /// Adds curves over the time steps [s]: MuJoCo's defaults, its Runge-Kutta method, and its most
-/// accurate settings (peers/mujoco.h). With constraints each is measured against its own fine run,
-/// because its contact model converges to another limit. Without MuJoCo the item is left out.
+/// accurate settings (peers/mujoco_settings.h). With constraints each is measured against its own
+/// fine run, because its contact model converges to another limit. Without MuJoCo the item is left
+/// out.
 void add_mujoco(const Scene& scene, const std::vector<double>& time_steps, bool constrained,
                 Families& out);
 

@@ -137,9 +137,7 @@ class OurRunner final : public Runner {
 class MujocoRunner final : public Runner {
  public:
   MujocoRunner(const Scene& scene, MujocoSettings settings)
-      : elliptic_(settings == MujocoSettings::kElliptic),
-        start_{0.0, scene.q, scene.v},
-        mujoco_(scene, settings) {}
+      : elliptic_(settings.elliptic), start_{0.0, scene.q, scene.v}, mujoco_(scene, settings) {}
   const char* name() const override { return elliptic_ ? "mujoco elliptic" : "mujoco pyramidal"; }
   void reset() override { mujoco_.set_state(start_); }
   void steps(int count) override { check(mujoco_.run(count)); }

@@ -29,6 +29,7 @@ struct HardCasesArguments {
   bool views = false, list = false, fast = false, no_peers = false, long_run = false;
   double seconds = kLongRun;
   double peer_seconds = 120.0;
+  std::string peers = "fixed";
   tasks::TaskArguments tasks;
   Report report;
 };
@@ -132,8 +133,13 @@ int hard_cases(HardCasesArguments& arguments, tasks::World& world) {
   if (arguments.views && arguments.folder.empty()) throw InputError("--views: give --report DIR");
   if (arguments.views && !view::can_make_pages())
     throw InputError("--views: " + view::why_no_pages());
-  CaseSettings settings{scene_folder(arguments), {Engine::kCounterpoint}, arguments.seconds,
-                        arguments.peer_seconds,  arguments.folder,        arguments.views,
+  CaseSettings settings{scene_folder(arguments),
+                        {Engine::kCounterpoint},
+                        arguments.seconds,
+                        arguments.peer_seconds,
+                        arguments.peers == "search",
+                        arguments.folder,
+                        arguments.views,
                         Interrupt::wanted};
   const std::vector<HardCase> cases = chosen_cases(arguments, settings.scenes);
   if (arguments.list) return list_cases(cases);
@@ -175,6 +181,9 @@ void add_hard_cases(CommandLine& line) {
   command.add("--no-peers", arguments.no_peers, "Leave MuJoCo out");
   command.add("--peer-seconds", arguments.peer_seconds,
               "Wall time after which a peer's run of a case is stopped; default: 120", positive);
+  command.add("--peers fixed|search", arguments.peers,
+              "Settings of MuJoCo best: the same for all cases (default), or those that a search "
+              "finds best for each");
   arguments.tasks.add_to(command);
   arguments.report.add_to(command);
 }

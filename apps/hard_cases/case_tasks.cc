@@ -5,6 +5,7 @@
 #include <limits>
 #include <sstream>
 
+#include "peer_search.h"
 #include "peers/mujoco.h"
 #include "peers/not_expressible.h"
 #include "tasks/archive.h"
@@ -33,14 +34,15 @@ void keep_files(const CaseSettings& settings, const HardCase& hard_case, Trial& 
   if (settings.views) trial.keep_replay_in(settings.folder / (hard_case.name + ".html"));
 }
 
-/// @throws Stopped
-Run run_on(Engine engine, const HardCase& hard_case, const CaseSettings& settings) {
-  const bool ours = engine == Engine::kCounterpoint;
-  const double allowed = ours ? std::numeric_limits<double>::infinity() : settings.peer_seconds;
+/// Runs a case on Counterpoint, or with `peer` on MuJoCo with these settings. @throws Stopped
+Run run_once(Engine engine, const std::optional<peers::MujocoSettings>& peer,
+             const HardCase& hard_case, const CaseSettings& settings) {
+  const double allowed = peer ? settings.peer_seconds : std::numeric_limits<double>::infinity();
   Run run{engine};
-  Trial trial(settings.scenes, engine, allowed);
+  if (peer) run.setting = words(*peer);
+  Trial trial(settings.scenes, peer, allowed);
   trial.stop_when(settings.stop);
-  if (ours) keep_files(settings, hard_case, trial);
+  if (!peer) keep_files(settings, hard_case, trial);
   trial.chart.title = hard_case.name;
   const double start = wall_seconds();
   try {
@@ -63,6 +65,19 @@ Run run_on(Engine engine, const HardCase& hard_case, const CaseSettings& setting
   return run;
 }
 
+/// @throws Stopped
+Run run_on(Engine engine, const HardCase& hard_case, const CaseSettings& settings) {
+  using peers::MujocoSettings;
+  if (engine == Engine::kCounterpoint) return run_once(engine, {}, hard_case, settings);
+  const auto with = [&](const MujocoSettings& peer) {
+    return run_once(engine, peer, hard_case, settings);
+  };
+  if (engine == Engine::kMujocoDefault) return with(MujocoSettings::kDefault);
+  constexpr double kRunsOfSearch = 10.0;  // that may take as long as they are allowed to
+  return settings.search ? search_settings(with, kRunsOfSearch * settings.peer_seconds)
+                         : with(MujocoSettings::kBest);
+}
+
 std::uint64_t fingerprint_of(const std::vector<HardCase>& cases, const CaseSettings& settings) {
   tasks::Fingerprint fingerprint;
   for (const HardCase& hard_case : cases) {
@@ -75,6 +90,7 @@ std::uint64_t fingerprint_of(const std::vector<HardCase>& cases, const CaseSetti
   fingerprint.add(std::string_view(peers::mujoco_version()));
   fingerprint.add(settings.seconds);
   fingerprint.add(settings.peer_seconds);
+  fingerprint.add(static_cast<int>(settings.search));
   return fingerprint.value();
 }
 

@@ -15,6 +15,7 @@ struct CaseSettings {
   std::vector<Engine> engines;   ///< ours first
   double seconds = 0.0;          ///< simulated time of long runs [s]
   double peer_seconds = 0.0;     ///< largest wall time of another engine's run of a case [s]
+  bool search = false;           ///< MuJoCo's best settings are searched for each case
   std::filesystem::path folder;  ///< folder for last good states and replays; empty: none
   bool views = false;            ///< write replays
   bool (*stop)() = nullptr;

@@ -46,7 +46,7 @@ class CounterpointRunner : public Runner {
 
 class MujocoRunner : public Runner {
  public:
-  MujocoRunner(Scene scene, peers::MujocoSettings settings)
+  MujocoRunner(Scene scene, const peers::MujocoSettings& settings)
       : scene_(std::move(scene)), mujoco_(scene_, settings) {
     input_.applied_force = VectorX::Zero(scene_.model.nv());
   }
@@ -79,13 +79,9 @@ const char* engine_name(Engine engine) {
   return kNames[static_cast<int>(engine)];
 }
 
-std::unique_ptr<Runner> make_runner(Scene scene, Engine engine) {
-  using peers::MujocoSettings;
-  if (engine == Engine::kCounterpoint)
-    return std::make_unique<CounterpointRunner>(std::move(scene));
-  return std::make_unique<MujocoRunner>(std::move(scene), engine == Engine::kMujocoBest
-                                                              ? MujocoSettings::kBest
-                                                              : MujocoSettings::kDefault);
+std::unique_ptr<Runner> make_runner(Scene scene, const std::optional<peers::MujocoSettings>& peer) {
+  if (!peer) return std::make_unique<CounterpointRunner>(std::move(scene));
+  return std::make_unique<MujocoRunner>(std::move(scene), *peer);
 }
 
 }  // namespace counterpoint::apps

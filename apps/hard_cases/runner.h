@@ -4,12 +4,14 @@
 
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "counterpoint/engine/state.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/model/scene.h"
+#include "peers/mujoco_settings.h"
 
 namespace counterpoint::apps {
 
@@ -49,7 +51,8 @@ class Runner {
   virtual Forces forces() = 0;               ///< forces of the last step
 };
 
+/// Runs the scene on Counterpoint, or with `peer` on MuJoCo with these settings.
 /// @throws peers::NotExpressible if the engine lacks what the scene needs, or is not there.
-std::unique_ptr<Runner> make_runner(Scene scene, Engine engine);
+std::unique_ptr<Runner> make_runner(Scene scene, const std::optional<peers::MujocoSettings>& peer);
 
 }  // namespace counterpoint::apps

@@ -112,11 +112,30 @@ Json json_peer(const Run& run) {
   Json entry;
   entry["name"] = engine_name(run.engine);
   entry["version"] = peers::mujoco_version();
+  entry["settings"] = run.setting;
+  if (run.tried > 0) entry["settings_tried"] = run.tried;
   entry["status"] = !run.lacking.empty() ? "not run" : run.passed() ? "passed" : "failed";
   const std::string& message = run.lacking.empty() ? run.failure : run.lacking;
   if (!message.empty()) entry["message"] = message;
   if (run.lacking.empty()) add_metrics(run, entry);
   return entry;
+}
+
+/// Settings that searches chose, as a section; empty without a search.
+std::string chosen_settings(const std::vector<Result>& results) {
+  PageTable table{{"case", "settings of MuJoCo best", "tried", "passed"}, {}};
+  for (const Result& result : results) {
+    for (const Run& run : result.runs) {
+      if (run.tried == 0 || !run.lacking.empty()) continue;
+      const auto& checks = run.figures.checks;
+      const auto passed = std::count_if(checks.begin(), checks.end(),
+                                        [](const Check& check) { return check.passed(); });
+      table.rows.push_back({result.hard_case.name, run.setting, fmt::format("{}", run.tried),
+                            fmt::format("{} of {}", passed, rows(result).size())});
+    }
+  }
+  if (table.rows.empty()) return {};
+  return "\n## Settings of MuJoCo best\n\n" + markdown_table(table);
 }
 
 }  // namespace
@@ -133,7 +152,8 @@ void print_result(std::FILE* out, const Result& result) {
       fmt::print(out, "  {}: - ({})\n", engine_name(run.engine), run.lacking);
       continue;
     } else {
-      fmt::print(out, "  {}, {} iterations at most, {:.2f} s: {}\n", engine_name(run.engine),
+      fmt::print(out, "  {} ({}{}), {} iterations at most, {:.2f} s: {}\n", engine_name(run.engine),
+                 run.setting, run.tried > 0 ? fmt::format("; {} tried", run.tried) : "",
                  figures.iterations_max, run.wall_seconds, run.passed() ? "pass" : "FAIL");
     }
     for (const Check& check : figures.checks) {
@@ -156,7 +176,8 @@ std::string markdown(const std::vector<Result>& results) {
   }
   table.header.insert(table.header.end(), {"steps", "Newton mean / max", times});
   for (const Result& result : results) add_rows(result, table);
-  std::string out = markdown_table(table) + "\n## What makes them hard\n\n";
+  std::string out =
+      markdown_table(table) + chosen_settings(results) + "\n## What makes them hard\n\n";
   for (const Result& result : results) {
     const HardCase& c = result.hard_case;
     const std::string& remark = result.ours().figures.remark;

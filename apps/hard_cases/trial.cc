@@ -13,7 +13,7 @@ namespace counterpoint::apps {
 Runner& Trial::load(const std::string& name) {
   constexpr int kMostFrames = 1000;
   const std::filesystem::path file = scenes_ / (name + ".yaml");
-  runners_.push_back(make_runner(load_scene(file), engine_));
+  runners_.push_back(make_runner(load_scene(file), peer_));
   if (!replay_file_.empty() && runners_.size() == 1) {
     replay_scene_ = file.string();
     recorder_ = std::make_unique<view::ClipRecorder>(runners_[0]->scene(), view::kDefaultRate, true,

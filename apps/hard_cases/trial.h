@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -64,10 +65,9 @@ class Stopped : public std::runtime_error {
 /// Context of a case, and its results.
 class Trial : public Figures {
  public:
-  /// `allowed`: wall time [s] after which a step fails.
-  Trial(std::filesystem::path scenes, Engine engine,
-        double allowed = std::numeric_limits<double>::infinity())
-      : scenes_(std::move(scenes)), engine_(engine), allowed_(allowed) {}
+  /// `peer`: runs on MuJoCo with these settings. `allowed`: wall time [s] after which a step fails.
+  Trial(std::filesystem::path scenes, std::optional<peers::MujocoSettings> peer, double allowed)
+      : scenes_(std::move(scenes)), peer_(peer), allowed_(allowed) {}
 
   /// Loads the scene NAME.yaml for the engine of the trial; valid as long as the trial. @throws
   /// InputError as load_scene does, peers::NotExpressible as make_runner does.
@@ -124,7 +124,7 @@ class Trial : public Figures {
 
  private:
   std::filesystem::path scenes_;
-  Engine engine_;
+  std::optional<peers::MujocoSettings> peer_;
   double allowed_;  ///< [s]
   std::function<bool()> stop_wanted_;
   std::filesystem::path state_file_;
@@ -142,6 +142,8 @@ struct Run {
   Figures figures = {};
   std::string failure = {};  ///< why it did not reach its end
   std::string lacking = {};  ///< why the engine cannot run it at all
+  std::string setting = {};  ///< settings of another engine, in words
+  int tried = 0;             ///< settings that a search ran to choose them; 0: no search
   double wall_seconds = 0.0;
   bool replay = false;  ///< a replay was written
 
@@ -149,7 +151,7 @@ struct Run {
   bool reached_end() const { return failure.empty() && lacking.empty(); }
   template <class Archive>
   void serialize(Archive& a) {
-    a(engine, figures, failure, lacking, wall_seconds, replay);
+    a(engine, figures, failure, lacking, setting, tried, wall_seconds, replay);
   }
 };
 

@@ -126,12 +126,12 @@ MujocoStep Mujoco::Impl::step(const Input& input) {
   constexpr int kMostTries = 12;
   const std::vector<mjtNum> warm(d->qacc_warmstart, d->qacc_warmstart + m->nv);
   MujocoStep report;
-  report.failure = try_steps(input, 1);
+  report.failure = try_steps(input, chosen.substeps);
   for (int tries = 0; tries < kMostTries && needs_room(report.failure); ++tries) {
     build();
     set_state(State(state));
     std::copy(warm.begin(), warm.end(), d->qacc_warmstart);
-    report.failure = try_steps(input, 1);
+    report.failure = try_steps(input, chosen.substeps);
   }
   if (report.failure.empty() && warned({mjWARN_CONTACTFULL, mjWARN_CNSTRFULL}))
     report.failure = "MuJoCo: too many contacts";
@@ -148,7 +148,7 @@ MujocoStep Mujoco::Impl::step(const Input& input) {
 }
 
 std::string Mujoco::Impl::run(long count) {
-  std::string failure = try_steps({}, count);
+  std::string failure = try_steps({}, count * chosen.substeps);
   if (!failure.empty()) return failure;
   if (warned({mjWARN_CONTACTFULL, mjWARN_CNSTRFULL})) return "MuJoCo: too many contacts";
   return {};
@@ -231,7 +231,7 @@ Mujoco::Mujoco(const Scene& scene, MujocoSettings settings)
     : impl_(std::make_unique<Impl>(scene, settings)) {}
 Mujoco::~Mujoco() = default;
 
-void Mujoco::set_time_step(double h) { impl_->m->opt.timestep = impl_->time_step = h; }
+void Mujoco::set_time_step(double h) { impl_->set_time_step(h); }
 void Mujoco::set_state(const State& state) { impl_->set_state(State(state)); }
 const State& Mujoco::state() const { return impl_->state; }
 MujocoStep Mujoco::step(const Input& input) { return impl_->step(input); }

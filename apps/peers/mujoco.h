@@ -9,21 +9,13 @@
 #include "counterpoint/engine/state.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/model/scene.h"
+#include "mujoco_settings.h"
 #include "not_expressible.h"
 
 struct mjModel_;
 struct mjData_;
 
 namespace counterpoint::peers {
-
-/// Settings of MuJoCo.
-///   kDefault      its defaults, with the time step and gravity of the scene
-///   kBest         for accuracy: elliptic cones, impratio 100, solimp 0.9999, shortest solref that
-///                 it allows, tolerance 1e-12, up to 1000 iterations, implicit integration, several
-///                 points for each pair of convex shapes
-///   kRungeKutta4  kDefault with its Runge-Kutta method of order four
-///   kElliptic     kDefault with elliptic friction cones instead of pyramids
-enum class MujocoSettings { kDefault, kBest, kRungeKutta4, kElliptic };
 
 /// Version, such as "2.2.2"; empty if MuJoCo was not found at build time.
 std::string mujoco_version();
@@ -56,8 +48,8 @@ class Mujoco {
   void set_state(const State& state);
   const State& state() const;
 
-  /// Takes one step under `input`; effort limits clamp the applied force as in our engine. If the
-  /// step fails, the state is unchanged.
+  /// Takes one step of the scene under `input`, in substeps if set; effort limits clamp the applied
+  /// force as in our engine. If the step fails, the state is unchanged.
   MujocoStep step(const Input& input);
 
   /// Takes `count` steps with the model's servo targets as the only input and nothing between them,

@@ -16,7 +16,7 @@ Mujoco::Impl::Impl(const Scene& scene, MujocoSettings settings)
   document = mjcf(scene);
   body_of_line = document.find('\n') + 1;
   // Enabled here, because the flag's bit depends on the version; options may be given twice.
-  if (settings == MujocoSettings::kBest)
+  if (settings.several_points)
     document.insert(body_of_line, "<option><flag multiccd='enable'/></option>\n");
   max_contacts = 100 + static_cast<int>(model.geometries().size());
   time_step = scene.options.time_step;
@@ -35,14 +35,19 @@ void Mujoco::Impl::clear() {
 void Mujoco::Impl::build() {
   clear();
   m = compile_with_room();
-  apply_settings(chosen, m);
+  set_time_step(time_step);
   number_alike();
   set_closures();
   set_servos();
   set_drag();
-  m->opt.timestep = time_step;
   d = mj_makeData(m);
   if (!d) throw NotExpressible("MuJoCo has not enough memory for it");
+}
+
+void Mujoco::Impl::set_time_step(double h) {
+  time_step = h;
+  m->opt.timestep = h / chosen.substeps;
+  apply_settings(chosen, m);
 }
 
 /// Compiles the model. MuJoCo takes a step during compilation, which may need more stack than

@@ -55,24 +55,29 @@ std::string guarded_steps(const mjModel* m, mjData* d, long count) {
   return {};
 }
 
-void apply_settings(MujocoSettings settings, mjModel* m) {
+void apply_settings(const MujocoSettings& settings, mjModel* m) {
   mjOption usual;
   mj_defaultOption(&usual);
   mjtNum reference[mjNREF], impedance[mjNIMP];
   mj_defaultSolRefImp(reference, impedance);
   mjOption& option = m->opt;
-  option.integrator = settings == MujocoSettings::kRungeKutta4 ? mjINT_RK4 : usual.integrator;
-  option.cone = settings == MujocoSettings::kElliptic ? mjCONE_ELLIPTIC : usual.cone;
-  option.impratio = usual.impratio;
-  if (settings == MujocoSettings::kBest) {
-    option.integrator = kMostAccurate;
-    option.cone = mjCONE_ELLIPTIC;
-    option.impratio = 100.0;
-    option.tolerance = 1e-12;
+  constexpr int kIntegrators[] = {mjINT_EULER, mjINT_RK4, kMostAccurate};
+  option.integrator = kIntegrators[static_cast<int>(settings.integrator)];
+  option.cone = settings.elliptic ? mjCONE_ELLIPTIC : usual.cone;
+  option.impratio = settings.impratio;
+  option.noslip_iterations = settings.noslip_iterations;
+  if (settings.tight) {
+    option.tolerance = option.noslip_tolerance = 1e-12;
     option.iterations = 1000;
-    reference[0] = 2.0 * option.timestep;
-    impedance[0] = impedance[1] = 0.9999;
   }
+  if (settings.solref_steps > 0.0) reference[0] = settings.solref_steps * option.timestep;
+  // Unless told otherwise, MuJoCo takes no time constant below two steps.
+  if (settings.solref_steps > 0.0 && settings.solref_steps < 2.0)
+    option.disableflags |= mjDSBL_REFSAFE;
+  if (settings.impedance > 0.0) impedance[0] = impedance[1] = settings.impedance;
+#if mjVERSION_HEADER >= 3012000
+  if (settings.exact_diagonal) option.enableflags |= mjENBL_DIAGEXACT;
+#endif
   const auto soften = [&](int count, mjtNum* solref, mjtNum* solimp) {
     for (int i = 0; i < count; ++i) {
       std::copy(reference, reference + mjNREF, solref + i * mjNREF);

@@ -15,7 +15,7 @@ void keep_quiet();
 std::string guarded_steps(const mjModel_* m, mjData_* d, long count);
 
 /// Sets the options and the softness of all constraints, which depends on the model's time step.
-void apply_settings(MujocoSettings settings, mjModel_* m);
+void apply_settings(const MujocoSettings& settings, mjModel_* m);
 
 /// Returns the poses X_WB of all bodies, the world first, at the coordinates in the data.
 std::vector<Pose> poses_of(const mjModel_* m, mjData_* d);

@@ -29,6 +29,9 @@ struct Mujoco::Impl {
   /// Compiles the model with room for max_contacts contacts.
   void build();
 
+  /// Sets the time step of the scene [s], and the softness, which depends on it.
+  void set_time_step(double h);
+
   /// Compiles the model; doubles the stack until MuJoCo's trial step during compilation fits.
   mjModel_* compile_with_room();
   static bool lacks_stack(const std::string& message);
