@@ -19,8 +19,8 @@ class Random {
     return low + (high - low) * static_cast<double>(engine_()) / 4294967295.0;
   }
   double signed_unit() { return uniform(-1.0, 1.0); }
-  /// In long double, which rounds to the same double with every library of elementary functions:
-  /// the problems of a seed stay what they are.
+  /// Long double rounds to the same double with every library of elementary functions: a seed gives
+  /// the same problems everywhere.
   double log_uniform(double low, double high) {
     const long double from = low, to = high;
     return static_cast<double>(std::exp(static_cast<long double>(

@@ -40,7 +40,7 @@ Vector3 Random::unit_vector() {
 Quaternion Random::quaternion() {
   // Shoemake's method: uniform over rotations.
   const double u = uniform(0.0, 1.0);
-  // In long double, which rounds to the same double with every library of elementary functions.
+  // Long double rounds to the same double with every library of elementary functions.
   const long double a = uniform(0.0, 2.0 * std::numbers::pi);
   const long double b = uniform(0.0, 2.0 * std::numbers::pi);
   const auto sine = [](long double x) { return static_cast<double>(std::sin(x)); };
