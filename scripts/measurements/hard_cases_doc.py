@@ -15,6 +15,7 @@ import textwrap
 import marked
 
 SETTINGS, REASONS = "## Settings of MuJoCo best", "## What makes them hard"
+FEW = 20  # cases of a run whose names the page lists
 docs = pathlib.Path(__file__).resolve().parents[2] / "docs"
 page = docs / "measurements/hard-cases.md"
 
@@ -33,15 +34,20 @@ def joined(tables):
 
 
 def run_of(report):
-    """Returns a sentence about the run: how MuJoCo was set, its version, the day."""
+    """Returns a line about the run: its cases, how MuJoCo was set, its version, the day."""
     file = report / "hard-cases.json"
     cases = json.loads(file.read_text(encoding="utf-8"))["cases"]
     day = datetime.date.fromtimestamp(file.stat().st_mtime).isoformat()
     best = [p for c in cases for p in c.get("peers", []) if p["name"] == "MuJoCo best"]
+    names = f"{len(cases)} cases" if len(cases) > FEW else ", ".join(f"`{c['name']}`" for c in cases)
     if not best:
-        return f"* {len(cases)} cases without MuJoCo, {day}"
+        return f"* {names}: without MuJoCo, {day}"
     how = "search" if any("settings_tried" in p for p in best) else "fixed"
-    return f"* {len(cases)} cases, `--peers {how}`, MuJoCo {best[0]['version']}, {day}"
+    passed = [sum(p["status"] == "passed" for c in cases for p in c.get("peers", []) if p["name"] == name)
+              for name in ("MuJoCo default", "MuJoCo best")]
+    line = (f"* {names}: `--peers {how}`, MuJoCo {best[0]['version']}, {day}; passed: Counterpoint "
+            f"{sum(c['status'] == 'passed' for c in cases)}, MuJoCo default {passed[0]}, best {passed[1]}")
+    return textwrap.fill(line, 119, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
 
 
 reports = [pathlib.Path(name) for name in sys.argv[1:]]
