@@ -47,7 +47,7 @@ async function expectPlaying(view) {
 
 test('a search shows its motions, and its page stops it', async () => {
   const motion = at('stopped.csv');
-  const {view, end} = await search('optimize', problem('quadruped_up'), '--frames', '400', '--output', motion);
+  const {view, end} = await search('optimize', problem('quadruped_up'), '--frames', '1600', '--output', motion);
   await wait(view, 'search.rows.length > 3 && view.kept.length > 0 && view.motion.frames > 1');
   assert.equal((await names(view))[0], 'guess');
   await until(view, kDrawn);
