@@ -57,7 +57,7 @@ export class Browser {
     const timer = setTimeout(() => this.process.kill('SIGKILL'), 5000);
     await gone;
     clearTimeout(timer);
-    rmSync(this.profile, {recursive: true, force: true, maxRetries: 5});
+    rmSync(this.profile, {recursive: true, force: true, maxRetries: 5, retryDelay: 500});
   }
 }
 
