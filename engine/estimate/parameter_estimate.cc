@@ -91,17 +91,10 @@ SearchedParameters searched_parameters(const std::vector<Parameter>& parameters,
 /// Estimates one motion alone down to kJoined, with the parameters of the scene. It starts once
 /// from the low-passed recording, which blurs impacts, and once from the recorded rows; the result
 /// with the lower cost is returned.
-MotionPoint found_alone(const MotionProblem& joint, const std::vector<VectorX>& frames,
+MotionPoint found_alone(const MotionProblem& problem, const std::vector<VectorX>& frames,
                         const MotionEstimateOptions& options) {
-  MotionProblem problem = joint;
-  const auto constants = static_cast<Eigen::Index>(problem.constants.size());
-  problem.parameters.clear();
-  problem.named.clear();
-  problem.parameter_weight.resize(constants);
-  for (Eigen::Index k = 0; k < constants; ++k)
-    problem.parameter_weight[k] = 1.0 / problem.constants[static_cast<std::size_t>(k)].deviation;
   MotionPoint start{low_pass(problem.model, frames, problem.h(), kBeginCutoff),
-                    VectorX::Zero(constants)};
+                    VectorX::Zero(problem.num_parameters())};
   MotionPoint best;
   double cost = kInfinity;
   for (const double smoothing : {kNearBegin, kFarBegin}) {
@@ -117,9 +110,6 @@ MotionPoint found_alone(const MotionProblem& joint, const std::vector<VectorX>& 
     }
     start.q = frames;
   }
-  VectorX all = VectorX::Zero(joint.num_parameters());
-  all.tail(constants) = best.parameters;
-  best.parameters = all;
   return best;
 }
 
@@ -268,12 +258,17 @@ ParameterEstimate estimate_parameters(const Scene& given_scene, const ColumnMap&
     std::vector<MotionProblem> problems;
     std::vector<MotionPoint> points;
     for (const RecordedMotion& one : recorded) {
-      problems.push_back(motion_problem(scene, one, white_priors(scene, map, one)));
-      problems.back().parameters = searched.steps;
-      problems.back().named = parameters;
-      problems.back().named_values = start;
-      problems.back().parameter_weight = VectorX::Zero(problems.back().num_parameters());
-      points.push_back(found_alone(problems.back(), one.frames, options));
+      MotionProblem problem = motion_problem(scene, one, white_priors(scene, map, one));
+      points.push_back(found_alone(problem, one.frames, options));
+      problem.parameters = searched.steps;
+      problem.named = parameters;
+      problem.named_values = start;
+      problem.parameter_weight =
+          VectorX::Zero(problem.num_parameters());  // JointFit has the priors
+      VectorX all = problem.parameter_weight;
+      all.tail(points.back().parameters.size()) = points.back().parameters;
+      points.back().parameters = all;
+      problems.push_back(std::move(problem));
     }
     share_parameters(points);
     fit.emplace(std::move(problems), points, searched.shared, options.threads);
